@@ -1,0 +1,81 @@
+"""A plugin framework for optical tactile sensors of the GelSight family.
+
+The public names below are imported when they are first used, so that ``import tactile_core``
+costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tactile_core.bundle import Bundle as Bundle
+    from tactile_core.calibration import Calibration as Calibration
+    from tactile_core.calibration import Press as Press
+    from tactile_core.camera import Camera as Camera
+    from tactile_core.errors import CalibrationError as CalibrationError
+    from tactile_core.errors import DeviceError as DeviceError
+    from tactile_core.errors import InputError as InputError
+    from tactile_core.errors import PluginError as PluginError
+    from tactile_core.errors import ProfileError as ProfileError
+    from tactile_core.errors import TactileError as TactileError
+    from tactile_core.estimator import Estimator as Estimator
+    from tactile_core.estimator import SensorContext as SensorContext
+    from tactile_core.illumination import Exposure as Exposure
+    from tactile_core.illumination import Illumination as Illumination
+    from tactile_core.pipeline import Pipeline as Pipeline
+    from tactile_core.profiles.loader import load_profile as load_profile
+    from tactile_core.quantities import ContactMask as ContactMask
+    from tactile_core.quantities import Frame as Frame
+    from tactile_core.quantities import Gradients as Gradients
+    from tactile_core.quantities import HeightMap as HeightMap
+    from tactile_core.quantities import Image as Image
+    from tactile_core.quantities import Quantity as Quantity
+    from tactile_core.quantities import Reference as Reference
+    from tactile_core.sensor import Reading as Reading
+    from tactile_core.sensor import Sensor as Sensor
+    from tactile_core.sensor import open_sensor as open_sensor
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "bundle": ("Bundle",),
+    "calibration": ("Calibration", "Press"),
+    "camera": ("Camera",),
+    "errors": (
+        "CalibrationError",
+        "DeviceError",
+        "InputError",
+        "PluginError",
+        "ProfileError",
+        "TactileError",
+    ),
+    "estimator": ("Estimator", "SensorContext"),
+    "illumination": ("Exposure", "Illumination"),
+    "pipeline": ("Pipeline",),
+    "profiles.loader": ("load_profile",),
+    "quantities": (
+        "ContactMask",
+        "Frame",
+        "Gradients",
+        "HeightMap",
+        "Image",
+        "Quantity",
+        "Reference",
+    ),
+    "sensor": ("Reading", "Sensor", "open_sensor"),
+}
+_MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [*_MODULE_OF, "__version__"]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'tactile_core' has no attribute {name!r}")
+    return getattr(import_module(f"tactile_core.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,39 @@
+"""The plugin ``core``: components that belong to no one rig, registered like a stranger's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_cameras() -> Mapping[str, str]:
+    """Cameras of the core."""
+    return {"replay": "tactile_core.builtin.replay:ReplayCamera"}
+
+
+@hookimpl
+def tactile_illuminations() -> Mapping[str, str]:
+    """Illuminations of the core."""
+    return {"constant": "tactile_core.builtin.constant:ConstantIllumination"}
+
+
+@hookimpl
+def tactile_calibrations() -> Mapping[str, str]:
+    """Calibrations of the core."""
+    return {
+        "automatic": "tactile_core.builtin.automatic:Automatic",
+        "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
+        "mlp": "tactile_core.builtin.mlp:Mlp",
+        "polynomial": "tactile_core.builtin.polynomial:Polynomial",
+    }
+
+
+@hookimpl
+def tactile_estimators() -> Mapping[str, str]:
+    """Estimators of the core."""
+    return {
+        "contact": "tactile_core.builtin.contact:Contact",
+        "poisson": "tactile_core.builtin.poisson:Poisson",
+    }

@@ -1,0 +1,58 @@
+"""The estimator interface: one typed step from quantities to a quantity."""
+
+from __future__ import annotations
+
+from abc import ABC
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from pydantic import BaseModel
+
+from tactile_core.device import Options
+from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.quantities import Reference
+
+
+@dataclass(frozen=True)
+class SensorContext:
+    """What a step may know of the sensor build and unit that it works for.
+
+    Attributes
+    ----------
+    image : ImageSection
+        Size and scale of the image in which every quantity lives.
+    gel : Gel
+        Thickness, stiffness, coating and markers, as far as the profile gives them.
+    reference : Reference or None
+        The untouched sensor.
+    """
+
+    image: ImageSection
+    gel: Gel
+    reference: Reference | None = None
+
+
+class Estimator(ABC):
+    """One step of the chain.
+
+    A subclass defines ``estimate``; the annotations of its arguments and of its return value
+    *are* the declaration of what it takes and gives, and ``X | None`` marks an input that may be
+    missing::
+
+        class Contact(Estimator):
+            def estimate(self, height: HeightMap) -> ContactMask: ...
+    """
+
+    Options: ClassVar[type[BaseModel]] = Options
+    stateful: ClassVar[bool] = False
+    """True for tracking and slip: readings depend on those before, so the steps are never split
+    over workers."""
+
+    estimate: Any
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        self.options = options
+        self.context = context
+
+    def reset(self) -> None:  # noqa: B027  (only stateful steps have something to forget)
+        """Forget everything about earlier frames."""

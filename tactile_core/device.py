@@ -46,8 +46,8 @@ class Device(ABC):
         if not self._is_open:
             try:
                 self._open()
-            except BaseException:
-                self._close()
+            except BaseException as error:
+                self._release_after(error)
                 raise
             self._is_open = True
         return self
@@ -74,6 +74,13 @@ class Device(ABC):
             raise DeviceError(
                 f"{type(self).__name__} is closed; open() it first or use it in a 'with' block"
             )
+
+    def _release_after(self, error: BaseException) -> None:
+        # a _close that stumbles over what was never acquired must not hide why opening failed
+        try:
+            self._close()
+        except Exception as second:
+            error.add_note(f"{type(self).__name__}._close failed as well: {second!r}")
 
     @abstractmethod
     def _open(self) -> None:

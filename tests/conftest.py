@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from virtual_lab import VirtualLab
 
 
 @pytest.fixture(scope="session")
@@ -16,3 +20,11 @@ def recordings() -> Path:
     if not folder.is_dir():
         pytest.skip("no real recordings here; set TACTILE_TEST_DATA to the folder that holds them")
     return folder
+
+
+@pytest.fixture(scope="session")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> VirtualLab:
+    """A calibrated virtual sensor; calibrated once for all tests."""
+    from virtual_lab import make_lab
+
+    return make_lab(tmp_path_factory.mktemp("lab"))

@@ -1,0 +1,60 @@
+"""The command ``tactile``: data to stdout, words to stderr, one sentence when it fails."""
+
+from __future__ import annotations
+
+import sys
+
+from tactile_core.errors import TactileError
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit.
+
+    Exit codes: 0 done; 2 something that the user gave is unusable; 1 it failed while working.
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    debug = "--debug" in words
+    sys.exit(_run([word for word in words if word != "--debug"], debug))
+
+
+def _run(words: list[str], debug: bool) -> int:
+    from tactile_core.cli.app import app
+
+    try:
+        result = app(words, prog_name="tactile", standalone_mode=False)
+    except Exception as error:
+        if debug:
+            raise
+        return _explain(error)
+    except KeyboardInterrupt:
+        return 130
+    return result if isinstance(result, int) else 0
+
+
+def _explain(error: Exception) -> int:
+    if isinstance(error, TactileError):
+        print(f"tactile: {error}", file=sys.stderr)
+        return error.exit_code
+    if isinstance(error, BrokenPipeError):
+        sys.stdout = None  # type: ignore[assignment]  # nobody reads; do not complain at exit
+        return 0
+    if isinstance(error, OSError):
+        where = f" ({error.filename})" if error.filename else ""
+        print(f"tactile: {error.strerror or error}{where}", file=sys.stderr)
+        return 1
+    return _explain_usage(error)
+
+
+def _explain_usage(error: Exception) -> int:
+    show = getattr(error, "show", None)
+    code = getattr(error, "exit_code", None)
+    if isinstance(code, int):
+        if show is not None:
+            show()
+        return code
+    print(
+        f"tactile: {type(error).__name__}: {error} (this is a bug; run again with --debug and "
+        f"report what it prints)",
+        file=sys.stderr,
+    )
+    return 1

@@ -1,0 +1,13 @@
+"""The plugin ``example_estimator``: one estimator, ``example_estimator.volume``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_estimators() -> Mapping[str, str]:
+    """Where each estimator lives; nothing of it is imported before a profile names it."""
+    return {"volume": "tactile_example_estimator.volume:PressedVolume"}

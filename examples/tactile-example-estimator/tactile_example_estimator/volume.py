@@ -1,0 +1,58 @@
+"""How much space the object takes from the gel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from tactile_core.device import Options
+from tactile_core.estimator import Estimator
+from tactile_core.quantities import HeightMap, Quantity
+
+
+@dataclass(frozen=True, eq=False)
+class Volume(Quantity):
+    """Volume between the pressed skin and its surface at rest.
+
+    Attributes
+    ----------
+    mm3 : float
+        Cubic millimetres, never negative.
+    """
+
+    mm3: float
+    timestamp_s: float = 0.0
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """``pressed_volume_mm3``, a single number."""
+        return {"pressed_volume_mm3": np.asarray(self.mm3)}
+
+    def summary(self) -> Mapping[str, Any]:
+        """The volume."""
+        return {"pressed_volume_mm3": self.mm3}
+
+
+class VolumeOptions(Options):
+    """Options of :class:`PressedVolume`."""
+
+    min_height_mm: float = Field(
+        default=0.0, ge=0, description="Skin pressed less than this is taken for noise."
+    )
+
+
+class PressedVolume(Estimator):
+    """Sums the height over the image; skin that bulges outwards does not count."""
+
+    Options = VolumeOptions
+    options: VolumeOptions
+
+    def estimate(self, height: HeightMap) -> Volume:
+        """Return the volume of one height map."""
+        pressed = height.mm[height.mm > self.options.min_height_mm]
+        volume_mm3 = float(pressed.sum(dtype=np.float64)) * height.mm_per_px**2
+        return Volume(volume_mm3, height.timestamp_s)

@@ -1,0 +1,121 @@
+"""From exposures to frames: light, expose, straighten, pair each image with its light."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tactile_core.camera import Camera
+from tactile_core.errors import CameraLost, InputError
+from tactile_core.geometry import ImageGeometry
+from tactile_core.illumination import Illumination
+from tactile_core.profiles.model import ImageSection
+from tactile_core.quantities import Frame, Image, Pixels, Reference
+
+
+class Acquisition:
+    """Carries out the illumination's sequence with the camera, one :class:`Frame` at a time."""
+
+    def __init__(
+        self,
+        camera: Camera,
+        illumination: Illumination,
+        image: ImageSection,
+        *,
+        keep_raw: bool = False,
+    ) -> None:
+        self._camera = camera
+        self._illumination = illumination
+        self._image = image
+        self._geometry = ImageGeometry(image)
+        self._keep_raw = keep_raw
+        self._sequence = 0
+
+    def observe(self, timeout_s: float = 1.0) -> Frame | None:
+        """Take one observation; None when a recording has come to its end.
+
+        Blocks for ``timeout_s`` per exposure at the most.
+
+        Raises
+        ------
+        DeviceError
+            The camera or the lights failed, or a recording ended amid a sequence.
+        InputError
+            An image is not what the profile describes.
+        """
+        images: list[Image] = []
+        planes: list[Pixels] = []
+        for exposure in self._illumination.exposures():
+            self._illumination.set(exposure.levels)
+            image = self._camera.read(timeout_s)
+            if image is None:
+                if images:
+                    raise CameraLost("the recording ended in the middle of a sequence of lights")
+                return None
+            images.append(image)
+            planes.append(self._planes(image, len(exposure.channels)))
+        return self._frame(images, planes)
+
+    def __iter__(self) -> Iterator[Frame]:
+        while (frame := self.observe()) is not None:
+            yield frame
+
+    def _planes(self, image: Image, wanted: int) -> Pixels:
+        try:
+            pixels = self._geometry.apply(image.pixels)
+        except InputError as error:
+            raise InputError(f"{image.source or 'camera'}: {error}") from error
+        pixels = pixels if pixels.ndim == 3 else pixels[..., None]
+        if pixels.shape[2] != wanted:
+            raise InputError(
+                f"{image.source or 'camera'}: the image has {pixels.shape[2]} channels where the "
+                f"light gives {wanted}; set 'image.color' and 'illumination' in the profile"
+            )
+        return pixels
+
+    def _frame(self, images: list[Image], planes: list[Pixels]) -> Frame:
+        times = tuple(image.timestamp_s for image in images)
+        frame = Frame(
+            pixels=planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2),
+            channels=self._illumination.channels,
+            mm_per_px=self._image.mm_per_px,
+            full_scale=self._image.full_scale,
+            timestamp_s=sum(times) / len(times),
+            wall_time_s=sum(image.wall_time_s for image in images) / len(images),
+            sequence=self._sequence,
+            source=images[0].source,
+            exposure_times_s=times,
+            raw=tuple(images) if self._keep_raw else (),
+        )
+        self._sequence += 1
+        return frame
+
+
+def average(frames: list[Frame]) -> Reference:
+    """Average untouched frames into a reference.
+
+    Raises
+    ------
+    InputError
+        There is no frame, or they differ in size.
+    """
+    if not frames:
+        raise InputError("no frame to take the reference from; give at least one untouched image")
+    if len({frame.pixels.shape for frame in frames}) > 1:
+        raise InputError("the reference's frames differ in size; give images of one size")
+    total = np.zeros(frames[0].pixels.shape, np.float64)
+    squares = np.zeros_like(total)
+    for frame in frames:
+        total += frame.pixels
+        squares += np.square(frame.pixels, dtype=np.float64)
+    n = len(frames)
+    mean = total / n
+    spread = (squares - n * mean**2) / (n - 1) if n > 1 else np.zeros_like(total)
+    return Reference(
+        pixels=mean.astype(np.float32),
+        channels=frames[0].channels,
+        full_scale=frames[0].full_scale,
+        noise=float(np.sqrt(np.median(np.maximum(spread, 0)))),
+        frames=n,
+    )

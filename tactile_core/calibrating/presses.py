@@ -1,0 +1,196 @@
+"""From recorded presses of a known ball to pixels whose slope is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tactile_core.algorithms.circles import (
+    Circle,
+    Light,
+    PressImage,
+    find_circles,
+    fit_light,
+    locate,
+    refine_grid,
+)
+from tactile_core.calibration import Press
+from tactile_core.errors import CalibrationError
+from tactile_core.progress import Progress
+from tactile_core.quantities import Bool, Frame, Gradients, Reference
+
+TRUSTED_BALL_FRACTION = 0.75
+"""Nearer its equator the skin has lifted off the ball while the sphere pretends otherwise."""
+
+TRUSTED_CONTACT_FRACTION = 0.95
+SCORED_CONTACT_FRACTION = 0.8
+REST_DISTANCE_BALLS = 3.5
+REST_PIXELS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class FoundPress:
+    """One ball in one frame, and the circle where it touches.
+
+    Attributes
+    ----------
+    file : str
+        The image's name, for people.
+    frame : Frame
+    circle : Circle
+    ball_radius_px : float
+    """
+
+    file: str
+    frame: Frame
+    image: PressImage
+    circle: Circle
+    ball_radius_px: float
+
+    @property
+    def scored_radius_px(self) -> float:
+        """Pixels within it count in a score."""
+        return min(SCORED_CONTACT_FRACTION * self.circle.contact_radius_px, 0.9 * self.ball_radius_px)
+
+    def disc(self, radius_px: float) -> Bool:
+        """(H, W) bool: pixels that show skin within ``radius_px`` of the centre."""
+        h, w = self.frame.pixels.shape[:2]
+        x0, y0 = self.circle.centre_px
+        inside = np.hypot(np.arange(w) - x0, np.arange(h)[:, None] - y0) < radius_px
+        return inside if self.frame.marks is None else inside & ~self.frame.marks
+
+    def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows, columns and (N, 2) slopes of the ball's surface over a mask."""
+        rows, columns = np.nonzero(mask)
+        offset = np.stack([columns, rows], 1) - np.asarray(self.circle.centre_px)
+        depth_px = np.sqrt(np.maximum(self.ball_radius_px**2 - (offset**2).sum(1), 1.0))
+        return rows, columns, (-offset / depth_px[:, None]).astype(np.float32)
+
+    def true_height_mm(self, mask: Bool) -> np.ndarray:
+        """(N,) height of the ball over a mask, up to a constant."""
+        rows, columns = np.nonzero(mask)
+        x0, y0 = self.circle.centre_px
+        square = self.ball_radius_px**2 - (columns - x0) ** 2 - (rows - y0) ** 2
+        return np.sqrt(np.maximum(square, 0)) * self.frame.mm_per_px
+
+    def training(self) -> Press:
+        """Pixels to fit on: those that surely lie on the ball, and some that surely rest."""
+        radius = min(
+            TRUSTED_BALL_FRACTION * self.ball_radius_px,
+            TRUSTED_CONTACT_FRACTION * self.circle.contact_radius_px,
+        )
+        rows, columns, slopes = self.true_gradients(self.disc(radius))
+        rest = ~self.disc(REST_DISTANCE_BALLS * self.ball_radius_px)
+        if self.frame.marks is not None:
+            rest &= ~self.frame.marks
+        rest_rows, rest_columns = np.nonzero(rest)
+        rng = np.random.default_rng(0)
+        pick = rng.permutation(len(rest_rows))[:REST_PIXELS]
+        return Press(
+            frame=self.frame,
+            rows=np.concatenate([rows, rest_rows[pick]]).astype(np.int32),
+            columns=np.concatenate([columns, rest_columns[pick]]).astype(np.int32),
+            gradients=np.concatenate([slopes, np.zeros((len(pick), 2), np.float32)]),
+            name=self.file,
+        )
+
+    def normal_errors_deg(self, measured: Gradients) -> np.ndarray:
+        """Angle between measured and true normal of each scored pixel, degrees."""
+        rows, columns, true = self.true_gradients(self.disc(self.scored_radius_px))
+        slopes = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
+        return angles_deg(slopes, true)
+
+
+def angles_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angle between the normals of two (N, 2) fields of slopes, degrees."""
+    na = np.column_stack([a, np.ones(len(a))])
+    nb = np.column_stack([b, np.ones(len(b))])
+    sine = np.linalg.norm(np.cross(na, nb), axis=1)
+    return np.asarray(np.degrees(np.arctan2(sine, (na * nb).sum(1))))
+
+
+def find_presses(
+    files: Sequence[str],
+    frames: Sequence[Frame],
+    reference: Reference,
+    ball_radius_px: float,
+    *,
+    labels: Mapping[str, Circle] | None = None,
+    progress: Progress | None = None,
+) -> list[FoundPress]:
+    """Find, in each frame, the circle where the ball touches; labels overrule what is found."""
+    images = [press_image(frame, reference) for frame in frames]
+    if labels is None:
+        circles = find_circles(
+            images,
+            ball_radius_px=ball_radius_px,
+            progress=progress.fraction if progress else None,
+        )
+    else:
+        missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
+        circles = [labels.get(f, labels.get(Path(f).stem, missing)) for f in files]
+    return [
+        FoundPress(file, frame, image, circle, ball_radius_px)
+        for file, frame, image, circle in zip(files, frames, images, circles, strict=True)
+    ]
+
+
+def find_grid(
+    file: str,
+    frame: Frame,
+    reference: Reference,
+    ball_radius_px: float,
+    centres_px: np.ndarray,
+) -> list[FoundPress]:
+    """Refine the circles of a grid of balls in one frame."""
+    image = press_image(frame, reference)
+    circles = refine_grid(image, centres_px, ball_radius_px)
+    return [FoundPress(file, frame, image, circle, ball_radius_px) for circle in circles]
+
+
+def press_image(frame: Frame, reference: Reference) -> PressImage:
+    """Prepare a frame for circle finding."""
+    return PressImage.prepare(
+        frame.pixels,
+        reference.pixels,
+        full_scale=frame.full_scale,
+        marks=frame.marks,
+        reference_marks=reference.marks,
+    )
+
+
+def light_of(presses: Sequence[FoundPress]) -> Light:
+    """Fit the forward light of some presses."""
+    return fit_light(
+        [press.image for press in presses],
+        [press.circle for press in presses],
+        presses[0].ball_radius_px,
+    )
+
+
+def relocated(press: FoundPress, light: Light) -> FoundPress:
+    """Find a held-out press's circle anew, with a light that has never seen it."""
+    circle = locate(press.image, light, press.ball_radius_px)
+    return replace(press, circle=circle)
+
+
+def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
+    """Presses that are good enough to fit on.
+
+    Raises
+    ------
+    CalibrationError
+        None is, with the most frequent reason.
+    """
+    good = [press for press in presses if press.circle.used]
+    if not good:
+        reasons = [press.circle.why for press in presses]
+        most = max(set(reasons), key=reasons.count) if reasons else "there are no presses"
+        raise CalibrationError(
+            f"none of {len(presses)} presses can be used ({most}); check the ball's diameter, the "
+            f"scale in the profile and that the reference shows the untouched gel"
+        )
+    return good

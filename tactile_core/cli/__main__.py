@@ -1,0 +1,5 @@
+"""``python -m tactile_core.cli``."""
+
+from tactile_core.cli import main
+
+main()

@@ -1,0 +1,37 @@
+"""All commands, registered without importing what they need."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tactile_core.cli.calibrate import calibrate
+from tactile_core.cli.demo import demo
+from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
+from tactile_core.cli.run import run
+
+app = typer.Typer(
+    name="tactile",
+    help="Optical tactile sensors of the GelSight family: from camera frames to millimetres.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+
+@app.callback(invoke_without_command=True)
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of errors.")] = False,
+) -> None:
+    # --debug is taken from anywhere on the line before this; it stands here for --help.
+    if version:
+        from tactile_core import __version__
+
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+for command in (demo, run, calibrate, profiles, plugins, validate, schema, doctor):
+    app.command()(command)

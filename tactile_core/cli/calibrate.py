@@ -1,0 +1,68 @@
+"""``tactile calibrate``: fit a calibration from ball presses and write its bundle."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def calibrate(
+    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    presses: Annotated[Path, typer.Option(help="Recording of the ball pressed here and there.")],
+    reference: Annotated[Path, typer.Option(help="Recording of the untouched sensor.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the bundle; by default the user's data.")
+    ] = None,
+    ball_diameter_mm: Annotated[float | None, typer.Option(help="Diameter of the ball.")] = None,
+    labels: Annotated[
+        Path | None, typer.Option(help="CSV of circles that overrule the automatic ones.")
+    ] = None,
+    target: Annotated[Path | None, typer.Option(help="YAML of a grid of balls.")] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Calibration to fit, plugin.name; else the profile's.")
+    ] = None,
+    serial: Annotated[str, typer.Option(help="Which physical unit this is.")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Fit a calibration, score it on held-out presses and write its bundle."""
+    from tactile_core.bundle import check_serial, default_place
+    from tactile_core.calibrating import calibrate as fit
+    from tactile_core.cli.progress import Bar
+    from tactile_core.profiles.loader import load_profile
+
+    loaded = load_profile(profile)
+    if serial:
+        check_serial(serial)
+    folder = out if out is not None else default_place(loaded, serial or None)
+    with Bar() as progress:
+        result = fit(
+            loaded,
+            presses,
+            reference,
+            ball_diameter_mm=ball_diameter_mm,
+            labels=labels,
+            target=target,
+            model=model,
+            serial=serial,
+            progress=progress,
+        )
+    result.save(folder)
+    for note in result.notes:
+        typer.echo(f"note: {note}", err=True)
+    if as_json:
+        typer.echo(json.dumps(result.summary(folder)))
+        return
+    for press in result.presses:
+        if not press.circle.used:
+            typer.echo(f"left out {press.file}: {press.circle.why}", err=True)
+    count = result.bundle.manifest.presses_used
+    typer.echo(f"{folder}: {result.bundle.manifest.model} on {count} presses")
+    if result.score is not None:
+        typer.echo(
+            f"held-out normal error: mean {result.score.mean_deg:.2f}°, median "
+            f"{result.score.median_deg:.2f}°, 90 % {result.score.p90_deg:.2f}° "
+            f"(saying 'flat': {result.score.predict_flat_deg:.1f}°)"
+        )

@@ -1,0 +1,97 @@
+"""``tactile profiles``, ``plugins``, ``validate``, ``schema`` and ``doctor``."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def profiles(as_json: AsJson = False) -> None:
+    """List the profiles that can be named."""
+    from tactile_core.profiles.loader import list_profiles
+
+    entries = list_profiles()
+    if as_json:
+        rows = [{"name": e.name, "path": str(e.path), "origin": e.origin} for e in entries]
+        typer.echo(json.dumps({"profiles": rows}))
+        return
+    for entry in entries:
+        typer.echo(f"{entry.name:<28}{entry.origin:<24}{entry.path}")
+
+
+def plugins(as_json: AsJson = False) -> None:
+    """List the plugins and what each brings."""
+    from tactile_core.plugins import list_plugins
+
+    found = list_plugins()
+    if as_json:
+        rows = [
+            {
+                "name": p.name,
+                "distribution": p.distribution,
+                "version": p.version,
+                "components": {kind: sorted(names) for kind, names in p.components.items()},
+                "problems": list(p.problems),
+            }
+            for p in found
+        ]
+        typer.echo(json.dumps({"plugins": rows}))
+        return
+    for plugin in found:
+        typer.echo(f"{plugin.name}  ({plugin.distribution} {plugin.version})")
+        for kind, names in plugin.components.items():
+            for name in sorted(names):
+                typer.echo(f"    {kind:<14}{plugin.name}.{name}")
+        for problem in plugin.problems:
+            typer.echo(f"    problem: {problem}")
+
+
+def validate(
+    paths: Annotated[list[str], typer.Argument(metavar="PROFILE…", help="Names or YAML files.")],
+) -> None:
+    """Check profiles and report every mistake with its line."""
+    from tactile_core.errors import TactileError
+    from tactile_core.profiles.loader import load_profile
+
+    failed = False
+    for path in paths:
+        try:
+            load_profile(path)
+        except TactileError as error:
+            failed = True
+            typer.echo(f"tactile: {error}", err=True)
+        else:
+            typer.echo(f"{path}: valid")
+    if failed:
+        raise typer.Exit(2)
+
+
+def schema() -> None:
+    """Print the JSON schema of profiles, for editors."""
+    from tactile_core.profiles.schema import profile_schema
+
+    typer.echo(json.dumps(profile_schema(), indent=2))
+
+
+def doctor(
+    profile: Annotated[str | None, typer.Argument(help="A profile to look at as well.")] = None,
+) -> None:
+    """Say what is wrong with the plugins, and with a profile."""
+    from tactile_core.plugins import list_plugins
+    from tactile_core.profiles.loader import load_profile
+
+    sound = True
+    for plugin in list_plugins(import_components=True):
+        typer.echo(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
+        for problem in plugin.problems:
+            sound = False
+            typer.echo(f"         {problem}")
+    if profile is not None:
+        load_profile(profile)
+        typer.echo(f"{'ok':<9}profile {profile}")
+    if not sound:
+        raise typer.Exit(2)

@@ -1,0 +1,63 @@
+"""``tactile run``: open a sensor or a recording, measure, stream readings."""
+
+from __future__ import annotations
+
+import json
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from tactile_core.reading import Reading
+
+FORMATS = ("npz", "tmd", "png", "ply")
+
+
+def run(
+    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    serial: Annotated[str | None, typer.Option(help="Which physical unit.")] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="Use the virtual twin.")] = False,
+    input: Annotated[
+        Path | None, typer.Option(help="An image, a folder of images, a video or a scan.")
+    ] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="The untouched sensor: a path, or 'first'.")
+    ] = None,
+    bundle: Annotated[Path | None, typer.Option(help="The calibration bundle.")] = None,
+    frames: Annotated[int | None, typer.Option(min=1, help="Stop after so many.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
+    save: Annotated[str, typer.Option(help="What to write: npz,tmd,png,ply.")] = "npz",
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
+) -> None:
+    """Measure: height, contact and all that the profile's steps give."""
+    from tactile_core.errors import InputError
+    from tactile_core.sensor import open_sensor
+
+    formats = [word for word in save.split(",") if word]
+    unknown = sorted(set(formats) - set(FORMATS))
+    if unknown:
+        raise InputError(f"--save {unknown[0]}: choose among {', '.join(FORMATS)}")
+    with open_sensor(
+        profile, serial=serial, bundle=bundle, input=input, reference=reference, sim=sim
+    ) as sensor:
+        for note in sensor.notes:
+            typer.echo(f"note: {note}", err=True)
+        for reading in islice(sensor.stream(), frames):
+            if out is not None:
+                from tactile_core.outputs import write_reading
+
+                write_reading(reading, out, formats)
+            line = reading.summary()
+            typer.echo(json.dumps(line) if as_json else _words(reading, line))
+
+
+def _words(reading: Reading, line: dict[str, Any]) -> str:
+    height, area = line["max_height_mm"], line["contact_area_mm2"]
+    parts = [
+        f"{height:.3f} mm deep" if height is not None else "no height",
+        f"{area:.2f} mm² in contact" if area is not None else "no contact mask",
+        f"{reading.latency_ms:.1f} ms",
+    ]
+    return f"{reading.source}: {', '.join(parts)}"

@@ -1,0 +1,107 @@
+"""Which distribution offers which plugin, read from installed metadata without importing any."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
+
+_API_GROUP = re.compile(r"tactile_core\.v\d+")
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A plugin as its distribution's metadata announces it.
+
+    Attributes
+    ----------
+    name : str
+        The plugin's name; the distribution's own where its entry points cannot be read.
+    value : str
+        ``"module"`` or ``"module:object"``.
+    group : str
+        The entry-point group, ``tactile_core.v1`` for this API.
+    distribution, version : str
+        Who offers it.
+    problem : str
+        Why the metadata cannot be used; empty when it can.
+    """
+
+    name: str
+    value: str
+    group: str
+    distribution: str
+    version: str
+    problem: str = ""
+
+    @property
+    def origin(self) -> str:
+        """The distribution and its version."""
+        return f"{self.distribution} {self.version}"
+
+    def __str__(self) -> str:
+        return f"plugin {self.name!r} ({self.origin})"
+
+
+def installed_offers() -> tuple[Offer, ...]:
+    """Return what every installed distribution offers, to this and to other API groups.
+
+    Takes about a millisecond and is remembered until ``sys.path`` or a folder on it changes.
+    """
+    return _scan(tuple((entry, _modified_ns(entry)) for entry in sys.path))
+
+
+def normalized(distribution: str) -> str:
+    """Return a distribution's name as package indexes compare it."""
+    return re.sub(r"[-_.]+", "-", distribution).lower()
+
+
+def _modified_ns(entry: str) -> int:
+    try:
+        return Path(entry or ".").stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+@lru_cache(maxsize=1)
+def _scan(path_state: tuple[tuple[str, int], ...]) -> tuple[Offer, ...]:
+    # late, because it costs more than the scan itself
+    from importlib.metadata import distributions
+
+    offers: dict[str, tuple[Offer, ...]] = {}
+    for distribution in distributions():
+        found = tuple(_offers(distribution))
+        if found:
+            # the first on sys.path is the one that Python imports
+            offers.setdefault(normalized(found[0].distribution), found)
+    return tuple(offer for found in offers.values() for offer in found)
+
+
+def _offers(distribution: Distribution) -> Iterator[Offer]:
+    try:
+        text = distribution.read_text("entry_points.txt") or ""
+    except (OSError, ValueError):
+        # somebody else's damaged metadata; nothing tells that it concerns us
+        return
+    if "tactile_core." not in text:
+        return
+    metadata = distribution.metadata
+    name = str(metadata["Name"] or "(unnamed)")
+    version = str(metadata["Version"] or "(no version)")
+    try:
+        entries = list(distribution.entry_points)
+    except Exception as error:  # importlib.metadata raises whatever its parser meets
+        yield Offer(
+            name, "", "", name, version, f"its entry_points.txt cannot be read ({error}); reinstall"
+        )
+        return
+    for entry in entries:
+        if _API_GROUP.fullmatch(entry.group):
+            yield Offer(entry.name, entry.value, entry.group, name, version)

@@ -1,0 +1,145 @@
+"""Profile + bundle + reference → readings, with no device: pickles, and runs anywhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+from tactile_core.bundle import Bundle
+from tactile_core.chain import Chain
+from tactile_core.errors import InputError
+from tactile_core.estimator import SensorContext
+from tactile_core.marks import MarkFinder
+from tactile_core.plugins import resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
+from tactile_core.reading import Reading
+
+
+class Pipeline:
+    """Turns frames into readings.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+        A profile, its name, or the path of its YAML file.
+    bundle : Bundle or Path, optional
+        The unit's calibration; without one, the steps that need slopes are left out.
+    reference : Reference, optional
+        The untouched sensor; the bundle's own where it is not given.
+    serial : str, optional
+        The unit's serial; a bundle of another unit is refused.
+
+    Raises
+    ------
+    ProfileError, PluginError
+        The profile or one of its parts is unusable.
+    CalibrationError
+        The bundle is not for this sensor.
+    InputError
+        The reference does not fit the profile.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | str | Path,
+        bundle: Bundle | Path | None = None,
+        reference: Reference | None = None,
+        *,
+        serial: str | None = None,
+    ) -> None:
+        self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
+        self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
+        notes: list[str] = []
+        if self.bundle is not None:
+            notes += self.bundle.check(self.profile, serial)
+            reference = reference if reference is not None else self.bundle.reference
+        self._marks = MarkFinder.of(self.profile, reference)
+        self.reference = self._prepared(reference)
+        self._chain = self._build_chain()
+        left_out = self._left_out()
+        if left_out:
+            why = "no bundle" if self.bundle is None else "no reference"
+            notes.append(f"{why}, so these steps are left out: {', '.join(left_out)}")
+        self.notes = tuple(notes)
+
+    def process(self, frame: Frame) -> Reading:
+        """Measure one frame.
+
+        Parameters
+        ----------
+        frame : Frame
+            (H, W, K) as the profile describes it.
+
+        Raises
+        ------
+        InputError
+            The frame's size or channels are not the profile's.
+        """
+        start = perf_counter()
+        self._check(frame.pixels.shape, "frame")
+        if self._marks is not None and frame.marks is None:
+            frame = replace(frame, marks=self._marks.find(frame.pixels))
+        given: dict[type[Quantity], Quantity] = {Frame: frame}
+        if self.reference is not None:
+            given[Reference] = self.reference
+            if self.bundle is not None:
+                measured = self.bundle.calibration.measure(frame, self.reference)
+                given[type(measured)] = measured
+        result = self._chain.run(given)
+        measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
+        return Reading(
+            frame=frame,
+            quantities=measured_only,
+            steps=result.steps,
+            latency_ms=1e3 * (perf_counter() - start),
+            relative=self.reference is not None and self.reference.relative,
+            warnings=self.notes if frame.sequence == 0 else (),
+        )
+
+    def with_reference(self, reference: Reference) -> Pipeline:
+        """Return the same pipeline measured against another untouched state."""
+        return Pipeline(self.profile, self.bundle, reference)
+
+    def reset(self) -> None:
+        """Forget everything about earlier frames."""
+        self._chain.reset()
+
+    def _build_chain(self) -> Chain:
+        context = SensorContext(self.profile.image, self.profile.gel, self.reference)
+        steps = {}
+        for name, component in self.profile.estimators.items():
+            kind = resolve("estimator", component.use)
+            steps[name] = kind(kind.Options.model_validate(component.options), context)
+        return Chain(steps)
+
+    def _left_out(self) -> list[str]:
+        given: set[type[Quantity]] = {Frame}
+        if self.reference is not None:
+            given.add(Reference)
+            if self.bundle is not None:
+                given |= {Gradients, HeightMap}
+        return list(self._chain.left_out(given))
+
+    def _prepared(self, reference: Reference | None) -> Reference | None:
+        if reference is None:
+            return None
+        self._check(reference.pixels.shape, "reference")
+        if self._marks is not None and reference.marks is None:
+            return replace(reference, marks=self._marks.find(reference.pixels))
+        return reference
+
+    def _check(self, shape: tuple[int, ...], what: str) -> None:
+        image = self.profile.image
+        if shape[:2] != (image.height_px, image.width_px):
+            raise InputError(
+                f"the {what} is {shape[1]} × {shape[0]} and the profile {self.profile.name!r} says "
+                f"{image.width_px} × {image.height_px}; correct 'image' in the profile"
+            )
+        if self.bundle is not None and shape[2] != len(self.bundle.manifest.channels):
+            raise InputError(
+                f"the {what} has {shape[2]} channels and the bundle was made for "
+                f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
+            )

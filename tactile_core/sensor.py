@@ -1,0 +1,243 @@
+"""Open a sensor by its profile's name and read quantities from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from pydantic import ValidationError
+
+from tactile_core.acquisition import Acquisition, average
+from tactile_core.bundle import Bundle, check_serial, default_place
+from tactile_core.camera import Camera
+from tactile_core.device import Device
+from tactile_core.errors import CameraLost, InputError, ProfileError
+from tactile_core.illumination import Illumination
+from tactile_core.pipeline import Pipeline
+from tactile_core.plugins import resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Component, Profile
+from tactile_core.quantities import Frame, Reference
+from tactile_core.reading import Reading
+
+FIRST = "first"
+"""As ``reference``: take the first frame, and mark every reading relative."""
+
+
+def open_sensor(
+    profile: Profile | str | Path,
+    *,
+    serial: str | None = None,
+    bundle: Bundle | Path | str | None = None,
+    input: Path | str | None = None,
+    reference: Reference | Path | str | None = None,
+    sim: bool = False,
+) -> Sensor:
+    """Assemble a sensor from its profile and open it.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+        A shipped or plugin's profile by name, or the path of a YAML file.
+    serial : str, optional
+        Which physical unit: selects its bundle, and refuses another unit's.
+    bundle : Bundle or path, optional
+        The calibration; by default the one in the user's data directory, if there is one.
+    input : path, optional
+        Measure a recording instead of the profile's camera.
+    reference : Reference, path or "first", optional
+        The untouched sensor; by default the bundle's. ``"first"`` takes the first frame, and each
+        reading is marked relative.
+    sim : bool
+        Apply the profile's ``sim`` overlay: the virtual twin of the rig.
+
+    Returns
+    -------
+    Sensor
+        Open; use it in a ``with`` block.
+
+    Raises
+    ------
+    ProfileError, PluginError, CalibrationError, InputError
+        Something given is unusable; the message says what to do.
+    DeviceError
+        A device cannot be opened; nothing is left open.
+    """
+    resolved = profile if isinstance(profile, Profile) else load_profile(profile, sim=sim)
+    if serial is not None:
+        check_serial(serial)
+    if bundle is None:
+        place = default_place(resolved, serial)
+        bundle = Bundle.load(place) if place.is_dir() else None
+    elif not isinstance(bundle, Bundle):
+        bundle = Bundle.load(Path(bundle))
+    return Sensor(resolved, bundle, reference, serial=serial, input=input).open()
+
+
+class Sensor:
+    """Acquisition in front of a :class:`~tactile_core.pipeline.Pipeline`."""
+
+    def __init__(
+        self,
+        profile: Profile,
+        bundle: Bundle | None = None,
+        reference: Reference | Path | str | None = None,
+        *,
+        serial: str | None = None,
+        input: Path | str | None = None,
+    ) -> None:
+        self.notes: tuple[str, ...] = ()
+        if input is not None:
+            profile, self.notes = played_back(profile, Path(input))
+        self.profile = profile
+        self._serial = serial
+        self._bundle = bundle
+        self._given_reference = reference
+        self._camera, self._illumination = devices(profile)
+        self._acquisition = Acquisition(self._camera, self._illumination, profile.image)
+        self._pipeline: Pipeline | None = None
+        self._pending: list[Frame] = []
+
+    @property
+    def pipeline(self) -> Pipeline:
+        """What turns this sensor's frames into readings; pickles."""
+        if self._pipeline is None:
+            raise InputError("the sensor is closed; open it with 'with open_sensor(…) as sensor:'")
+        return self._pipeline
+
+    def open(self) -> Self:
+        """Open lights and camera; on failure nothing stays open."""
+        try:
+            self._illumination.attach(self._camera)
+            self._illumination.open()
+            self._camera.open()
+            reference = self._reference()
+            self._pipeline = Pipeline(
+                self.profile, self._bundle, reference, serial=self._serial
+            )
+            self.notes += self._pipeline.notes
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def close(self) -> None:
+        """Close camera and lights; may be called twice."""
+        self._camera.close()
+        self._illumination.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def read(self, timeout_s: float = 1.0) -> Reading:
+        """Observe once and measure.
+
+        Raises
+        ------
+        CameraTimeout
+            No observation within ``timeout_s`` per exposure.
+        CameraLost
+            The camera went away or the recording has come to its end.
+        """
+        frame = self._next(timeout_s)
+        if frame is None:
+            raise CameraLost("the recording has come to its end")
+        return self.pipeline.process(frame)
+
+    def stream(self, timeout_s: float = 1.0) -> Iterator[Reading]:
+        """Yield readings until the recording ends; without end on a live camera."""
+        while (frame := self._next(timeout_s)) is not None:
+            yield self.pipeline.process(frame)
+
+    def capture_reference(self, frames: int = 10) -> Reference:
+        """Take the mean of the next ``frames`` observations as the untouched sensor.
+
+        Nothing may touch the gel meanwhile.
+        """
+        taken = [frame for frame in (self._next(1.0) for _ in range(frames)) if frame is not None]
+        reference = average(taken)
+        self._pipeline = self.pipeline.with_reference(reference)
+        return self._pipeline.reference or reference
+
+    def _next(self, timeout_s: float) -> Frame | None:
+        return self._pending.pop(0) if self._pending else self._acquisition.observe(timeout_s)
+
+    def _reference(self) -> Reference | None:
+        given = self._given_reference
+        if given is None or isinstance(given, Reference):
+            return given
+        if str(given) != FIRST:
+            return read_reference(self.profile, Path(given))
+        first = self._acquisition.observe()
+        if first is None:
+            raise InputError("the input holds no frame to take the reference from")
+        self._pending.append(first)
+        reference = average([first])
+        return Reference(**{**vars(reference), "relative": True})
+
+
+def devices(profile: Profile) -> tuple[Camera, Illumination]:
+    """Make the camera and the lights that a profile names, closed."""
+    camera: Camera = _component("camera", profile.camera)
+    illumination: Illumination = _component("illumination", profile.illumination)
+    return camera, illumination
+
+
+def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
+    """Return the profile with a recording in place of its camera, and notes for the user."""
+    from tactile_core.recording import open_recording
+
+    illumination: Illumination = _component("illumination", profile.illumination)
+    count = len(illumination.exposures())
+    recording = open_recording(path, images_per_observation=count)
+    notes: tuple[str, ...] = ()
+    changes: dict[str, Any] = {}
+    scale = recording.mm_per_px
+    if scale is not None and scale != profile.image.mm_per_px:
+        changes["mm_per_px"] = scale
+        notes = (
+            f"{path.name} says {scale:g} mm per pixel, which replaces the profile's "
+            f"{profile.image.mm_per_px:g}",
+        )
+    if recording.crop is not None:
+        changes["crop"] = recording.crop
+    camera = Component.model_validate(
+        {"use": "core.replay", "path": path, "images_per_observation": count}
+    )
+    image = profile.image.model_copy(update=changes)
+    return profile.model_copy(update={"camera": camera, "image": image}), notes
+
+
+def read_reference(profile: Profile, path: Path) -> Reference:
+    """Average the observations of a recording of the untouched sensor."""
+    return average(list(read_frames(profile, path)))
+
+
+def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
+    """Yield the frames of a recording, in image coordinates."""
+    profile, _ = played_back(profile, path)
+    camera, illumination = devices(profile)
+    with illumination, camera:
+        yield from Acquisition(camera, illumination, profile.image)
+
+
+def _component(kind: str, component: Component) -> Any:
+    cls = resolve(kind, component.use)
+    try:
+        options = cls.Options.model_validate(component.options)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise ProfileError(f"{kind} {component.use}: {where}: {first['msg']}") from error
+    device: Device = cls(options)
+    return device

@@ -1,0 +1,173 @@
+"""The fixed contract of the command line, run as a user runs it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactile_core.sim.ball import BallPress
+from virtual_lab import BALL_MM, VirtualLab
+
+
+def tactile(*words: object) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "tactile_core.cli", *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def refused(*words: object) -> str:
+    """Run a command that must refuse what it is given, and return its one sentence."""
+    done = tactile(*words)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    return done.stderr
+
+
+@pytest.fixture(scope="module")
+def ran(lab: VirtualLab, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of one run over two unseen images."""
+    folder = tmp_path_factory.mktemp("ran")
+    lab.save(folder / "in" / "ball.png", BallPress((70.0, 62.0), BALL_MM, 0.8))
+    lab.save(folder / "in" / "rest.png", None)
+    done = tactile(
+        *("run", lab.profile_path, "--bundle", lab.bundle, "--input", folder / "in"),
+        *("--out", folder / "out", "--save", "npz,tmd,png,ply", "--json"),
+    )
+    assert done.returncode == 0, done.stderr
+    (folder / "lines").write_text(done.stdout)
+    return folder
+
+
+def test_help_names_every_command() -> None:
+    done = tactile("--help")
+    assert done.returncode == 0
+    for command in ("demo", "run", "calibrate", "profiles", "plugins", "validate", "schema"):
+        assert command in done.stdout
+
+
+def test_run_prints_a_json_line_per_observation(ran: Path) -> None:
+    lines = [json.loads(line) for line in (ran / "lines").read_text().splitlines()]
+    assert [line["source"] for line in lines] == ["ball", "rest"]
+    assert {
+        "sequence",
+        "timestamp_s",
+        "latency_ms",
+        "relative",
+        "contact_area_mm2",
+        "max_height_mm",
+        "wrench",
+        "slip",
+        "markers",
+        "warnings",
+    } <= set(lines[0])
+    assert lines[0]["contact_area_mm2"] > 1
+    assert lines[1]["contact_area_mm2"] == 0
+
+
+def test_run_writes_every_array_of_the_contract(ran: Path) -> None:
+    with np.load(ran / "out" / "ball.npz") as data:
+        assert data["height_mm"].dtype == np.float32
+        assert data["height_mm"].shape == (120, 160)
+        assert data["gradients"].dtype == np.float32
+        assert data["gradients"].shape == (120, 160, 2)
+        assert data["contact"].dtype == bool
+        assert data["valid"].dtype == bool
+        assert float(data["mm_per_px"]) == pytest.approx(0.1245)
+        assert all(np.isfinite(data[name]).all() for name in data)
+
+
+def test_run_writes_files_that_other_tools_open(ran: Path) -> None:
+    names = {path.name for path in (ran / "out").iterdir()}
+    assert {f"ball{end}" for end in (".npz", ".tmd", ".png", "_normals.png", ".ply")} <= names
+
+
+def test_calibrate_json_has_an_entry_a_press(lab: VirtualLab, tmp_path: Path) -> None:
+    done = tactile(
+        *("calibrate", lab.profile_path, "--presses", lab.presses, "--reference", lab.reference),
+        *("--ball-diameter-mm", BALL_MM, "--model", "core.polynomial", "--out", tmp_path / "b"),
+        "--json",
+    )
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["model"] == "core.polynomial"
+    assert len(said["presses"]) == 10
+    assert all(press["used"] for press in said["presses"])
+    assert said["held_out"]["normal_error_deg"]["mean"] < 3
+    assert said["held_out"]["predict_flat_deg"] > 10
+    assert 0 < said["coverage"]["image_fraction"] < 1
+    assert (tmp_path / "b" / "report.html").exists()
+
+
+def test_a_text_file_named_png_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
+    (tmp_path / "note.png").write_text("hello")
+    said = refused("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path)
+    assert "note.png" in said
+
+
+def test_an_empty_folder_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
+    refused("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path)
+
+
+def test_a_missing_folder_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
+    refused("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path / "gone")
+
+
+def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
+    said = refused(
+        *("run", lab.profile_path, "--bundle", lab.bundle, "--input", lab.presses),
+        *("--serial", "1234"),
+    )
+    assert "serial 0007, not 1234" in said
+
+
+def test_a_serial_that_is_a_path_is_refused(lab: VirtualLab) -> None:
+    refused("run", lab.profile_path, "--input", lab.presses, "--serial", "../x")
+
+
+def test_an_unknown_output_format_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
+    said = refused(
+        *("run", lab.profile_path, "--input", lab.presses, "--out", tmp_path / "o"),
+        *("--save", "stl"),
+    )
+    assert "npz, tmd, png, ply" in said
+    assert not (tmp_path / "o").exists()
+
+
+def test_an_unknown_profile_suggests_the_nearest() -> None:
+    assert "hex_fingertip" in refused("run", "hex_fingertp", "--input", ".")
+
+
+def test_an_unknown_option_is_refused() -> None:
+    refused("run", "hex_fingertip", "--frobnicate")
+
+
+def test_a_ball_without_a_diameter_is_asked_for(lab: VirtualLab, tmp_path: Path) -> None:
+    said = refused(
+        *("calibrate", lab.profile_path, "--presses", lab.presses),
+        *("--reference", lab.reference, "--out", tmp_path / "b"),
+    )
+    assert "--ball-diameter-mm" in said
+    assert not (tmp_path / "b").exists()
+
+
+def test_presses_that_show_nothing_are_refused(lab: VirtualLab, tmp_path: Path) -> None:
+    for i in range(3):
+        lab.save(tmp_path / "rest" / f"{i}.png", None, seed=i)
+    refused(
+        *("calibrate", lab.profile_path, "--presses", tmp_path / "rest"),
+        *("--reference", lab.reference, "--ball-diameter-mm", 4, "--out", tmp_path / "b"),
+    )
+    assert not (tmp_path / "b").exists()
+
+
+def test_debug_shows_the_traceback() -> None:
+    done = tactile("run", "no_such_profile", "--debug")
+    assert "Traceback" in done.stderr

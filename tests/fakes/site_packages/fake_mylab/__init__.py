@@ -1,0 +1,28 @@
+"""A plugin in good health with a component of each of three kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from tactile_core.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_cameras() -> Mapping[str, str]:
+    return {"still": "fake_mylab.still:StillCamera"}
+
+
+@hookimpl
+def tactile_illuminations() -> Mapping[str, str]:
+    return {"lamp": "fake_mylab.lamp:Lamp"}
+
+
+@hookimpl
+def tactile_estimators() -> Mapping[str, str]:
+    return {"peak": "fake_mylab.peak:Peak", "peak_again": "fake_mylab.peak:Peak"}
+
+
+@hookimpl
+def tactile_profiles() -> Path:
+    return Path(__file__).parent / "profiles"

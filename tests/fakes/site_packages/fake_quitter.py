@@ -1,0 +1,5 @@
+"""A plugin that leaves the program while it is imported."""
+
+import sys
+
+sys.exit("no licence found")

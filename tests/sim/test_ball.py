@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.sim.ball import BallPress, dots, render
+from virtual_lab import VirtualLab
+
+SCALE = 0.05
+
+
+@given(diameter=st.floats(2, 8), share=st.floats(0.05, 0.35))
+def test_the_skin_follows_the_ball_inside_the_contact(diameter: float, share: float) -> None:
+    press = BallPress((60.0, 50.0), diameter, share * diameter)
+    height = press.height_mm((100, 120), SCALE)
+    r = np.hypot(np.arange(120) - 60.0, np.arange(100)[:, None] - 50.0) * SCALE
+    inside = r < press.contact_radius_mm
+    ball = np.sqrt((diameter / 2) ** 2 - r[inside] ** 2)
+    assert np.ptp(height[inside] - ball) < 1e-9
+
+
+def test_the_skin_has_no_step_and_no_kink_at_the_border() -> None:
+    press = BallPress((200.0, 0.0), 4.0, 0.8)
+    profile = press.height_mm((1, 401), 0.005)[0]
+    slope = np.diff(profile) / 0.005
+    assert np.abs(np.diff(profile)).max() < 0.01
+    assert np.abs(np.diff(slope)).max() < 0.02
+
+
+def test_the_skin_rests_far_away() -> None:
+    height = BallPress((0.0, 0.0), 4.0, 0.8).height_mm((1, 400), SCALE)
+    assert height[0, -1] < 1e-6
+
+
+def test_pictures_repeat_by_seed(lab: VirtualLab) -> None:
+    flat = np.zeros((120, 160))
+    same = [render(lab.profile, flat, seed=4) for _ in range(2)]
+    np.testing.assert_array_equal(*same)
+    assert (same[0] != render(lab.profile, flat, seed=5)).any()
+
+
+def test_a_surface_that_faces_a_lamp_is_brighter_in_its_colour(lab: VirtualLab) -> None:
+    # Red shines from azimuth 90°, the bottom: a surface that falls towards +y faces it.
+    y = np.arange(120)[:, None] * lab.profile.image.mm_per_px * np.ones(160)
+    flat, facing = (render(lab.profile, s * y)[..., 0].mean() for s in (0.0, -0.2))
+    assert facing > flat
+
+
+def test_marks_are_printed_at_the_profiles_pitch(lab: VirtualLab) -> None:
+    gel = {"markers": {"pitch_mm": 2.0, "diameter_mm": 0.5}}
+    data = lab.profile.model_dump(by_alias=True) | {"gel": gel}
+    marked = dots(type(lab.profile).model_validate(data))
+    assert marked.mean() == pytest.approx(np.pi * 0.25**2 / 2.0**2, rel=0.15)

@@ -1,0 +1,307 @@
+"""The annotations of estimate() are the wiring of the chain."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass
+from itertools import permutations
+from typing import TYPE_CHECKING, Any, Optional
+
+import numpy as np
+import pytest
+
+from tactile_core.chain import Chain, declared_step
+from tactile_core.device import Options
+from tactile_core.errors import InputError, PluginError, ProfileError
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.quantities import (
+    ContactMask,
+    Frame,
+    Gradients,
+    HeightMap,
+    Quantity,
+    Reference,
+)
+
+if TYPE_CHECKING:
+    from decimal import Decimal as OnlyForTheTypeChecker
+
+CONTEXT = SensorContext(ImageSection(width_px=4, height_px=3, mm_per_px=0.1), Gel())
+ZEROS = np.zeros((3, 4), np.float32)
+EVERYWHERE = np.ones((3, 4), np.bool_)
+FRAME = Frame(np.zeros((3, 4, 3), np.uint8), ("r", "g", "b"), 0.1)
+REFERENCE = Reference(np.zeros((3, 4, 3), np.float32), ("r", "g", "b"))
+GRADIENTS = Gradients(ZEROS, ZEROS, EVERYWHERE, 0.1)
+HEIGHT = HeightMap(ZEROS, EVERYWHERE, 0.1)
+
+
+@dataclass(frozen=True, eq=False)
+class Area(Quantity):
+    mm2: float
+
+
+@dataclass(frozen=True, eq=False)
+class Brightness(Quantity):
+    change: float | None
+
+
+class Height(Estimator):
+    def estimate(self, gradients: Gradients) -> HeightMap:
+        return HeightMap(gradients.x + 1, gradients.valid, gradients.mm_per_px)
+
+
+class OtherHeight(Height):
+    pass
+
+
+class Contact(Estimator):
+    def estimate(self, height: HeightMap, frame: Frame) -> ContactMask:
+        return ContactMask(height.mm > 0.5, frame.mm_per_px)
+
+
+class Measure(Estimator):
+    def estimate(self, contact: ContactMask) -> Area:
+        return Area(contact.area_mm2)
+
+
+class Glow(Estimator):
+    def estimate(self, frame: Frame, reference: Reference | None) -> Brightness:
+        if reference is None:
+            return Brightness(None)
+        return Brightness(float(frame.pixels.mean() - reference.pixels.mean()))
+
+
+class OldStyleGlow(Estimator):
+    def estimate(self, frame: Frame, reference: Optional[Reference] = None) -> Brightness:  # noqa: UP045
+        return Brightness(None if reference is None else 1.0)
+
+
+class Counter(Estimator):
+    stateful = True
+
+    def __init__(self, options: Any, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self.seen = 0
+
+    def estimate(self, frame: Frame) -> Area:
+        self.seen += 1
+        return Area(float(self.seen))
+
+    def reset(self) -> None:
+        self.seen = 0
+
+
+class Stumbling(Estimator):
+    def estimate(self, frame: Frame) -> Area:
+        raise InputError("the frame is upside down")
+
+
+class Lying(Estimator):
+    def estimate(self, frame: Frame) -> Area:
+        return HEIGHT  # type: ignore[return-value]
+
+
+class Circular(Estimator):
+    def estimate(self, area: Area) -> Area:
+        return area
+
+
+class NoMethod(Estimator):
+    pass
+
+
+class NoArgumentAnnotation(Estimator):
+    def estimate(self, frame) -> Area:  # type: ignore[no-untyped-def]
+        return Area(0)
+
+
+class NoReturnAnnotation(Estimator):
+    def estimate(self, frame: Frame):  # type: ignore[no-untyped-def]
+        return Area(0)
+
+
+class NotAQuantity(Estimator):
+    def estimate(self, frame: Frame) -> float:
+        return 0.0
+
+
+class OneOfTwo(Estimator):
+    def estimate(self, measured: Gradients | HeightMap) -> Area:
+        return Area(0)
+
+
+class MaybeNothing(Estimator):
+    def estimate(self, frame: Frame) -> Area | None:
+        return None
+
+
+class Anything(Estimator):
+    def estimate(self, *quantities: Frame) -> Area:
+        return Area(0)
+
+
+class Unresolvable(Estimator):
+    def estimate(self, number: OnlyForTheTypeChecker) -> Area:
+        return Area(0)
+
+
+def chain(**steps: type[Estimator]) -> Chain:
+    return Chain({name: cls(Options(), CONTEXT) for name, cls in steps.items()})
+
+
+def everything() -> dict[type[Quantity], Quantity]:
+    return {Frame: FRAME, Reference: REFERENCE, Gradients: GRADIENTS}
+
+
+def test_each_step_gets_what_its_annotations_ask_for() -> None:
+    result = chain(height=Height, contact=Contact, area=Measure).run(everything())
+    assert isinstance(result.steps["height"], HeightMap)
+    assert result.by_type[HeightMap] is result.steps["height"]
+    assert result.by_type[Gradients] is GRADIENTS
+    area = result.by_type[Area]
+    assert isinstance(area, Area)
+    assert area.mm2 == pytest.approx(12 * 0.01)
+    assert list(result.steps) == ["height", "contact", "area"]
+    assert result.left_out == {}
+
+
+def test_the_given_quantities_are_not_touched() -> None:
+    given = everything()
+    chain(height=Height).run(given)
+    assert given == everything()
+
+
+def test_an_empty_chain_gives_what_it_was_given() -> None:
+    assert chain().run(everything()).by_type == everything()
+
+
+@pytest.mark.parametrize("cls", [Glow, OldStyleGlow])
+def test_an_optional_input_may_be_missing(cls: type[Estimator]) -> None:
+    glow = chain(glow=cls)
+    without = glow.run({Frame: FRAME}).by_type[Brightness]
+    with_it = glow.run({Frame: FRAME, Reference: REFERENCE}).by_type[Brightness]
+    assert isinstance(without, Brightness)
+    assert isinstance(with_it, Brightness)
+    assert without.change is None
+    assert with_it.change is not None
+
+
+def test_a_step_without_its_input_is_left_out_with_all_that_depend_on_it() -> None:
+    steps = chain(height=Height, contact=Contact, area=Measure, glow=Glow)
+    missing = {"height": Gradients, "contact": HeightMap, "area": ContactMask}
+    assert steps.left_out({Frame}) == missing
+    result = steps.run({Frame: FRAME})
+    assert result.left_out == missing
+    assert list(result.steps) == ["glow"]
+
+
+def test_what_is_foretold_is_what_happens() -> None:
+    steps = chain(height=Height, contact=Contact, area=Measure, glow=Glow)
+    given = everything()
+    for kinds in ([], [Frame], [Gradients], [Frame, Gradients], list(given)):
+        result = steps.run({kind: given[kind] for kind in kinds})
+        assert result.left_out == steps.left_out(kinds)
+
+
+def test_a_sensor_that_measures_height_directly_leaves_integration_out() -> None:
+    result = chain(height=Height, contact=Contact).run({Frame: FRAME, HeightMap: HEIGHT})
+    assert result.by_type[HeightMap] is HEIGHT
+    assert set(result.left_out) == {"height"}
+    assert "contact" in result.steps
+
+
+def test_giving_what_the_sensor_gave_already_is_an_error() -> None:
+    with pytest.raises(ProfileError, match=r"'height' .* gives HeightMap"):
+        chain(height=Height).run({**everything(), HeightMap: HEIGHT})
+
+
+def test_two_producers_of_one_quantity_are_both_named() -> None:
+    with pytest.raises(ProfileError) as caught:
+        chain(height=Height, better=OtherHeight)
+    message = str(caught.value)
+    assert "'height' (Height)" in message
+    assert "'better' (OtherHeight)" in message
+    assert "HeightMap" in message
+
+
+def test_every_wrong_order_is_refused_and_says_what_to_move() -> None:
+    right: dict[str, type[Estimator]] = {"height": Height, "contact": Contact, "area": Measure}
+    for order in permutations(right):
+        if list(order) == list(right):
+            continue
+        with pytest.raises(ProfileError, match=r"move '(height|contact)' before"):
+            chain(**{name: right[name] for name in order})
+
+
+def test_a_step_that_feeds_on_itself_is_refused() -> None:
+    with pytest.raises(ProfileError, match=r"'area' .* gives itself"):
+        chain(area=Circular)
+
+
+def test_a_step_that_could_never_run_is_refused_by_the_check() -> None:
+    steps = chain(contact=Contact)
+    steps.check({Frame, HeightMap})
+    with pytest.raises(ProfileError, match=r"'contact' \(Contact\) needs HeightMap"):
+        steps.check({Frame, Reference, Gradients})
+
+
+@pytest.mark.parametrize(
+    ("cls", "fault"),
+    [
+        (NoMethod, r"does not define estimate\(\)"),
+        (NoArgumentAnnotation, "'frame' .* has no annotation"),
+        (NoReturnAnnotation, "the result .* has no annotation"),
+        (NotAQuantity, "the result .* float"),
+        (OneOfTwo, "'measured' .* one Quantity type"),
+        (MaybeNothing, "never None"),
+        (Anything, "plain arguments"),
+        (Unresolvable, "OnlyForTheTypeChecker.*TYPE_CHECKING"),
+    ],
+)
+def test_an_unclear_declaration_is_refused_by_step_and_class(
+    cls: type[Estimator], fault: str
+) -> None:
+    with pytest.raises(PluginError, match=fault) as caught:
+        chain(mystery=cls)
+    assert f"'mystery' ({cls.__name__})" in str(caught.value)
+
+
+def test_a_step_that_raises_is_let_through_with_its_name() -> None:
+    with pytest.raises(InputError, match="upside down") as caught:
+        chain(look=Stumbling).run(everything())
+    assert caught.value.__notes__ == ["raised by step 'look' (Stumbling)"]
+
+
+def test_a_step_that_gives_something_else_than_it_declares_is_caught() -> None:
+    with pytest.raises(PluginError, match=r"'area' .* returned HeightMap instead of the Area"):
+        chain(area=Lying).run(everything())
+
+
+def test_a_declaration_tells_arguments_needs_and_result() -> None:
+    step = declared_step("glow", Glow(Options(), CONTEXT))
+    assert step.takes == (Frame, Reference)
+    assert step.needs == (Frame,)
+    assert step.gives is Brightness
+
+
+def test_reset_reaches_every_step() -> None:
+    steps = chain(count=Counter)
+    counts = [steps.run(everything()).by_type[Area] for _ in range(3)]
+    steps.reset()
+    again = steps.run(everything()).by_type[Area]
+    assert [c.mm2 for c in counts if isinstance(c, Area)] == [1, 2, 3]
+    assert isinstance(again, Area)
+    assert again.mm2 == 1
+
+
+def test_one_stateful_step_makes_the_chain_stateful() -> None:
+    assert chain(height=Height, count=Counter).stateful
+    assert not chain(height=Height).stateful
+
+
+def test_a_chain_pickles_with_what_it_has_seen() -> None:
+    steps = chain(height=Height, count=Counter)
+    steps.run(everything())
+    copy = pickle.loads(pickle.dumps(steps))
+    assert copy.run(everything()).by_type[Area].mm2 == 2

@@ -1,0 +1,83 @@
+import pickle
+
+import numpy as np
+import pytest
+
+from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline
+from tactile_core.errors import InputError
+from tactile_core.sim.ball import BallPress
+from virtual_lab import BALL_MM, VirtualLab
+
+PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
+
+
+def frame_of(lab: VirtualLab, press: BallPress | None) -> Frame:
+    pixels = lab.image(press)
+    return Frame(pixels, ("red", "green", "blue"), lab.profile.image.mm_per_px, source="press")
+
+
+def test_a_frame_becomes_slopes_height_and_contact(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))
+    truth = PRESS.height_mm((120, 160), lab.profile.image.mm_per_px)
+    assert reading[HeightMap].mm.max() == pytest.approx(truth.max(), rel=0.08)
+    assert set(reading.steps) == {"height", "contact"}
+    assert reading[Gradients].x.shape == (120, 160)
+
+
+def test_the_contact_is_about_as_large_as_the_circle_that_touches(lab: VirtualLab) -> None:
+    contact = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[ContactMask]
+    assert contact.area_mm2 == pytest.approx(np.pi * PRESS.contact_radius_mm**2, rel=0.35)
+
+
+def test_an_untouched_frame_shows_no_contact(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, None))
+    assert reading[ContactMask].area_mm2 == 0
+
+
+def test_a_pipeline_pickles_and_measures_the_same(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    copy = pickle.loads(pickle.dumps(pipeline))
+    frame = frame_of(lab, PRESS)
+    np.testing.assert_array_equal(
+        copy.process(frame)[HeightMap].mm, pipeline.process(frame)[HeightMap].mm
+    )
+
+
+def test_without_a_bundle_the_steps_that_need_slopes_are_left_out(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile)
+    reading = pipeline.process(frame_of(lab, PRESS))
+    assert HeightMap not in reading
+    assert "height, contact" in pipeline.notes[0]
+
+
+def test_a_missing_quantity_says_what_there_is(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile).process(frame_of(lab, PRESS))
+    with pytest.raises(KeyError, match="no HeightMap"):
+        reading[HeightMap]
+
+
+def test_a_frame_of_another_size_is_refused(lab: VirtualLab) -> None:
+    frame = Frame(np.zeros((10, 10, 3), np.uint8), ("red", "green", "blue"), 0.1)
+    with pytest.raises(InputError, match="10 × 10"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
+def test_a_frame_of_other_channels_is_refused(lab: VirtualLab) -> None:
+    frame = Frame(np.zeros((120, 160, 1), np.uint8), ("grey",), 0.1245)
+    with pytest.raises(InputError, match="1 channels"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
+def test_arrays_of_a_reading_cannot_be_written(lab: VirtualLab) -> None:
+    height = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[HeightMap]
+    with pytest.raises(ValueError, match="read-only"):
+        height.mm[0, 0] = 1.0
+
+
+def test_earlier_readings_keep_their_values(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    first = pipeline.process(frame_of(lab, PRESS))
+    before = first[HeightMap].mm.copy(), first[Gradients].x.copy()
+    pipeline.process(frame_of(lab, None))
+    np.testing.assert_array_equal(first[HeightMap].mm, before[0])
+    np.testing.assert_array_equal(first[Gradients].x, before[1])

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from tactile_core import HeightMap, open_sensor
+from tactile_core.errors import CalibrationError, CameraLost, InputError
+from tactile_core.sim.ball import BallPress
+from virtual_lab import BALL_MM, VirtualLab
+
+
+def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        names = [reading.source for reading in sensor.stream()]
+    assert names == [f"press_{i}" for i in range(10)]
+
+
+def test_reading_past_the_end_says_so(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.reference) as sensor:
+        sensor.read()
+        with pytest.raises(CameraLost, match="end"):
+            sensor.read()
+
+
+def test_the_first_frame_as_reference_marks_readings_relative(lab: VirtualLab) -> None:
+    with open_sensor(
+        lab.profile_path, bundle=lab.bundle, input=lab.presses, reference="first"
+    ) as sensor:
+        first = sensor.read()
+    assert first.relative
+    assert abs(first[HeightMap].mm).max() < 0.05
+
+
+def test_a_captured_reference_replaces_the_bundles(lab: VirtualLab, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
+    folder = tmp_path_factory.mktemp("steps")
+    press = BallPress((70.0, 62.0), BALL_MM, 0.8)
+    for i in range(4):
+        lab.save(folder / f"{i}.png", press, seed=i)
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=folder) as sensor:
+        reference = sensor.capture_reference(frames=3)
+        after = sensor.read()
+    assert reference.frames == 3
+    assert abs(after[HeightMap].mm).max() < 0.05
+
+
+def test_another_units_bundle_is_refused_and_nothing_stays_open(lab: VirtualLab) -> None:
+    with pytest.raises(CalibrationError, match="serial"):
+        open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
+
+
+def test_an_image_of_another_size_is_resized_to_the_profile(lab: VirtualLab) -> None:
+    # The profile's image is 160 × 120 whatever the camera sends.
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.reference) as sensor:
+        assert sensor.read().frame.pixels.shape == (120, 160, 3)
+
+
+def test_without_input_the_replay_camera_asks_for_one(lab: VirtualLab) -> None:
+    with pytest.raises(InputError, match="--input"):
+        open_sensor(lab.profile_path, bundle=lab.bundle).read()
+
+
+def test_one_frame_gives_a_reference_of_unknown_noise(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        assert sensor.pipeline.reference is not None
+        assert sensor.pipeline.reference.noise == 0
+        assert np.isfinite(sensor.pipeline.reference.pixels).all()

@@ -29,8 +29,7 @@ class Exposure:
 class Illumination(Device):
     """How one photometric observation is lit.
 
-    Authors write ``channels``, ``exposures`` and ``_set``; ``_open`` and ``_close`` where the
-    lights are hardware of their own.
+    Authors write ``channels``, ``exposures``, ``_set``, ``_open`` and ``_close``.
     """
 
     @property

@@ -17,6 +17,9 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.reading import Reading
 
+_EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
+"""What may come with a frame of a calibrated unit; some calibrations give height directly."""
+
 
 class Pipeline:
     """Turns frames into readings.
@@ -113,7 +116,9 @@ class Pipeline:
         for name, component in self.profile.estimators.items():
             kind = resolve("estimator", component.use)
             steps[name] = kind(kind.Options.model_validate(component.options), context)
-        return Chain(steps)
+        chain = Chain(steps)
+        chain.check(_EVER_GIVEN)
+        return chain
 
     def _left_out(self) -> list[str]:
         given: set[type[Quantity]] = {Frame}

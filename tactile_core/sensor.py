@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from pydantic import ValidationError
 
@@ -21,6 +21,8 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.reading import Reading
+
+D = TypeVar("D", bound=Device)
 
 FIRST = "first"
 """As ``reference``: take the first frame, and mark every reading relative."""
@@ -188,17 +190,14 @@ class Sensor:
 
 def devices(profile: Profile) -> tuple[Camera, Illumination]:
     """Make the camera and the lights that a profile names, closed."""
-    camera: Camera = _component("camera", profile.camera)
-    illumination: Illumination = _component("illumination", profile.illumination)
-    return camera, illumination
+    return _made(resolve("camera", profile.camera.use), profile.camera), _lights(profile)
 
 
 def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
     """Return the profile with a recording in place of its camera, and notes for the user."""
     from tactile_core.recording import open_recording
 
-    illumination: Illumination = _component("illumination", profile.illumination)
-    count = len(illumination.exposures())
+    count = len(_lights(profile).exposures())
     recording = open_recording(path, images_per_observation=count)
     notes: tuple[str, ...] = ()
     changes: dict[str, Any] = {}
@@ -231,13 +230,15 @@ def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
         yield from Acquisition(camera, illumination, profile.image)
 
 
-def _component(kind: str, component: Component) -> Any:
-    cls = resolve(kind, component.use)
+def _lights(profile: Profile) -> Illumination:
+    return _made(resolve("illumination", profile.illumination.use), profile.illumination)
+
+
+def _made(cls: type[D], component: Component) -> D:
     try:
         options = cls.Options.model_validate(component.options)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise ProfileError(f"{kind} {component.use}: {where}: {first['msg']}") from error
-    device: Device = cls(options)
-    return device
+        raise ProfileError(f"{component.use}: {where}: {first['msg']}") from error
+    return cls(options)

@@ -10,68 +10,76 @@ from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
 
+BOX_PX = 5
+"""Side of the box that smooths twice: σ ≈ 2 px, the grain of the coating."""
 
-def masked_blur(image: Float32, weight: Float32, sigma_px: float) -> Float32:
-    """Gaussian blur that ignores pixels of weight 0, and fills them from their neighbours.
-
-    Parameters
-    ----------
-    image : (H, W) or (H, W, K) float32
-    weight : (H, W) float32
-        1 where a pixel counts, 0 where it does not.
-    sigma_px : float
-
-    Returns
-    -------
-    array of the image's shape, float32
-    """
-    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma_px), 1e-6)
-    if image.ndim == 3:
-        weight, total = weight[..., None], total[..., None]
-    blurred = cv2.GaussianBlur(image * weight, (0, 0), sigma_px)
-    return np.asarray(blurred.reshape(image.shape) / total, np.float32)
+DARK_FRACTION = 0.04
+"""Intensities below this fraction of full scale are too dark to divide by."""
 
 
-def relative_change(
-    pixels: NDArray[Any],
-    reference: Float32,
-    *,
-    marks: NDArray[np.bool_] | None = None,
-    reference_marks: NDArray[np.bool_] | None = None,
-    sigma_px: float = 1.5,
-    floor: float = 15.0,
-) -> Float32:
-    """(I − I₀) / I₀ of each channel, slightly blurred, with markers filled from around them.
+def smooth(pixels: NDArray[Any], box_px: int = BOX_PX) -> NDArray[Any]:
+    """Smooth (H, W, K) intensities by a box, twice; keeps the dtype."""
+    if box_px <= 1:
+        return pixels
+    once = cv2.blur(pixels, (box_px, box_px))
+    return np.asarray(cv2.blur(once, (box_px, box_px))).reshape(pixels.shape)
 
-    A ratio is independent of how brightly each lamp lights each place, which the plain difference
-    is not; measured on real balls it halves the error that position leaves.
+
+def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> NDArray[Any]:
+    """Replace the pixels of marks by the mean of the skin around them.
 
     Parameters
     ----------
     pixels : (H, W, K) uint8, uint16 or float32
-    reference : (H, W, K) float32
-        The untouched sensor, on the same scale.
-    marks, reference_marks : (H, W) bool, optional
-        Pixels that show a marker, now and untouched.
-    sigma_px : float
-        Blur of the change; the coating's grain is about a pixel.
-    floor : float
-        Intensities below it are too dark to divide by.
+    marks : (H, W) bool
+    size_px : int
+        Side of the neighbourhood; larger than a mark.
 
     Returns
     -------
-    (H, W, K) float32
-        0 where nothing changed.
+    (H, W, K), same dtype
     """
-    frame = pixels.astype(np.float32)
-    base = cv2.GaussianBlur(reference, (0, 0), 1.0).reshape(reference.shape)
-    if reference_marks is not None:
-        base = masked_blur(reference, (~reference_marks).astype(np.float32), 3.0)
-    change = (frame - reference) / np.maximum(base, floor)
-    if marks is None and reference_marks is None:
-        return np.asarray(cv2.GaussianBlur(change, (0, 0), sigma_px).reshape(change.shape))
-    weight = np.ones(change.shape[:2], np.float32)
-    for mask in (marks, reference_marks):
-        if mask is not None:
-            weight[mask] = 0
-    return masked_blur(change, weight, sigma_px)
+    skin = np.where(marks, np.uint8(0), np.uint8(1))
+    size = (size_px | 1, size_px | 1)
+    without = cv2.bitwise_and(pixels, pixels, mask=skin)
+    total = cv2.boxFilter(without, cv2.CV_32F, size, normalize=False)
+    count = cv2.boxFilter(skin, cv2.CV_32F, size, normalize=False)
+    at = np.nonzero(marks)
+    filled = pixels.copy()
+    around = total.reshape(pixels.shape)[at] / np.maximum(count[at], 1)[:, None]
+    filled[at] = np.where(count[at][:, None] > 0, around, pixels[at]).astype(pixels.dtype)
+    return filled
+
+
+def relative_change(
+    smoothed: NDArray[Any], base: Float32, *, full_scale: float = 255.0
+) -> Float32:
+    """(I − I₀) / I₀ of each channel.
+
+    A ratio does not depend on how brightly each lamp lights each place, which the plain difference
+    does; on real balls it removes most of the error that position leaves.
+
+    Parameters
+    ----------
+    smoothed : (..., K)
+        Intensities now.
+    base : (..., K) float32
+        Intensities of the untouched sensor.
+    full_scale : float
+        The largest intensity.
+
+    Returns
+    -------
+    (..., K) float32
+        0 where nothing changed, −1 where all light is gone.
+    """
+    floor = np.float32(DARK_FRACTION * full_scale)
+    return np.asarray(smoothed / np.maximum(base, floor) - np.float32(1), np.float32)
+
+
+def place(shape: tuple[int, int]) -> Float32:
+    """(H, W, 2) position of each pixel: x and y from the centre, in half widths of the image."""
+    h, w = shape
+    x = (np.arange(w, dtype=np.float32) - (w - 1) / 2) / (w / 2)
+    y = (np.arange(h, dtype=np.float32) - (h - 1) / 2) / (w / 2)
+    return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)

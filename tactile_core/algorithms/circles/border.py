@@ -1,0 +1,60 @@
+"""Where the skin leaves the ball: the radius of contact."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.circles.light import Light
+from tactile_core.algorithms.circles.press import Change
+
+Float = NDArray[np.float64]
+
+LARGEST = 0.98
+_SMALLEST, _STEP = 0.25, 0.03
+_DECAYS = (0.2, 0.3, 0.45, 0.7)
+_SLOPES = 26
+_MOST_PIXELS = 1500
+
+
+def contact_radius(change: Change, light: Light, centre: Float, ball_radius: float) -> float:
+    """Radius at which the slope stops being the ball's, in working pixels.
+
+    Inside, the sine of the slope is r / R; outside, it decays exponentially. Border and decay are
+    those whose colours fit best.
+    """
+    x, y = change.disc(centre, 1.5 * ball_radius)
+    keep = np.random.default_rng(0).permutation(len(x))[:_MOST_PIXELS]
+    xy = np.stack([x[keep], y[keep]], 1).astype(np.float64)
+    if len(xy) < 30:
+        return 0.0
+    offset = xy - centre
+    r = np.hypot(*offset.T)
+    direction = offset / np.maximum(r, 1e-6)[:, None]
+    colour, full = change.values[y[keep], x[keep]], change.full[y[keep], x[keep]]
+    # The colour of each pixel for a grid of slopes; any profile is then a look-up.
+    sines = np.linspace(0, 1, _SLOPES)
+    table = np.stack([light(xy, sine * direction) for sine in sines], 1)
+    rows = np.arange(len(xy))
+
+    def cost(border: float, decay: float) -> float:
+        inside = r / ball_radius
+        outside = border * np.exp(-np.maximum(inside - border, 0) / decay)
+        position = np.clip(np.where(inside < border, inside, outside), 0, 0.999) * (_SLOPES - 1)
+        below = position.astype(np.intp)
+        part = (position - below)[:, None]
+        error = table[rows, below] * (1 - part) + table[rows, below + 1] * part - colour
+        error[full & (error > 0)] = 0
+        square = (error * error).sum(1)
+        return float(np.mean(np.sqrt(1 + square / max(light.residual, 1.0) ** 2)))
+
+    borders = np.arange(_SMALLEST, LARGEST + 1e-9, _STEP)
+    costs = np.array([min(cost(border, decay) for decay in _DECAYS) for border in borders])
+    best = int(np.argmin(costs))
+    border = borders[best]
+    if 0 < best < len(borders) - 1:
+        left, middle, right = costs[best - 1 : best + 2]
+        curve = left - 2 * middle + right
+        if curve > 0:
+            border += 0.5 * (left - right) / curve * _STEP
+    return float(border * ball_radius)

@@ -1,0 +1,147 @@
+"""One press prepared for circle finding: the colour change at a scale that suits the ball."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+BALL_RADIUS_PX = 25.0
+"""Larger balls are shrunk to this radius: centres are as good and the work is bounded."""
+
+BLUR_PX = 0.7
+CEILING = 0.988
+DARK_IN_BRIGHT = 0.94
+"""Some cameras fold back to dark inside a saturated spot; below this fraction, it is one."""
+
+
+@dataclass(frozen=True, eq=False)
+class PressImage:
+    """A frame and the untouched sensor.
+
+    Attributes
+    ----------
+    pixels, reference : (H, W, K)
+        Intensities on one scale.
+    full_scale : float
+    marks : (H, W) bool or None
+        Pixels that show a marker in either.
+    """
+
+    pixels: NDArray[Any]
+    reference: NDArray[Any]
+    full_scale: float = 255.0
+    marks: Bool | None = None
+
+    @classmethod
+    def prepare(
+        cls,
+        pixels: NDArray[Any],
+        reference: NDArray[Any],
+        *,
+        full_scale: float = 255.0,
+        marks: Bool | None = None,
+        reference_marks: Bool | None = None,
+    ) -> Self:
+        """Join the marks of frame and reference."""
+        both = [mask for mask in (marks, reference_marks) if mask is not None]
+        joined = np.logical_or.reduce(both) if both else None
+        return cls(pixels, reference, full_scale, joined)
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """The colour change of a press at working scale.
+
+    Attributes
+    ----------
+    values : (h, w, K) float64
+        I − I₀ on a scale of 255, smoothed; marks filled.
+    weight : (h, w) float64
+        0 where a mark or a folded highlight hides the skin.
+    full : (h, w, K) bool
+        The channel is saturated: the change is at least this.
+    noise : float
+        Typical length of the change where nothing touches.
+    scale : float
+        Working pixels per pixel.
+    """
+
+    values: Float
+    weight: Float
+    full: Bool
+    noise: float
+    scale: float
+
+    def to_working(self, xy: Float) -> Float:
+        """Points of the image in working pixels."""
+        return (xy + 0.5) * self.scale - 0.5
+
+    def to_image(self, xy: Float) -> Float:
+        """Working pixels in points of the image."""
+        return (xy + 0.5) / self.scale - 0.5
+
+    def disc(self, centre: Float, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Columns and rows of the skin within a radius of a centre."""
+        h, w = self.weight.shape
+        x0, x1 = max(0, int(centre[0] - radius)), min(w, int(centre[0] + radius) + 2)
+        y0, y1 = max(0, int(centre[1] - radius)), min(h, int(centre[1] + radius) + 2)
+        if x0 >= x1 or y0 >= y1:
+            return np.empty(0, np.intp), np.empty(0, np.intp)
+        y, x = np.mgrid[y0:y1, x0:x1]
+        inside = (x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2
+        inside &= self.weight[y0:y1, x0:x1] > 0
+        return x[inside], y[inside]
+
+
+def working_scale(ball_radius_px: float) -> float:
+    """Working pixels per pixel for a ball of this radius."""
+    return min(1.0, BALL_RADIUS_PX / ball_radius_px)
+
+
+def change_of(press: PressImage, scale: float) -> Change:
+    """Shrink a press, subtract the reference, smooth, and mask what is not skin."""
+    frame, reference = (_shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference))
+    weight = np.ones(frame.shape[:2])
+    if press.marks is not None:
+        size = weight.shape[1], weight.shape[0]
+        share = cv2.resize(press.marks.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        weight[share > 0.1] = 0
+    full = frame >= CEILING * 255
+    for k in range(frame.shape[2]):
+        weight[_folded(full[..., k], frame[..., k])] = 0
+    change = _masked_blur(frame - reference, weight)
+    skin = np.linalg.norm(change, axis=2)[weight > 0]
+    noise = 1.4826 * float(np.median(skin)) + 1e-3 if skin.size else np.inf
+    return Change(change, weight, full, noise, scale)
+
+
+def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> Float:
+    image = pixels.astype(np.float32) * np.float32(255 / full_scale)
+    if scale < 1:
+        h, w = image.shape[:2]
+        size = max(1, round(w * scale)), max(1, round(h * scale))
+        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    return image.reshape(*image.shape[:2], -1).astype(np.float64)
+
+
+def _folded(full: Bool, plane: Float) -> Bool:
+    """Dark holes inside a saturated spot."""
+    if np.count_nonzero(full) <= 20:
+        return np.zeros_like(full)
+    kernel = np.ones((5, 5), np.uint8)
+    closed = cv2.morphologyEx(full.astype(np.uint8), cv2.MORPH_CLOSE, kernel, iterations=2)
+    hole = ((closed > 0) & (plane < DARK_IN_BRIGHT * 255)).astype(np.uint8)
+    return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
+
+
+def _masked_blur(image: Float, weight: Float) -> Float:
+    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), BLUR_PX), 1e-6)
+    blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), BLUR_PX)
+    return np.asarray(blurred.reshape(image.shape) / total[..., None])

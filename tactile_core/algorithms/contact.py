@@ -1,0 +1,148 @@
+"""Which part of the skin the object touches, told from the height map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+_COARSE_PX = 320 * 240
+_NOISE_SAMPLES = 4000
+_SEEN_SIGMAS = 5.0
+_REGION_SIGMAS = 2.5
+_RAYLEIGH_QUARTILE = 0.7585
+
+
+def contact_mask(
+    height_mm: Array,
+    *,
+    mm_per_px: float,
+    min_indentation_mm: float = 0.03,
+    border_fraction: float = 0.45,
+    min_slope: float = 0.05,
+    min_area_mm2: float = 0.05,
+) -> Bool:
+    """Find where the object touches.
+
+    A region of raised skin is a contact when it is
+
+    - deep: somewhere indented by ``min_indentation_mm`` and by 5 times the noise of the height;
+    - steep: somewhere sloped by ``min_slope`` and by 5 times the noise of the slope, for a contact
+      has a flank, and drift, which may add up to any height, has none;
+    - large: ``min_area_mm2``, so that specks are left out.
+
+    Both noises come from the map itself: from what lies below the rest surface, where no contact
+    is, and from the calmest quarter of the slopes.
+
+    The skin around a contact is drawn down with it, so the border is not where the indentation
+    ends: it lies at ``border_fraction`` of the region's greatest depth. For a ball on a half-space
+    it is at half the depth (Hertz), in real presses of balls at 0.4–0.5, and the steep wall of a
+    flat-ended object is cut at much the same place by any fraction. What is less than
+    that fraction as deep as its deepest neighbour in the same region, say the high side of a
+    strongly tilted plate, is missed.
+
+    Parameters
+    ----------
+    height_mm : (H, W) float32
+        0 at rest, positive where pressed.
+    mm_per_px : float
+    min_indentation_mm, border_fraction, min_slope, min_area_mm2 : float
+        As above.
+
+    Returns
+    -------
+    (H, W) bool
+        All False when nothing touches.
+
+    Raises
+    ------
+    InputError
+        The height map is not 2-D or empty.
+    """
+    if height_mm.ndim != 2 or 0 in height_mm.shape:
+        raise InputError(f"a height map is (H, W); this one is {height_mm.shape}")
+    height_mm = np.asarray(height_mm, np.float32)
+    mask = np.zeros(height_mm.shape, np.uint8)
+    shrink = max(1, round(np.sqrt(height_mm.size / _COARSE_PX)))
+    size = tuple(max(1, side // shrink) for side in height_mm.shape[::-1])
+    coarse = cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA)
+    noise_mm = _height_noise(coarse)
+    low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
+    seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
+    if coarse.max() <= seen_mm:
+        return mask.view(bool)
+    steep = _steep(coarse, shrink * mm_per_px, min_slope)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        cv2.compare(coarse, low_mm, cv2.CMP_GT), connectivity=8, ltype=cv2.CV_16U
+    )
+    min_area_px = min_area_mm2 / mm_per_px**2
+    for label in range(1, count):
+        x, y, width, height, area = (int(value) for value in stats[label])
+        if area * shrink**2 < min_area_px:
+            continue
+        window = np.s_[y : y + height, x : x + width]
+        region = labels[window] == label
+        peak_mm = float(coarse[window][region].max())
+        if peak_mm > seen_mm and (region & steep[window]).any():
+            border_mm = max(low_mm, border_fraction * peak_mm)
+            _draw(mask, height_mm, region, (x, y), size, border_mm)
+    return _without_specks(mask, min_area_px)
+
+
+def _height_noise(coarse: Array) -> float:
+    """Sigma of the height at rest, from the pixels below it."""
+    sample = _sample(coarse)
+    below = -sample[sample < 0]
+    return 1.4826 * float(np.median(below)) if len(below) else 0.0
+
+
+def _steep(coarse: Array, mm_per_px: float, min_slope: float) -> Bool:
+    scale = 0.5 / mm_per_px
+    gx = cv2.Sobel(coarse, cv2.CV_32F, 1, 0, ksize=1, scale=scale)
+    gy = cv2.Sobel(coarse, cv2.CV_32F, 0, 1, ksize=1, scale=scale)
+    slope = cv2.magnitude(gx, gy)
+    noise = float(np.quantile(_sample(slope), 0.25)) / _RAYLEIGH_QUARTILE
+    return np.asarray(slope > max(min_slope, _SEEN_SIGMAS * noise))
+
+
+def _sample(image: Array) -> Array:
+    step = max(1, int(np.sqrt(image.size / _NOISE_SAMPLES)))
+    return np.asarray(image[::step, ::step].ravel())
+
+
+def _draw(
+    mask: Array,
+    height_mm: Array,
+    region: Bool,
+    corner: tuple[int, int],
+    coarse_size: tuple[int, ...],
+    border_mm: float,
+) -> None:
+    """Set ``mask`` where the full image is above ``border_mm`` within a coarse region."""
+    rows, columns = mask.shape
+    across, down = columns / coarse_size[0], rows / coarse_size[1]
+    left, right = (round(across * x) for x in (corner[0], corner[0] + region.shape[1]))
+    top, bottom = (round(down * y) for y in (corner[1], corner[1] + region.shape[0]))
+    inside = cv2.resize(
+        region.view(np.uint8), (right - left, bottom - top), interpolation=cv2.INTER_NEAREST
+    )
+    window = np.s_[top:bottom, left:right]
+    mask[window] |= (height_mm[window] > border_mm).view(np.uint8) & inside
+
+
+def _without_specks(mask: Array, min_area_px: float) -> Bool:
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        mask, connectivity=8, ltype=cv2.CV_16U
+    )
+    keep = stats[:, cv2.CC_STAT_AREA] >= min_area_px
+    keep[0] = False
+    if keep[1:].all():
+        return mask.view(bool)
+    return np.asarray(keep[labels])

@@ -1,0 +1,55 @@
+"""What the slopes make flow into each pixel through its faces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.poisson.laplacian import Boundary
+
+Array = NDArray[Any]
+
+
+def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
+    """Return twice the divergence of the slopes at the faces between pixels.
+
+    The slope at a face is the mean of the two pixels beside it. At the border "neumann" has no
+    face; "dirichlet" has one towards the pixel outside, whose slope continues the last two
+    linearly.
+
+    Parameters
+    ----------
+    gx, gy : (H, W) arrays of one floating dtype
+
+    Returns
+    -------
+    (H, W) array
+        A new one.
+    """
+    divergence = np.empty(gx.shape, gx.dtype)
+    across = gx.reshape(-1)
+    if across.size > 2:
+        # the flat difference is wrong at the ends of rows, which follow; it takes a quarter of
+        # the time of one over slices of rows
+        np.subtract(across[2:], across[:-2], out=divergence.reshape(-1)[1:-1])
+    divergence[:, 0], divergence[:, -1] = _ends(gx.T, boundary)
+    divergence[1:-1] += gy[2:]
+    divergence[1:-1] -= gy[:-2]
+    first, last = _ends(gy, boundary)
+    divergence[0] += first
+    if len(gy) > 1:
+        divergence[-1] += last
+    return divergence
+
+
+def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:
+    """Twice the divergence along the first axis in its first and last line."""
+    if len(slopes) == 1:
+        nothing = np.zeros_like(slopes[0])
+        return nothing, nothing
+    first, second, penultimate, last = slopes[0], slopes[1], slopes[-2], slopes[-1]
+    if boundary == "dirichlet":
+        return 2 * (second - first), 2 * (last - penultimate)
+    return first + second, -(penultimate + last)

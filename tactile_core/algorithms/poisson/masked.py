@@ -1,0 +1,159 @@
+"""The same least squares where only a part of the image was measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.filling import filled
+from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+_TOLERANCE = 1e-9
+_MOST_ROUNDS = 150
+
+
+def solve_masked(gx: Array, gy: Array, boundary: Boundary, mask: Bool) -> Array:
+    """Height in px over ``mask``, continued smoothly outside it.
+
+    Conjugate gradients, preconditioned by the inverse on the whole image, which differs only by
+    the faces that the mask cuts: some tens of rounds. Masks like sieves or mazes, where that is
+    slow, have few faces and are solved directly.
+
+    Parameters
+    ----------
+    gx, gy : (H, W)
+        Finite inside the mask.
+    boundary : "neumann" or "dirichlet"
+    mask : (H, W) bool
+        True on at least one pixel.
+
+    Returns
+    -------
+    (H, W) float64
+    """
+    domain = _Domain(mask, boundary)
+    rhs = domain.rise(gx, gy)
+    height = _conjugate_gradients(domain, rhs)
+    if height is None:
+        height = _direct(domain, rhs)
+    return np.asarray(filled(_without_free_constants(domain, height), mask))
+
+
+class _Domain:
+    """The faces that count, and the Laplacian made of them."""
+
+    def __init__(self, mask: Bool, boundary: Boundary) -> None:
+        self.mask = mask
+        self.boundary = boundary
+        self.across = mask[:, 1:] & mask[:, :-1]
+        self.down = mask[1:] & mask[:-1]
+        self.tied = np.zeros(mask.shape)
+        """Number of a pixel's faces towards the fixed 0 outside the image."""
+        if boundary == "dirichlet":
+            for lines in (self.tied, self.tied.T):
+                lines[0] += 1
+                lines[-1] += 1
+            self.tied *= mask
+
+    def rise(self, gx: Array, gy: Array) -> Array:
+        """Divergence of the slopes: what :meth:`apply` gives on the height that has them."""
+        gx, gy = (np.where(self.mask, g, 0.0) for g in (gx, gy))
+        total = np.zeros(self.mask.shape)
+        _accumulate(total, 0.5 * (gx[:, 1:] + gx[:, :-1]) * self.across)
+        _accumulate(total.T, (0.5 * (gy[1:] + gy[:-1]) * self.down).T)
+        if self.boundary == "dirichlet":
+            self._add_border(total, gy, self.down)
+            self._add_border(total.T, gx.T, self.across.T)
+        return total * self.mask
+
+    def _add_border(self, total: Array, slopes: Array, faces: Bool) -> None:
+        # the slope half-way to the outside continues the last two pixels, or repeats a lone one
+        first, last = slopes[0].copy(), slopes[-1].copy()
+        if len(slopes) > 1:
+            first += 0.5 * (slopes[0] - slopes[1]) * faces[0]
+            last += 0.5 * (slopes[-1] - slopes[-2]) * faces[-1]
+        total[0] -= first
+        total[-1] += last
+
+    def apply(self, height: Array) -> Array:
+        """Σ (neighbour − height) over the faces that count."""
+        total = -self.tied * height
+        _accumulate(total, (height[:, 1:] - height[:, :-1]) * self.across)
+        _accumulate(total.T, ((height[1:] - height[:-1]) * self.down).T)
+        return np.asarray(total)
+
+
+def _accumulate(total: Array, flow: Array) -> None:
+    total[:, :-1] += flow
+    total[:, 1:] -= flow
+
+
+def _conjugate_gradients(domain: _Domain, rhs: Array) -> Array | None:
+    whole = laplacian(domain.mask.shape, domain.boundary, np.float64)
+
+    def precondition(residual: Array) -> Array:
+        return np.asarray(whole.solve(residual.copy()) * domain.mask)
+
+    height, residual = np.zeros(rhs.shape), rhs.copy()
+    direction = precondition(residual)
+    energy = start = -float(np.vdot(residual, direction))
+    for _ in range(_MOST_ROUNDS):
+        if energy <= _TOLERANCE**2 * start:
+            return height
+        image = domain.apply(direction)
+        step = energy / -float(np.vdot(direction, image))
+        height += step * direction
+        residual -= step * image
+        correction = precondition(residual)
+        previous, energy = energy, -float(np.vdot(residual, correction))
+        direction = correction + (energy / previous) * direction
+    return None
+
+
+def _direct(domain: _Domain, rhs: Array) -> Array:
+    from scipy.sparse import coo_array, diags_array
+    from scipy.sparse.linalg import spsolve
+
+    index = np.cumsum(domain.mask).reshape(domain.mask.shape) - 1
+    pairs = np.hstack(
+        [
+            (index[:, :-1][domain.across], index[:, 1:][domain.across]),
+            (index[:-1][domain.down], index[1:][domain.down]),
+        ]
+    )
+    n = int(domain.mask.sum())
+    links = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(n, n))
+    links = (links + links.T).tocsr()
+    tied = domain.tied[domain.mask]
+    # a spring at one pixel holds each part that is free; since the slopes pull no part as a
+    # whole, it carries no force
+    part, _ = _parts(domain.mask)
+    inside = part[domain.mask]
+    label, first = np.unique(inside, return_index=True)
+    tied[first[~np.isin(label, inside[tied > 0])]] += 1
+    matrix = diags_array(links.sum(axis=1) + tied) - links
+    height = np.zeros(domain.mask.shape)
+    height[domain.mask] = spsolve(matrix.tocsc(), -rhs[domain.mask])
+    return height
+
+
+def _without_free_constants(domain: _Domain, height: Array) -> Array:
+    part, n = _parts(domain.mask)
+    size = np.bincount(part.ravel(), minlength=n + 1)
+    mean = np.bincount(part.ravel(), height.ravel(), n + 1) / np.maximum(size, 1)
+    mean[0] = 0
+    mean[np.unique(part[domain.tied > 0])] = 0
+    return np.asarray(height - mean[part])
+
+
+def _parts(mask: Bool) -> tuple[Array, int]:
+    """Label the 4-connected parts from 1; 0 outside."""
+    import cv2
+
+    n, part = cv2.connectedComponents(mask.view(np.uint8), connectivity=4)
+    return part, n - 1

@@ -1,0 +1,65 @@
+"""Polynomial ridge regression."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class PolynomialFit:
+    """A polynomial in scaled features.
+
+    Attributes
+    ----------
+    mean, std : (D,) float32
+    coefficients : (T, M) float32
+        One row per term of :func:`terms`.
+    order : int
+    """
+
+    mean: Float32
+    std: Float32
+    coefficients: Float32
+    order: int
+
+    def __call__(self, features: Float32) -> Float32:
+        """Map (N, D) features to (N, M) outputs."""
+        scaled = (features - self.mean) / self.std
+        return np.asarray(terms(scaled, self.order) @ self.coefficients, np.float32)
+
+
+def terms(scaled: Float32, order: int) -> Float32:
+    """(N, T) products of up to ``order`` features, the constant first."""
+    columns = [np.ones(len(scaled), scaled.dtype)]
+    for degree in range(1, order + 1):
+        for combination in combinations_with_replacement(range(scaled.shape[1]), degree):
+            columns.append(np.prod(scaled[:, combination], axis=1))
+    return np.stack(columns, axis=1)
+
+
+def fit_polynomial(
+    features: Float32, targets: Float32, *, order: int = 2, ridge: float = 1e-3
+) -> PolynomialFit:
+    """Fit by ridge regression.
+
+    Parameters
+    ----------
+    features : (N, D) float32
+    targets : (N, M) float32
+    order : int
+        Highest total degree.
+    ridge : float
+        Penalty on the coefficients of scaled features, per sample.
+    """
+    mean = features.mean(0)
+    std = features.std(0) + np.float32(1e-6)
+    a = terms(((features - mean) / std).astype(np.float64), order)
+    normal = a.T @ a + ridge * len(a) * np.eye(a.shape[1])
+    coefficients = np.linalg.solve(normal, a.T @ targets.astype(np.float64))
+    return PolynomialFit(mean, std, coefficients.astype(np.float32), order)

@@ -1,0 +1,104 @@
+"""Where the untouched skin lies in a height map whose constant, and a little tilt, are unknown."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+_SAMPLES = 1200
+_ROUNDS = 3
+_CUT_SIGMAS = 4.5
+_LEAST_CALM = 0.3
+_FLOOR_MM = 1e-6
+
+
+class RestPlane(NamedTuple):
+    """The rest surface: ``level_mm`` at the image centre, rising by ``slope_x`` and ``slope_y``."""
+
+    level_mm: float
+    slope_x: float
+    slope_y: float
+
+    def removed_from(self, height_mm: Array, mm_per_px: float) -> Array:
+        """Return the (H, W) height above this plane, in the dtype of ``height_mm``."""
+        rows, columns = height_mm.shape
+        down = self.slope_y * mm_per_px * (np.arange(rows) - (rows - 1) / 2)
+        across = self.slope_x * mm_per_px * (np.arange(columns) - (columns - 1) / 2)
+        above = height_mm - (self.level_mm + down[:, None]).astype(height_mm.dtype)
+        if self.slope_x:
+            above -= across.astype(height_mm.dtype)
+        return np.asarray(above)
+
+
+def rest_plane(
+    height_mm: Array, gx: Array, gy: Array, *, mm_per_px: float, drift_slope: float = 0.05
+) -> RestPlane:
+    """Find the surface of the skin out of contact.
+
+    Slopes that are all a little off in the same direction, as after a change of the light, tilt
+    the height map as a whole. So a plane is fitted to it, robustly: it starts from the median
+    slope and the commonest height of the flatter half of the pixels, and then leaves out what
+    stands out of the plane, as contacts do. The tilt is taken for drift only when it is below
+    ``drift_slope`` and when at least 30 % of the pixels have that slope to within ``drift_slope``;
+    else something else than rest fills the image, and only the level is found: the commonest
+    height of the flatter half.
+
+    Robust up to contacts on about 40 % of the image. A press that covers the whole image has no
+    rest to be measured from; its shape stays as it is, unless it is a mere tilt below
+    ``drift_slope``, which nothing tells from drift.
+
+    Parameters
+    ----------
+    height_mm, gx, gy : (H, W)
+        The height and the slopes that it was integrated from.
+    mm_per_px : float
+    drift_slope : float
+        The largest tilt that is taken for drift; 0 finds the level alone.
+    """
+    rows, columns = height_mm.shape
+    step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
+    y, x = np.mgrid[step // 2 : rows : step, step // 2 : columns : step].astype(float)
+    z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
+    z = z.astype(float)
+    x = (x.ravel() - (columns - 1) / 2) * mm_per_px
+    y = (y.ravel() - (rows - 1) / 2) * mm_per_px
+    tilt = np.array([np.median(p), np.median(q)], float)
+    deviation = np.hypot(p - tilt[0], q - tilt[1])
+    calm = deviation < drift_slope
+    if calm.mean() < _LEAST_CALM or np.hypot(*tilt) > drift_slope:
+        slope = np.hypot(p, q)
+        return RestPlane(_commonest(z[slope <= np.median(slope)])[0], 0.0, 0.0)
+    flatter = deviation <= np.median(deviation)
+    level, spread = _commonest((z - tilt[0] * x - tilt[1] * y)[flatter])
+    terms = np.stack([np.ones_like(x), x, y], axis=1)[calm]
+    plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)
+    if np.hypot(plane[1], plane[2]) > drift_slope:
+        plane = np.array([level, *tilt])
+    return RestPlane(*(float(value) for value in plane))
+
+
+def _commonest(values: Array) -> tuple[float, float]:
+    """Mean of the shortest interval that holds half of the values, and a sigma from its length."""
+    ordered = np.sort(values)
+    half = (len(ordered) + 1) // 2
+    lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
+    first = int(np.argmin(lengths))
+    return float(ordered[first : first + half].mean()), float(lengths[first]) / 1.349
+
+
+def _robust_plane(terms: Array, z: Array, plane: Array, sigma: float) -> Array:
+    """Tukey's biweight regression from a good start."""
+    for _ in range(_ROUNDS):
+        residual = z - terms @ plane
+        near = np.abs(residual) / (_CUT_SIGMAS * max(sigma, _FLOOR_MM))
+        weight = np.where(near < 1, (1 - near**2) ** 2, 0)
+        weighted = terms * weight[:, None]
+        # a tiny ridge keeps an image of one row or one column solvable
+        normal = weighted.T @ terms + 1e-12 * len(z) * np.eye(3)
+        plane = plane + np.linalg.solve(normal, weighted.T @ residual)
+        sigma = 1.4826 * float(np.median(np.abs(z - terms @ plane)[near < 1]))
+    return plane

@@ -1,0 +1,39 @@
+"""The contact mask from the height map."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
+
+from tactile_core import device
+from tactile_core.algorithms.contact import contact_mask
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.quantities import ContactMask, HeightMap
+
+
+class Contact(Estimator):
+    """Where the indentation is deep, steep and large enough to be a contact."""
+
+    class Options(device.Options):
+        """Options of the step."""
+
+        min_indentation_mm: NonNegativeFloat = Field(
+            default=0.03, description="A contact is indented by this and by 5 times the noise."
+        )
+        border_fraction: float = Field(
+            default=0.45, ge=0, lt=1, description="Depth at the border, over the greatest depth."
+        )
+        min_slope: NonNegativeFloat = Field(
+            default=0.05, description="A contact's flank is as steep as this, and 5 times the noise."
+        )
+        min_area_mm2: PositiveFloat = Field(
+            default=0.05, description="Smaller regions are specks."
+        )
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._thresholds = options.model_dump()
+
+    def estimate(self, height: HeightMap) -> ContactMask:
+        """Return the mask; all False when nothing touches."""
+        mask = contact_mask(height.mm, mm_per_px=height.mm_per_px, **self._thresholds)
+        return ContactMask(mask, height.mm_per_px, height.timestamp_s)

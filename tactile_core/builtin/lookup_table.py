@@ -1,0 +1,150 @@
+"""``core.lookup_table``: the papers' table from colour change to slope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from tactile_core import device
+from tactile_core.algorithms.colour_table import (
+    BINS,
+    ColourTable,
+    as_complex,
+
+    span,
+    to_gradient,
+    to_sines,
+)
+from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
+from tactile_core.builtin.slope_calibration import SlopeCalibration, samples_of, shape_of
+from tactile_core.calibration import Press
+from tactile_core.errors import CalibrationError
+from tactile_core.quantities import Float32, Reference
+
+CELL_BLUR_ENTRIES = 1.2
+FILLED_WEIGHT = 1e-3
+
+
+class LookupTableOptions(device.Options):
+    """Options of ``core.lookup_table``."""
+
+    bins: int = Field(default=BINS, ge=8, le=128, description="Entries per channel.")
+
+
+@dataclass(frozen=True, eq=False)
+class TableModel:
+    """A table over colour with a first-order term around each entry, which depends on the place.
+
+    The papers' entries hold a gradient and a first-order approximation of the reflectance around
+    it (review, section 3.3). What varies most around an entry is the light over the gel, so the
+    term is taken in the place, with coefficients that are themselves smooth in the colour.
+    """
+
+    table: ColourTable
+    around: PolynomialFit
+
+    def __call__(self, features: Float32) -> Float32:
+        """Map (N, 5) features to (N, 2) sines."""
+        slopes = self._entry(features[:, :3])
+        gradient = np.stack([slopes.real, slopes.imag], 1).astype(np.float32)
+        return to_sines(gradient) + self.around(features)
+
+    def _entry(self, change: Float32) -> NDArray[np.complex64]:
+        r, g, b = self.table.bins(change).T
+        return np.asarray(self.table.slopes[r, g, b])
+
+
+class LookupTable(SlopeCalibration):
+    """80³ entries, averaged over the presses; empty entries by linear interpolation."""
+
+    USE: ClassVar[str] = "core.lookup_table"
+    Options: ClassVar[type[BaseModel]] = LookupTableOptions
+    _model: TableModel
+
+    @classmethod
+    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> LookupTable:
+        """Fit on presses of a known ball.
+
+        Raises
+        ------
+        CalibrationError
+            The frames do not have three channels.
+        """
+        assert isinstance(options, LookupTableOptions)
+        shape = shape_of(samples)
+        if shape[2] != 3:
+            raise CalibrationError(
+                f"core.lookup_table is a table over three channels and the frames have {shape[2]}; "
+                f"use core.mlp or core.polynomial"
+            )
+        features, sines = samples_of(samples, reference, most=60_000)
+        table = _filled(features[:, :3], sines, options.bins)
+        bare = TableModel(table, _nothing(features))
+        around = fit_polynomial(features, sines - bare(features), order=2, ridge=1e-3)
+        return cls(TableModel(table, around), table, shape)
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        around = self._model.around
+        return {
+            "mean": around.mean,
+            "std": around.std,
+            "coefficients": around.coefficients,
+            "order": np.array(around.order),
+        }
+
+    @classmethod
+    def _from_arrays(
+        cls,
+        arrays: dict[str, NDArray[Any]],
+        table: ColourTable | None,
+        shape: tuple[int, int, int],
+    ) -> LookupTable:
+        if table is None:
+            raise KeyError("table")
+        around = PolynomialFit(
+            arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"])
+        )
+        return cls(TableModel(table, around), table, shape)
+
+
+def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
+    """Average the samples of each entry and its near neighbours, then fill the rest."""
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+    from scipy.ndimage import gaussian_filter
+
+    low, high = span(changes)
+    empty = ColourTable(low, high, np.zeros((bins,) * 3, np.complex64))
+    index = tuple(empty.bins(changes).astype(np.intp).T)
+    count = np.zeros((bins,) * 3, np.float32)
+    total = np.zeros((2, bins, bins, bins), np.float32)
+    np.add.at(count, index, 1)
+    for k in range(2):
+        np.add.at(total[k], index, sines[:, k])
+    seen = np.argwhere(count > 0)
+    # Entries that few pixels hit are noisy; their neighbours saw nearly the same colour.
+    weight = gaussian_filter(count, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5)
+    mean = np.stack(
+        [gaussian_filter(t, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5) for t in total], -1
+    ) / np.maximum(weight, 1e-9)[..., None]
+    full = weight > FILLED_WEIGHT
+    holes = np.argwhere(~full)
+    thin = seen[:: max(1, len(seen) // 3000)]
+    mean[~full] = NearestNDInterpolator(thin, mean[tuple(thin.T)])(holes)
+    inside = LinearNDInterpolator(thin, mean[tuple(thin.T)])(holes)
+    known = np.isfinite(inside[:, 0])
+    mean[tuple(holes[known].T)] = inside[known]
+    return ColourTable(low, high, as_complex(to_gradient(mean.astype(np.float32))))
+
+
+def _nothing(features: Float32) -> PolynomialFit:
+    size = features.shape[1]
+    return PolynomialFit(
+        np.zeros(size, np.float32), np.ones(size, np.float32), np.zeros((1, 2), np.float32), 0
+    )
+
+

@@ -1,0 +1,97 @@
+"""``core.mlp``: slopes by a few small networks on the colours and the place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from tactile_core import device
+from tactile_core.algorithms.colour_table import ColourTable
+from tactile_core.algorithms.network import Network, train
+from tactile_core.builtin.slope_calibration import SlopeCalibration, baked, samples_of, shape_of
+from tactile_core.calibration import Press
+from tactile_core.quantities import Float32, Reference
+
+
+class MlpOptions(device.Options):
+    """Options of ``core.mlp``."""
+
+    members: int = Field(default=2, ge=1, le=16, description="Networks that are averaged.")
+    width: int = Field(default=16, ge=2, le=256, description="Units per hidden layer.")
+    layers: int = Field(default=3, ge=1, le=6, description="Hidden layers.")
+    epochs: int = Field(default=60, ge=1, description="Passes over the samples.")
+    noise: float = Field(default=0.05, ge=0, description="Noise on scaled features in training.")
+    seed: int = Field(default=0, ge=0, description="Same seed, same model.")
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Networks whose outputs are averaged."""
+
+    members: tuple[Network, ...]
+
+    def __call__(self, features: Float32) -> Float32:
+        """Map (N, K + 2) features to (N, 2) sines."""
+        total = self.members[0](features)
+        for member in self.members[1:]:
+            total += member(features)
+        return total / np.float32(len(self.members))
+
+
+class Mlp(SlopeCalibration):
+    """Small networks, the most accurate from about eight presses on."""
+
+    USE: ClassVar[str] = "core.mlp"
+    Options: ClassVar[type[BaseModel]] = MlpOptions
+    _model: Ensemble
+
+    @classmethod
+    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Mlp:
+        """Fit on presses of a known ball; takes a few seconds."""
+        assert isinstance(options, MlpOptions)
+        features, sines = samples_of(samples, reference)
+        model = Ensemble(
+            tuple(
+                train(
+                    features,
+                    sines,
+                    hidden=(options.width,) * options.layers,
+                    epochs=options.epochs,
+                    noise=options.noise,
+                    seed=options.seed + member,
+                )
+                for member in range(options.members)
+            )
+        )
+        return cls(model, baked(model, features), shape_of(samples))
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        members = self._model.members
+        arrays: dict[str, NDArray[Any]] = {
+            "members": np.array(len(members)),
+            "mean": members[0].mean,
+            "std": members[0].std,
+        }
+        for m, member in enumerate(members):
+            for depth, (weight, bias) in enumerate(member.layers):
+                arrays |= {f"weight_{m}_{depth}": weight, f"bias_{m}_{depth}": bias}
+        return arrays
+
+    @classmethod
+    def _from_arrays(
+        cls,
+        arrays: dict[str, NDArray[Any]],
+        table: ColourTable | None,
+        shape: tuple[int, int, int],
+    ) -> Mlp:
+        members = []
+        for m in range(int(arrays["members"])):
+            depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
+            layers = tuple((arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths))
+            members.append(Network(arrays["mean"], arrays["std"], layers))
+        return cls(Ensemble(tuple(members)), table, shape)

@@ -1,0 +1,54 @@
+"""Height from slopes, measured from the rest surface."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, Field, NonNegativeFloat
+
+from tactile_core import device
+from tactile_core.algorithms.poisson import PoissonSolver
+from tactile_core.algorithms.rest import rest_plane
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.quantities import Gradients, HeightMap
+
+
+class Poisson(Estimator):
+    """Integrates the slopes exactly and sets the untouched skin to 0.
+
+    The solver's free constant is the height of the skin out of contact. With "neumann" a tilt of
+    the whole map below ``drift_slope`` is taken for drift of the light and removed as well, since
+    no press tilts the skin far from it; see
+    :func:`tactile_core.algorithms.rest.rest_plane` for when it is not. "dirichlet" holds the border
+    of the image at 0, and nothing is shifted.
+    """
+
+    class Options(device.Options):
+        """Options of the step."""
+
+        boundary: Literal["neumann", "dirichlet"] = Field(
+            default="neumann",
+            description="neumann: the border is free; dirichlet: the skin is at rest there.",
+        )
+        drift_slope: NonNegativeFloat = Field(
+            default=0.05,
+            description="Tilt of the whole map up to which it counts as drift; 0: the level alone.",
+        )
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        assert isinstance(options, self.Options)
+        self._boundary = options.boundary
+        self._drift_slope = options.drift_slope
+
+    def estimate(self, gradients: Gradients) -> HeightMap:
+        """Return the height, 0 at rest and positive where pressed."""
+        gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
+        solver = PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=self._boundary)
+        height_mm = solver.solve(gx, gy)
+        if self._boundary == "neumann":
+            plane = rest_plane(
+                height_mm, gx, gy, mm_per_px=mm_per_px, drift_slope=self._drift_slope
+            )
+            height_mm = plane.removed_from(height_mm, mm_per_px)
+        return HeightMap(height_mm, gradients.valid, mm_per_px, gradients.timestamp_s)

@@ -1,0 +1,61 @@
+"""``core.polynomial``: slopes as a polynomial of the colours and the place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from tactile_core import device
+from tactile_core.algorithms.colour_table import ColourTable
+from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
+from tactile_core.builtin.slope_calibration import SlopeCalibration, baked, samples_of, shape_of
+from tactile_core.calibration import Press
+from tactile_core.quantities import Reference
+
+
+class PolynomialOptions(device.Options):
+    """Options of ``core.polynomial``."""
+
+    order: int = Field(default=2, ge=1, le=4, description="Highest total degree.")
+    ridge: float = Field(default=0.03, gt=0, description="Penalty on the coefficients.")
+
+
+class Polynomial(SlopeCalibration):
+    """Ridge regression; the best choice with few presses, for it cannot overfit."""
+
+    USE: ClassVar[str] = "core.polynomial"
+    Options: ClassVar[type[BaseModel]] = PolynomialOptions
+    _model: PolynomialFit
+
+    @classmethod
+    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Polynomial:
+        """Fit on presses of a known ball."""
+        assert isinstance(options, PolynomialOptions)
+        features, sines = samples_of(samples, reference)
+        model = fit_polynomial(features, sines, order=options.order, ridge=options.ridge)
+        return cls(model, baked(model, features), shape_of(samples))
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        model = self._model
+        return {
+            "mean": model.mean,
+            "std": model.std,
+            "coefficients": model.coefficients,
+            "order": np.array(model.order),
+        }
+
+    @classmethod
+    def _from_arrays(
+        cls,
+        arrays: dict[str, NDArray[Any]],
+        table: ColourTable | None,
+        shape: tuple[int, int, int],
+    ) -> Polynomial:
+        model = PolynomialFit(
+            arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"])
+        )
+        return cls(model, table, shape)

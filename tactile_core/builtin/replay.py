@@ -1,0 +1,71 @@
+"""``core.replay``: a recording in place of a camera."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar
+
+from pydantic import BaseModel, Field, PositiveInt
+
+from tactile_core.camera import Camera
+from tactile_core.device import Options
+from tactile_core.errors import InputError
+from tactile_core.formats.video import NOMINAL_FPS
+from tactile_core.quantities import Image
+from tactile_core.recording import Recording, open_recording
+
+
+class ReplayOptions(Options):
+    """What to play."""
+
+    path: Path | None = Field(
+        default=None, description="An image, a folder of images, a video or a scan."
+    )
+    images_per_observation: PositiveInt = Field(
+        default=1, description="Exposures that make one frame: the rig's lights fired in turn."
+    )
+    loop: bool = Field(default=False, description="Begin again at the end.")
+
+
+class ReplayCamera(Camera):
+    """Delivers a recording's exposures as fast as they are asked for, then None.
+
+    ``Image.source`` is the observation's name. Times are the recording's own and go on when it
+    loops.
+    """
+
+    Options: ClassVar[type[BaseModel]] = ReplayOptions
+
+    def __init__(self, options: ReplayOptions) -> None:
+        super().__init__(options)
+        self._settings = options
+        self._images: Iterator[Image] = iter(())
+
+    def _open(self) -> None:
+        if self._settings.path is None:
+            raise InputError("core.replay has nothing to play; give a recording with --input")
+        recording = open_recording(
+            self._settings.path, images_per_observation=self._settings.images_per_observation
+        )
+        self._images = _played(recording, self._settings.loop)
+
+    def _close(self) -> None:
+        self._images = iter(())
+
+    def _read(self, timeout_s: float) -> Image | None:
+        return next(self._images, None)
+
+
+def _played(recording: Recording, loop: bool) -> Iterator[Image]:
+    sequence, begin_s, last_s = 0, 0.0, 0.0
+    while True:
+        for observation in recording:
+            for image in observation.images:
+                last_s = begin_s + image.timestamp_s
+                yield replace(image, sequence=sequence, timestamp_s=last_s)
+                sequence += 1
+        if not loop:
+            return
+        begin_s = last_s + 1 / NOMINAL_FPS

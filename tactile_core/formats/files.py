@@ -1,0 +1,46 @@
+"""What all formats share: reading with a clear word on failure, writing whole or not at all."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+
+from tactile_core.errors import InputError
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return a file's content.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is a folder, or it may not be read.
+    """
+    try:
+        return path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError(f"{path}: there is no such file; check the path") from None
+    except IsADirectoryError:
+        raise InputError(f"{path} is a folder; name the file in it") from None
+    except PermissionError:
+        raise InputError(f"{path} may not be read; change its permissions") from None
+
+
+def write_atomically(path: Path, data: bytes | bytearray | memoryview) -> None:
+    """Write a file whole or not at all: beside its place first, then into it.
+
+    Raises
+    ------
+    OSError
+        The disk is full or refuses; what was at ``path`` before is still there, and nothing else.
+    """
+    path = Path(path)
+    # not tempfile: its files are readable by their owner only, whatever the user's umask says
+    fresh = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with fresh.open("xb") as file:
+            file.write(data)
+        fresh.replace(path)
+    except BaseException:
+        fresh.unlink(missing_ok=True)
+        raise

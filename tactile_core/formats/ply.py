@@ -1,0 +1,70 @@
+"""A height map as a triangle mesh in binary PLY, for any 3-D viewer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.formats.files import write_atomically
+
+_FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
+
+
+def write_ply(path: Path, height_mm: NDArray[np.float32], mm_per_px: float) -> None:
+    """Write the skin as a mesh, in mm in the sensor frame.
+
+    The origin is the image centre, x right, y down, z away from the camera, so that a height is a
+    negative z. Faces are counter-clockwise as the camera sees them.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is replaced when it exists.
+    height_mm : (H, W) float32
+        Finite; at least 2 × 2.
+    mm_per_px : float
+        Distance of neighbouring vertices.
+
+    Raises
+    ------
+    ValueError
+        The map is too small to have a face.
+    OSError
+        The disk is full or refuses; nothing half-written is left.
+    """
+    if height_mm.ndim != 2 or min(height_mm.shape) < 2:
+        raise ValueError(f"a mesh needs an (H, W) map of 2 × 2 or more, not {height_mm.shape}")
+    vertices, faces = _vertices(height_mm, mm_per_px), _faces(*height_mm.shape)
+    header = (
+        "ply\n"
+        "format binary_little_endian 1.0\n"
+        "comment millimetres; x right, y down, z away from the camera\n"
+        f"element vertex {len(vertices)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(faces)}\n"
+        "property list uchar int vertex_indices\n"
+        "end_header\n"
+    )
+    write_atomically(path, b"".join([header.encode("ascii"), vertices.tobytes(), faces.tobytes()]))
+
+
+def _vertices(height_mm: NDArray[np.float32], mm_per_px: float) -> NDArray[np.float32]:
+    rows, columns = height_mm.shape
+    vertices = np.empty((rows, columns, 3), "<f4")
+    vertices[..., 0] = (np.arange(columns) - (columns - 1) / 2) * mm_per_px
+    vertices[..., 1] = ((np.arange(rows) - (rows - 1) / 2) * mm_per_px)[:, None]
+    vertices[..., 2] = -height_mm
+    return vertices.reshape(-1, 3)
+
+
+def _faces(rows: int, columns: int) -> NDArray[np.void]:
+    corner = np.arange(rows * columns, dtype="<i4").reshape(rows, columns)
+    a, b = corner[:-1, :-1].ravel(), corner[:-1, 1:].ravel()
+    c, d = corner[1:, :-1].ravel(), corner[1:, 1:].ravel()
+    faces = np.empty((len(a), 2), _FACE)
+    faces["count"] = 3
+    faces["corners"][:, 0] = np.stack([a, c, b], 1)
+    faces["corners"][:, 1] = np.stack([b, c, d], 1)
+    return faces.ravel()

@@ -1,0 +1,117 @@
+"""``scan.yaml``: one observation of a GelSight bench, its images in the order of the lights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tactile_core.errors import InputError
+from tactile_core.formats.yaml import number, read_mapping, write_mapping
+
+SCAN_FILE = "scan.yaml"
+Crop = tuple[int, int, int, int]
+
+_OURS = frozenset({"images", "guid", "mmperpixel", "crop", "calib", "annotations", "metadata"})
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What a ``scan.yaml`` says.
+
+    Attributes
+    ----------
+    images : tuple of str
+        Files relative to the scan's folder, in order; other pictures there do not belong to it.
+    mm_per_px : float or None
+        None where the file does not know (it says 0 then).
+    crop : (x, y, width, height) or None
+        In the camera's pixels; None where the file does not know (all 0 then).
+    guid, calib : str
+    annotations : tuple of mapping
+        Shapes that somebody drew, in px; e.g. ``type: GridCircle`` with ``x, y, r``.
+    gel_id : str
+        ``metadata.gelid``.
+    extra : mapping
+        All other keys, as they stand.
+    """
+
+    images: tuple[str, ...]
+    mm_per_px: float | None = None
+    crop: Crop | None = None
+    guid: str = ""
+    calib: str = ""
+    annotations: tuple[Mapping[str, Any], ...] = ()
+    gel_id: str = ""
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+
+def read_scan(path: Path) -> Scan:
+    """Read a ``scan.yaml``.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is no scan; whether its images exist is not looked at.
+    """
+    path = Path(path)
+    content = read_mapping(path)
+    images = content.get("images")
+    if not isinstance(images, list) or not images or not all(isinstance(i, str) for i in images):
+        raise InputError(f"{path}: 'images' must list the scan's image files")
+    annotations = content.get("annotations") or []
+    if not isinstance(annotations, list) or not all(isinstance(a, dict) for a in annotations):
+        raise InputError(f"{path}: 'annotations' must be a list of mappings")
+    metadata = content.get("metadata") or {}
+    return Scan(
+        images=tuple(image.replace("\\", "/") for image in images),
+        mm_per_px=_scale(content.get("mmperpixel"), path),
+        crop=_crop(content.get("crop"), path),
+        guid=str(content.get("guid") or ""),
+        calib=str(content.get("calib") or ""),
+        annotations=tuple(annotations),
+        gel_id=str(metadata.get("gelid") or "") if isinstance(metadata, dict) else "",
+        extra={key: value for key, value in content.items() if key not in _OURS},
+    )
+
+
+def write_scan(path: Path, scan: Scan) -> None:
+    """Write a ``scan.yaml``, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        The disk is full or refuses.
+    """
+    content: dict[str, Any] = {
+        "images": list(scan.images),
+        "guid": scan.guid,
+        "mmperpixel": scan.mm_per_px or 0,
+        "crop": list(scan.crop or (0, 0, 0, 0)),
+        "calib": scan.calib,
+        "annotations": [dict(annotation) for annotation in scan.annotations],
+    }
+    if scan.gel_id:
+        content["metadata"] = {"gelid": scan.gel_id}
+    write_mapping(path, {**content, **scan.extra})
+
+
+def _scale(value: object, path: Path) -> float | None:
+    scale = 0.0 if value is None else number(value, path, "mmperpixel")
+    if scale < 0:
+        raise InputError(f"{path}: mmperpixel must be positive, or 0 for unknown, not {scale:g}")
+    return scale or None
+
+
+def _crop(value: object, path: Path) -> Crop | None:
+    if value is None or value == []:
+        return None
+    if not isinstance(value, list) or len(value) != 4:
+        raise InputError(f"{path}: crop must be [x, y, width, height], not {value!r}")
+    x, y, width, height = (round(number(part, path, "crop")) for part in value)
+    if not any((x, y, width, height)):
+        return None
+    if min(x, y) < 0 or min(width, height) < 1:
+        raise InputError(f"{path}: crop {value} is empty or begins outside the image")
+    return (x, y, width, height)

@@ -13,7 +13,7 @@ from tactile_core.errors import InputError
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 
-_COARSE_PX = 320 * 240
+_COARSE_PX = 160 * 120
 _NOISE_SAMPLES = 4000
 _SEEN_SIGMAS = 5.0
 _REGION_SIGMAS = 2.5
@@ -26,7 +26,7 @@ def contact_mask(
     mm_per_px: float,
     min_indentation_mm: float = 0.03,
     border_fraction: float = 0.45,
-    min_slope: float = 0.05,
+    min_slope: float = 0.1,
     min_area_mm2: float = 0.05,
 ) -> Bool:
     """Find where the object touches.
@@ -36,7 +36,7 @@ def contact_mask(
     - deep: somewhere indented by ``min_indentation_mm`` and by 5 times the noise of the height;
     - steep: somewhere sloped by ``min_slope`` and by 5 times the noise of the slope, for a contact
       has a flank, and drift, which may add up to any height, has none;
-    - large: ``min_area_mm2``, so that specks are left out.
+    - large: ``min_area_mm2``, the flank as well, so that specks are left out.
 
     Both noises come from the map itself: from what lies below the rest surface, where no contact
     is, and from the calmest quarter of the slopes.
@@ -83,17 +83,20 @@ def contact_mask(
         cv2.compare(coarse, low_mm, cv2.CMP_GT), connectivity=8, ltype=cv2.CV_16U
     )
     min_area_px = min_area_mm2 / mm_per_px**2
+    min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
     for label in range(1, count):
         x, y, width, height, area = (int(value) for value in stats[label])
-        if area * shrink**2 < min_area_px:
+        if area < min_area_px:
             continue
         window = np.s_[y : y + height, x : x + width]
         region = labels[window] == label
         peak_mm = float(coarse[window][region].max())
-        if peak_mm > seen_mm and (region & steep[window]).any():
+        flank = np.count_nonzero(region & steep[window])
+        if peak_mm > seen_mm and flank >= max(1, min_area_px):
             border_mm = max(low_mm, border_fraction * peak_mm)
-            _draw(mask, height_mm, region, (x, y), size, border_mm)
-    return _without_specks(mask, min_area_px)
+            touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
+            _draw(mask, height_mm, touched, (x, y), size, border_mm)
+    return mask.view(bool)
 
 
 def _height_noise(coarse: Array) -> float:
@@ -117,32 +120,31 @@ def _sample(image: Array) -> Array:
     return np.asarray(image[::step, ::step].ravel())
 
 
+def _without_specks(touched: Bool, min_area_px: float) -> Bool:
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
+        touched.view(np.uint8), connectivity=8, ltype=cv2.CV_16U
+    )
+    keep = stats[:, cv2.CC_STAT_AREA] >= min_area_px
+    keep[0] = False
+    return np.asarray(keep[labels])
+
+
 def _draw(
     mask: Array,
     height_mm: Array,
-    region: Bool,
+    touched: Bool,
     corner: tuple[int, int],
     coarse_size: tuple[int, ...],
     border_mm: float,
 ) -> None:
-    """Set ``mask`` where the full image is above ``border_mm`` within a coarse region."""
+    """Set ``mask`` where the full image is above ``border_mm`` at and next to coarse pixels."""
+    x, y = corner
+    near = cv2.dilate(cv2.copyMakeBorder(touched.view(np.uint8), 1, 1, 1, 1, 0), np.ones((3, 3)))
     rows, columns = mask.shape
     across, down = columns / coarse_size[0], rows / coarse_size[1]
-    left, right = (round(across * x) for x in (corner[0], corner[0] + region.shape[1]))
-    top, bottom = (round(down * y) for y in (corner[1], corner[1] + region.shape[0]))
-    inside = cv2.resize(
-        region.view(np.uint8), (right - left, bottom - top), interpolation=cv2.INTER_NEAREST
-    )
-    window = np.s_[top:bottom, left:right]
-    mask[window] |= (height_mm[window] > border_mm).view(np.uint8) & inside
-
-
-def _without_specks(mask: Array, min_area_px: float) -> Bool:
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        mask, connectivity=8, ltype=cv2.CV_16U
-    )
-    keep = stats[:, cv2.CC_STAT_AREA] >= min_area_px
-    keep[0] = False
-    if keep[1:].all():
-        return mask.view(bool)
-    return np.asarray(keep[labels])
+    left, right = (round(across * i) for i in (x - 1, x + 1 + touched.shape[1]))
+    top, bottom = (round(down * i) for i in (y - 1, y + 1 + touched.shape[0]))
+    near = cv2.resize(near, (right - left, bottom - top), interpolation=cv2.INTER_NEAREST)
+    near = near[max(0, -top) : rows - top, max(0, -left) : columns - left]
+    window = np.s_[max(0, top) : bottom, max(0, left) : right]
+    mask[window] |= (height_mm[window] > border_mm).view(np.uint8) & near

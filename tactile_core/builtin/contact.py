@@ -23,7 +23,7 @@ class Contact(Estimator):
             default=0.45, ge=0, lt=1, description="Depth at the border, over the greatest depth."
         )
         min_slope: NonNegativeFloat = Field(
-            default=0.05, description="A contact's flank is as steep as this, and 5 times the noise."
+            default=0.1, description="A contact's flank is as steep as this, and 5 times the noise."
         )
         min_area_mm2: PositiveFloat = Field(
             default=0.05, description="Smaller regions are specks."

@@ -92,4 +92,4 @@ def _to_srgb(lightness: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[
     )
     linear = np.clip(linear, 0, 1)
     coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.rint(255 * coded).astype(np.uint8)
+    return np.asarray(np.rint(255 * coded), np.uint8)

@@ -1,0 +1,13 @@
+"""The hexagonal three-colour fingertip (Dong, Yuan, Adelson 2017) for tactile-core."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_illuminations() -> Mapping[str, str]:
+    """The light of the fingertip."""
+    return {"tricolour": "tactile_hex_fingertip.tricolour:Tricolour"}

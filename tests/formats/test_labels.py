@@ -1,0 +1,60 @@
+"""Circles marked by hand, and what is wrong with a line of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tactile_core.errors import InputError
+
+pytest.importorskip("tactile_core.algorithms.circles")
+
+from tactile_core.formats.labels import read_labels
+
+HEADER = "file,centre_x_px,centre_y_px,contact_radius_px\n"
+
+
+def refusal(tmp_path: Path, text: str) -> str:
+    path = tmp_path / "labels.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_labels(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value).removeprefix(str(path))
+
+
+def test_circles_go_by_the_name_of_their_observation(tmp_path: Path) -> None:
+    path = tmp_path / "labels.csv"
+    rows = "press_00.png,52.0,80.5,17\n\npresses/v1.2.jpg, 1, 2, 3\nscan001,4,5,6\n"
+    path.write_text("\ufeff" + HEADER + rows)
+    circles = read_labels(path)
+    assert list(circles) == ["press_00", "v1.2", "scan001"]
+    assert tuple(circles["press_00"].centre_px) == (52.0, 80.5)
+    assert circles["press_00"].contact_radius_px == 17.0
+    assert circles["press_00"].used
+
+
+def test_columns_may_come_in_any_order_with_others_among_them(tmp_path: Path) -> None:
+    path = tmp_path / "labels.csv"
+    path.write_text("who,contact_radius_px,centre_y_px,centre_x_px,file\nme,3,2,1,a.png\n")
+    assert tuple(read_labels(path)["a"].centre_px) == (1.0, 2.0)
+
+
+def test_a_mistake_is_named_with_its_line(tmp_path: Path) -> None:
+    assert refusal(tmp_path, "file,x,y,r\n").startswith(":1: column 'centre_x_px'")
+    assert refusal(tmp_path, "").startswith(":1: column")
+    good = "a.png,1,2,3\n"
+    assert refusal(tmp_path, HEADER + good + "b.png,1,two,3\n").startswith(":3: centre_y_px")
+    assert refusal(tmp_path, HEADER + "b.png,1,nan,3\n").startswith(":2: centre_y_px")
+    assert refusal(tmp_path, HEADER + "b.png,1,2\n").startswith(":2: contact_radius_px")
+    assert "positive" in refusal(tmp_path, HEADER + "b.png,1,2,0\n")
+    assert "empty" in refusal(tmp_path, HEADER + ",1,2,3\n")
+    assert refusal(tmp_path, HEADER + good + good).startswith(":3: a.png has a circle already")
+    assert "CSV" in refusal(tmp_path, HEADER + '"a.png"x,1,2,3\n')
+
+
+def test_real_labels_are_read(recordings: Path) -> None:
+    circles = read_labels(recordings / "three_colour/objectfolder/presses.csv")
+    assert len(circles) == 20
+    assert tuple(circles["press_01"].centre_px) == (74.5, 99.0)

@@ -1,0 +1,50 @@
+"""Normals survive their picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tactile_core.errors import InputError
+from tactile_core.formats.normals import read_normals, write_normals
+from tactile_core.quantities import Gradients
+
+SLOPES = arrays(np.float32, (4, 5), elements=st.floats(-20, 20, width=32))
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(SLOPES, SLOPES)
+def test_normals_come_back_to_two_hundred_thousandths(
+    tmp_path: Path, gx: np.ndarray, gy: np.ndarray
+) -> None:
+    normals = Gradients(gx, gy, np.ones(gx.shape, bool), 0.1).normals
+    write_normals(tmp_path / "n.png", normals)
+    back = read_normals(tmp_path / "n.png")
+    np.testing.assert_allclose(back, normals, atol=2e-5)
+    np.testing.assert_allclose(np.linalg.norm(back, axis=2), 1, atol=1e-6)
+
+
+def test_red_is_right_green_is_down_and_blue_faces_the_viewer(tmp_path: Path) -> None:
+    normals = np.eye(3, dtype=np.float32)[None]
+    write_normals(tmp_path / "n.png", normals)
+    stored = cv2.imread(str(tmp_path / "n.png"), cv2.IMREAD_UNCHANGED)[..., ::-1]
+    assert stored.dtype == np.uint16
+    assert stored[0].argmax(axis=1).tolist() == [0, 1, 2]
+    assert stored.max() == 65535
+    assert abs(int(stored.min()) - 32768) <= 1
+
+
+def test_other_pictures_are_no_normals(tmp_path: Path) -> None:
+    path = tmp_path / "n.png"
+    cv2.imwrite(str(path), np.zeros((4, 4, 3), np.uint8))
+    with pytest.raises(InputError, match="16-bit"):
+        read_normals(path)
+    cv2.imwrite(str(path), np.full((4, 4, 3), 32768, np.uint16))
+    with pytest.raises(InputError, match="unit normals"):
+        read_normals(path)

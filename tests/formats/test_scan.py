@@ -1,0 +1,115 @@
+"""scan.yaml: read as benches write it, and written so that it reads the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tactile_core.errors import InputError
+from tactile_core.formats.scan import Scan, read_scan, write_scan
+
+WORDS = st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), min_size=1, max_size=12)
+
+
+def scan_of(tmp_path: Path, text: str) -> Scan:
+    path = tmp_path / "scan.yaml"
+    path.write_text(text)
+    return read_scan(path)
+
+
+def refusal(tmp_path: Path, text: str) -> str:
+    with pytest.raises(InputError) as caught:
+        scan_of(tmp_path, text)
+    assert "scan.yaml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    images=st.lists(WORDS.map(lambda w: w.replace("\\", "/")), min_size=1, max_size=6),
+    scale=st.none() | st.floats(1e-4, 10),
+    crop=st.none() | st.tuples(*[st.integers(1, 5000)] * 4),
+    guid=WORDS,
+    gel=st.just("") | WORDS,
+    radius=st.floats(0.1, 100),
+)
+def test_a_round_trip_is_exact(
+    tmp_path: Path,
+    images: list[str],
+    scale: float | None,
+    crop: tuple[int, int, int, int] | None,
+    guid: str,
+    gel: str,
+    radius: float,
+) -> None:
+    scan = Scan(
+        tuple(images),
+        scale,
+        crop,
+        guid=guid,
+        calib="..\\model.yaml",
+        annotations=({"type": "GridCircle", "x": 3, "y": 4.5, "r": radius},),
+        gel_id=gel,
+        extra={"device": {"version": 2, "lights": [True, False]}},
+    )
+    write_scan(tmp_path / "scan.yaml", scan)
+    assert read_scan(tmp_path / "scan.yaml") == scan
+
+
+def test_zero_means_unknown(tmp_path: Path) -> None:
+    scan = scan_of(tmp_path, "images: [a.png]\nmmperpixel: 0\ncrop: [0, 0, 0, 0]\n")
+    assert (scan.mm_per_px, scan.crop) == (None, None)
+    assert scan_of(tmp_path, "images: [a.png]\n") == Scan(("a.png",))
+
+
+def test_backslashes_and_windows_line_ends_are_understood(tmp_path: Path) -> None:
+    text = "\ufeffimages:\r\n  - sub\\a.png\r\ncalib: ..\\model.yaml\r\ncrop: [1, 2, 3, 4]\r\n"
+    path = tmp_path / "scan.yaml"
+    path.write_bytes(text.encode())
+    scan = read_scan(path)
+    assert (scan.images, scan.calib) == (("sub/a.png",), "..\\model.yaml")
+    assert scan.crop == (1, 2, 3, 4)
+
+
+def test_what_is_no_scan_is_refused(tmp_path: Path) -> None:
+    assert "'images'" in refusal(tmp_path, "guid: x\n")
+    assert "'images'" in refusal(tmp_path, "images: []\n")
+    assert "mapping" in refusal(tmp_path, "- a\n- b\n")
+    assert ":2:" in refusal(tmp_path, "images: [a.png]\ncrop: [1, 2\nx: }\n")
+    assert "mmperpixel" in refusal(tmp_path, "images: [a.png]\nmmperpixel: fine\n")
+    assert "positive" in refusal(tmp_path, "images: [a.png]\nmmperpixel: -1\n")
+    assert "number" in refusal(tmp_path, "images: [a.png]\nmmperpixel: .nan\n")
+    assert "crop" in refusal(tmp_path, "images: [a.png]\ncrop: [1, 2, 3]\n")
+    assert "empty" in refusal(tmp_path, "images: [a.png]\ncrop: [1, 2, 0, 4]\n")
+    assert "YAML" in refusal(tmp_path, "images: [*nobody]\n")
+    assert "YAML" in refusal(tmp_path, "[" * 3000)
+    with pytest.raises(InputError, match="no such file"):
+        read_scan(tmp_path / "absent.yaml")
+
+
+def test_binary_rubbish_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "scan.yaml"
+    path.write_bytes(bytes(range(128, 256)))
+    with pytest.raises(InputError, match="UTF-8"):
+        read_scan(path)
+
+
+def test_an_alias_bomb_does_no_harm(tmp_path: Path) -> None:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 30)]
+    assert scan_of(tmp_path, "\n".join(["images: [a.png]", *lines])).images == ("a.png",)
+    assert "images" in refusal(tmp_path, "\n".join([*lines, "images: *a29"]))
+
+
+def test_real_scans_are_read(recordings: Path) -> None:
+    groove = read_scan(recordings / "six_led/groove/scan.yaml")
+    assert groove.images == tuple(f"image0{i}.png" for i in range(1, 7))
+    assert groove.mm_per_px == pytest.approx(0.0274581, abs=1e-7)
+    penny = read_scan(recordings / "three_colour/penny/penny-001/scan.yaml")
+    assert penny.crop == (567, 229, 902, 828)
+    flat = read_scan(recordings / "six_led/ball_grid/Flat-001/scan.yaml")
+    assert (flat.mm_per_px, flat.crop) == (None, None)

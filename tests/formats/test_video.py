@@ -1,0 +1,61 @@
+"""Videos give their frames with the times that the file carries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_core.errors import InputError
+from tactile_core.formats.video import open_video
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> Path:
+    """Five red frames of rising brightness at 20 Hz."""
+    path = tmp_path / "clip.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (32, 16))
+    for i in range(5):
+        frame = np.zeros((16, 32, 3), np.uint8)
+        frame[..., 2] = 40 * (i + 1)
+        writer.write(frame)
+    writer.release()
+    return path
+
+
+def test_frames_come_in_order_with_red_first(video: Path) -> None:
+    frames = list(open_video(video).frames())
+    assert len(frames) == 5
+    for i, (pixels, _) in enumerate(frames):
+        assert pixels.shape == (16, 32, 3)
+        red, green, blue = pixels.reshape(-1, 3).mean(0)
+        assert red == pytest.approx(40 * (i + 1), abs=4)
+        assert max(green, blue) < 8
+
+
+def test_times_are_the_file_s_own(video: Path) -> None:
+    times = [time_s for _, time_s in open_video(video).frames()]
+    np.testing.assert_allclose(times, np.arange(5) / 20, atol=1e-3)
+
+
+def test_a_video_can_be_read_twice(video: Path) -> None:
+    opened = open_video(video)
+    assert len(list(opened.frames())) == len(list(opened.frames()))
+
+
+def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "fake.avi"
+    path.write_text("no video")
+    with pytest.raises(InputError, match="no video"):
+        open_video(path)
+    with pytest.raises(InputError, match="no such file"):
+        open_video(tmp_path / "absent.avi")
+
+
+def test_a_real_video_is_read(recordings: Path) -> None:
+    video = open_video(recordings / "markers" / "irregular_markers.avi")
+    assert (video.kind.width_px, video.kind.height_px) == (960, 720)
+    pixels, time_s = next(video.frames())
+    assert (pixels.shape, time_s) == ((720, 960, 3), 0.0)

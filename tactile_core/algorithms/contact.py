@@ -53,6 +53,7 @@ def contact_mask(
     height_mm : (H, W) float32
         0 at rest, positive where pressed.
     mm_per_px : float
+        Scale of the image.
     min_indentation_mm, border_fraction, min_slope, min_area_mm2 : float
         As above.
 
@@ -79,15 +80,13 @@ def contact_mask(
     if coarse.max() <= seen_mm:
         return mask.view(bool)
     steep = _steep(coarse, shrink * mm_per_px, min_slope)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        cv2.compare(coarse, low_mm, cv2.CMP_GT), connectivity=8, ltype=cv2.CV_16U
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (coarse > low_mm).view(np.uint8), connectivity=8, ltype=cv2.CV_16U
     )
-    min_area_px = min_area_mm2 / mm_per_px**2
     min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
-    for label in range(1, count):
-        x, y, width, height, area = (int(value) for value in stats[label])
-        if area < min_area_px:
-            continue
+    large = stats[:, cv2.CC_STAT_AREA] >= min_area_px
+    for label in np.flatnonzero(large[1:]) + 1:
+        x, y, width, height = (int(value) for value in stats[label, :4])
         window = np.s_[y : y + height, x : x + width]
         region = labels[window] == label
         peak_mm = float(coarse[window][region].max())
@@ -147,4 +146,4 @@ def _draw(
     near = cv2.resize(near, (right - left, bottom - top), interpolation=cv2.INTER_NEAREST)
     near = near[max(0, -top) : rows - top, max(0, -left) : columns - left]
     window = np.s_[max(0, top) : bottom, max(0, left) : right]
-    mask[window] |= (height_mm[window] > border_mm).view(np.uint8) & near
+    mask[window] |= (height_mm[window] > border_mm) & (near > 0)

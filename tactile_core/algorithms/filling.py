@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -12,44 +13,44 @@ Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 
 
-def filled(image: Array, known: Bool, *, coarse_px: int = 2) -> Array:
+def filled(image: Array, known: Bool) -> Array:
     """Fill unknown pixels from the known ones around them.
 
-    Each unknown pixel takes the value of a coarser image, made of the known pixels alone, at the
-    first scale that knows it; values are interpolated linearly, so that small holes are bridged
-    smoothly and large ones get ever smoother towards their middle.
+    Each unknown pixel is interpolated in the finest of ever coarser images, made of the known
+    pixels alone, that knows it: small holes are bridged linearly, large ones get smoother towards
+    their middle.
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 2…4) float32 or float64
-        Anything finite where it is not known.
+    image : (H, W) float32 or float64
+        Finite; what it holds at unknown pixels does not matter.
     known : (H, W) bool
         True on at least one pixel.
-    coarse_px : int
-        Side of the first coarser pixel; the next ones double.
 
     Returns
     -------
     array of the image's shape and dtype
         A new one; known pixels are untouched.
     """
-    weight = known.view(np.uint8)
-    result = image.copy()
-    if not weight.all():
-        cv2.copyTo(_continued(image, weight, coarse_px), 1 - weight, result)
-    return result
+    return filled_alike([image], known)[0]
 
 
-def _continued(image: Array, weight: Array, step: int) -> Array:
-    """Everywhere-known smooth image that agrees with the known pixels of ``image``."""
-    height, width = weight.shape
-    size = (-(-width // step), -(-height // step))
-    inside = cv2.copyTo(image, weight)
-    share = cv2.resize(weight.astype(image.dtype), size, interpolation=cv2.INTER_AREA)
-    mean = cv2.resize(inside, size, interpolation=cv2.INTER_AREA)
-    known = share > 1e-3
-    divisor = np.where(known, share, 1)
-    mean /= divisor.reshape(divisor.shape + (1,) * (image.ndim - 2))
-    if not known.all():
-        mean = filled(mean, known)
-    return cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR)
+def filled_alike(images: Sequence[Array], known: Bool) -> list[Array]:
+    """Fill several images that are known at the same pixels; see :func:`filled`."""
+    if known.all():
+        return [image.copy() for image in images]
+    height, width = known.shape
+    half = ((width + 1) // 2, (height + 1) // 2)
+    mask = known.view(np.uint8)
+    share = cv2.resize(known.astype(images[0].dtype), half, interpolation=cv2.INTER_AREA)
+    known_coarse = share > 1e-3
+    gain = 1 / np.where(known_coarse, share, 1)
+    means = []
+    for image in images:
+        inside = cv2.resize(cv2.copyTo(image, mask), half, interpolation=cv2.INTER_AREA)
+        means.append(np.multiply(inside, gain, out=inside))
+    results = []
+    for image, mean in zip(images, filled_alike(means, known_coarse), strict=True):
+        smooth = cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR)
+        results.append(cv2.copyTo(image, mask, smooth))
+    return results

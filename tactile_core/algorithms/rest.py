@@ -56,6 +56,7 @@ def rest_plane(
     height_mm, gx, gy : (H, W)
         The height and the slopes that it was integrated from.
     mm_per_px : float
+        Scale of the image.
     drift_slope : float
         The largest tilt that is taken for drift; 0 finds the level alone.
     """

@@ -25,9 +25,7 @@ class Contact(Estimator):
         min_slope: NonNegativeFloat = Field(
             default=0.1, description="A contact's flank is as steep as this, and 5 times the noise."
         )
-        min_area_mm2: PositiveFloat = Field(
-            default=0.05, description="Smaller regions are specks."
-        )
+        min_area_mm2: PositiveFloat = Field(default=0.05, description="Smaller regions are specks.")
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)

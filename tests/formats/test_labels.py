@@ -7,9 +7,6 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-
-pytest.importorskip("tactile_core.algorithms.circles")
-
 from tactile_core.formats.labels import read_labels
 
 HEADER = "file,centre_x_px,centre_y_px,contact_radius_px\n"

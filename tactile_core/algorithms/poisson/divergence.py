@@ -21,27 +21,27 @@ def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
 
     Parameters
     ----------
-    gx, gy : (H, W) arrays of one floating dtype
+    gx, gy : (H, W)
+        ∂z/∂x and ∂z/∂y, C-contiguous and of one floating dtype.
+    boundary : "neumann" or "dirichlet"
+        What the border is.
 
     Returns
     -------
     (H, W) array
         A new one.
     """
-    divergence = np.empty(gx.shape, gx.dtype)
-    across = gx.reshape(-1)
-    if across.size > 2:
+    across, down = np.empty_like(gx), np.empty_like(gy)
+    flat = gx.reshape(-1)
+    if flat.size > 2:
         # the flat difference is wrong at the ends of rows, which follow; it takes a quarter of
         # the time of one over slices of rows
-        np.subtract(across[2:], across[:-2], out=divergence.reshape(-1)[1:-1])
-    divergence[:, 0], divergence[:, -1] = _ends(gx.T, boundary)
-    divergence[1:-1] += gy[2:]
-    divergence[1:-1] -= gy[:-2]
-    first, last = _ends(gy, boundary)
-    divergence[0] += first
-    if len(gy) > 1:
-        divergence[-1] += last
-    return divergence
+        np.subtract(flat[2:], flat[:-2], out=across.reshape(-1)[1:-1])
+    across[:, 0], across[:, -1] = _ends(gx.T, boundary)
+    np.subtract(gy[2:], gy[:-2], out=down[1:-1])
+    down[0], down[-1] = _ends(gy, boundary)
+    across += down
+    return across
 
 
 def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:

@@ -36,7 +36,9 @@ class Laplacian(Protocol):
 
 
 @lru_cache(maxsize=4)
-def laplacian(shape: tuple[int, int], boundary: Boundary, dtype: DTypeLike = np.float32) -> Laplacian:
+def laplacian(
+    shape: tuple[int, int], boundary: Boundary, dtype: DTypeLike = np.float32
+) -> Laplacian:
     """Prepare the inverse for one image size, boundary and precision (float32 or float64)."""
     if boundary == "dirichlet":
         return SineLaplacian(shape, dtype)

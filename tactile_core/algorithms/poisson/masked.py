@@ -29,6 +29,7 @@ def solve_masked(gx: Array, gy: Array, boundary: Boundary, mask: Bool) -> Array:
     gx, gy : (H, W)
         Finite inside the mask.
     boundary : "neumann" or "dirichlet"
+        What the border of the image is.
     mask : (H, W) bool
         True on at least one pixel.
 
@@ -127,8 +128,8 @@ def _direct(domain: _Domain, rhs: Array) -> Array:
         ]
     )
     n = int(domain.mask.sum())
-    links = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(n, n))
-    links = (links + links.T).tocsr()
+    one_way = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(n, n)).tocsr()
+    links = one_way + one_way.T
     tied = domain.tied[domain.mask]
     # a spring at one pixel holds each part that is free; since the slopes pull no part as a
     # whole, it carries no force

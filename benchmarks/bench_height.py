@@ -1,0 +1,98 @@
+"""Cost of the steps from slopes to height and contact: ``pytest benchmarks --benchmark-only``.
+
+Set OMP_NUM_THREADS=1 to compare with figures of one core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.contact import contact_mask
+from tactile_core.algorithms.markers import fill_marks, marker_mask
+from tactile_core.algorithms.poisson import PoissonSolver, integrate
+from tactile_core.algorithms.poisson.laplacian import Boundary, CosineLaplacian, DftLaplacian
+from tactile_core.algorithms.rest import rest_plane
+
+Array = NDArray[Any]
+
+MM_PER_PX = 0.03
+SHAPES = [(240, 320), (480, 640), (1080, 1920)]
+sizes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[1]}x{s[0]}")
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Iterator[None]:
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    yield
+    cv2.setNumThreads(before)
+
+
+def press(shape: tuple[int, int]) -> Array:
+    """A ball in the middle, with a skirt, as float32 height in mm."""
+    y, x = np.mgrid[: shape[0], : shape[1]] * MM_PER_PX
+    r = np.hypot(x - x.mean(), y - y.mean())
+    inside = np.sqrt(np.maximum(4 - r**2, 0)) - np.sqrt(4 - 1.4**2) + 0.5
+    return np.asarray(np.where(r < 1.4, inside, 0.5 * np.exp(-(r - 1.4) / 0.5)), np.float32)
+
+
+def slopes(shape: tuple[int, int]) -> tuple[Array, Array]:
+    noise = np.random.default_rng(0).normal(0, 0.02, (2, *shape)).astype(np.float32)
+    gy, gx = np.gradient(press(shape), np.float32(MM_PER_PX))
+    return gx + noise[0], gy + noise[1]
+
+
+def dots(shape: tuple[int, int]) -> Array:
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    return np.hypot(x % 57 - 28, y % 57 - 28) < 7
+
+
+@sizes
+@pytest.mark.parametrize("boundary", ["neumann", "dirichlet"])
+def test_poisson(benchmark: Any, shape: tuple[int, int], boundary: Boundary) -> None:
+    solver = PoissonSolver(shape, mm_per_px=MM_PER_PX, boundary=boundary)
+    benchmark(solver.solve, *slopes(shape))
+
+
+@sizes
+@pytest.mark.parametrize("kind", [DftLaplacian, CosineLaplacian], ids=lambda k: k.__name__)
+def test_inverse_laplacian(benchmark: Any, shape: tuple[int, int], kind: Any) -> None:
+    inverse, (rhs, _) = kind(shape), slopes(shape)
+    benchmark(lambda: inverse.solve(rhs.copy()))
+
+
+def test_poisson_with_marks_masked(benchmark: Any) -> None:
+    gx, gy = slopes((480, 640))
+    benchmark(integrate, gx, gy, mm_per_px=MM_PER_PX, mask=~dots((480, 640)))
+
+
+@sizes
+def test_rest_plane(benchmark: Any, shape: tuple[int, int]) -> None:
+    gx, gy = slopes(shape)
+    height = press(shape)
+    benchmark(
+        lambda: rest_plane(height, gx, gy, mm_per_px=MM_PER_PX).removed_from(height, MM_PER_PX)
+    )
+
+
+@sizes
+def test_contact_mask(benchmark: Any, shape: tuple[int, int]) -> None:
+    noise = np.random.default_rng(0).normal(0, 0.002, shape).astype(np.float32)
+    benchmark(contact_mask, press(shape) + noise, mm_per_px=MM_PER_PX)
+
+
+@sizes
+def test_marker_mask(benchmark: Any, shape: tuple[int, int]) -> None:
+    image = np.where(dots(shape)[..., None], 40, np.array([120, 150, 100])).astype(np.uint8)
+    benchmark(marker_mask, image, diameter_px=14)
+
+
+@sizes
+def test_fill_marks(benchmark: Any, shape: tuple[int, int]) -> None:
+    benchmark(fill_marks, *slopes(shape), dots(shape))

@@ -1,0 +1,144 @@
+"""The mask covers what touches, and nothing when nothing does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.contact import contact_mask
+from tactile_core.errors import InputError
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+
+def grid(shape: tuple[int, int], mm_per_px: float) -> tuple[Array, Array]:
+    y, x = np.mgrid[: shape[0], : shape[1]] * mm_per_px
+    return x - x.mean(), y - y.mean()
+
+
+def hertz(x: Array, y: Array, radius_mm: float, depth_mm: float) -> tuple[Array, float]:
+    """Surface of a half-space under a ball (Johnson, Contact Mechanics, 3.41–42); its contact."""
+    a = np.sqrt(radius_mm * depth_mm)
+    r = np.maximum(np.hypot(x, y), 1e-9)
+    inside = depth_mm - r**2 / (2 * radius_mm)
+    ratio = np.minimum(a / r, 1)
+    outside = ((2 - 1 / ratio**2) * np.arcsin(ratio) + np.sqrt(1 - ratio**2) / ratio) * depth_mm
+    return np.where(r < a, inside, outside / np.pi), float(a)
+
+
+def punch(x: Array, y: Array, radius_mm: float, depth_mm: float) -> Array:
+    """A flat-ended cylinder on a soft layer."""
+    return depth_mm * np.exp(-np.maximum(np.hypot(x, y) - radius_mm, 0) / 0.2)
+
+
+def smooth_noise(shape: tuple[int, int], sigma_mm: float, seed: int, width_px: float) -> Array:
+    noise = np.random.default_rng(seed).standard_normal(shape)
+    noise = cv2.GaussianBlur(noise, (0, 0), width_px)
+    return np.asarray(sigma_mm * noise / noise.std())
+
+
+def overlap(mask: Bool, truth: Bool) -> float:
+    return float((mask & truth).sum() / (mask | truth).sum())
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(1.5, 4), st.floats(0.15, 0.8), st.integers(0, 2**32 - 1))
+def test_a_ball_on_a_half_space_is_masked_to_its_border(
+    radius_mm: float, depth_mm: float, seed: int
+) -> None:
+    x, y = grid((240, 320), 0.06)
+    height, a = hertz(x, y, radius_mm, depth_mm)
+    height += smooth_noise(height.shape, 0.004, seed, 3)
+    mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
+    assert overlap(mask, np.hypot(x, y) < a) > 0.75
+
+
+@pytest.mark.parametrize("shape", [(480, 640), (239, 317), (120, 160)])
+def test_a_flat_end_is_masked_to_its_edge_at_every_size(shape: tuple[int, int]) -> None:
+    mm_per_px = 14 / shape[0]
+    x, y = grid(shape, mm_per_px)
+    mask = contact_mask(punch(x, y, 3, 0.3).astype(np.float32), mm_per_px=mm_per_px)
+    assert mask.shape == shape
+    assert mask.dtype == bool
+    assert overlap(mask, np.hypot(x, y) < 3 + 0.1) > 0.94
+
+
+def test_a_contact_on_two_fifths_of_the_image_is_masked() -> None:
+    x, y = grid((240, 320), 0.06)
+    height = punch(x + 3, y, 5.0, 0.5)
+    mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
+    assert overlap(mask, np.hypot(x + 3, y) < 5.1) > 0.95
+
+
+def test_a_contact_cut_by_the_image_border_is_masked_up_to_it() -> None:
+    x, y = grid((240, 320), 0.06)
+    height = punch(x - 9, y - 6.5, 2, 0.5)
+    mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
+    assert overlap(mask, np.hypot(x - 9, y - 6.5) < 2.1) > 0.9
+    assert mask[-1, -1]
+
+
+def test_two_contacts_of_different_depth_are_both_masked() -> None:
+    x, y = grid((240, 320), 0.06)
+    height = punch(x - 4, y, 1.5, 1.0) + punch(x + 4, y, 1.5, 0.2)
+    mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
+    truth = (np.hypot(x - 4, y) < 1.6) | (np.hypot(x + 4, y) < 1.6)
+    assert overlap(mask, truth) > 0.9
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.floats(0, 0.2),
+    st.floats(8, 60),
+    st.integers(0, 2**32 - 1),
+)
+def test_an_untouched_skin_has_no_contact_however_it_drifts(
+    sigma_mm: float, width_px: float, seed: int
+) -> None:
+    height = smooth_noise((240, 320), sigma_mm * width_px / 60, seed, width_px)
+    assert not contact_mask(height.astype(np.float32), mm_per_px=0.06).any()
+
+
+def test_a_flat_map_has_no_contact() -> None:
+    assert not contact_mask(np.zeros((48, 64), np.float32), mm_per_px=0.1).any()
+
+
+def test_specks_are_left_out() -> None:
+    x, y = grid((240, 320), 0.06)
+    height = punch(x, y, 2, 0.5)
+    height[10:13, 10:13] = 1
+    mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
+    assert not mask[:30, :30].any()
+    assert mask.any()
+
+
+def test_what_is_shallower_than_the_least_indentation_is_no_contact() -> None:
+    x, y = grid((240, 320), 0.06)
+    height = punch(x, y, 2, 0.05).astype(np.float32)
+    assert contact_mask(height, mm_per_px=0.06).any()
+    assert not contact_mask(height, mm_per_px=0.06, min_indentation_mm=0.06).any()
+
+
+def test_a_slope_without_a_flank_is_no_contact() -> None:
+    x, y = grid((240, 320), 0.06)
+    hill = (0.15 * np.exp(-(x**2 + y**2) / (2 * 1.5**2))).astype(np.float32)
+    assert not contact_mask(hill, mm_per_px=0.06).any()
+    assert contact_mask(hill, mm_per_px=0.06, min_slope=0.02).any()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (3, 2)])
+def test_tiny_images_are_no_accident(shape: tuple[int, int]) -> None:
+    height = np.random.default_rng(0).random(shape).astype(np.float32)
+    assert contact_mask(height, mm_per_px=0.1).shape == shape
+
+
+def test_a_height_map_of_another_shape_is_refused() -> None:
+    with pytest.raises(InputError, match=r"this one is \(2, 3, 4\)"):
+        contact_mask(np.zeros((2, 3, 4), np.float32), mm_per_px=0.1)

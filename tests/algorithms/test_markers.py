@@ -1,0 +1,203 @@
+"""Printed dots are found under any light, and do not dent the map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.markers import fill_marks, find_marker_diameter, marker_mask
+from tactile_core.algorithms.poisson import integrate
+from tactile_core.errors import InputError
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+
+def dots(shape: tuple[int, int], pitch_px: float, diameter_px: float) -> Bool:
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    half = pitch_px / 2
+    return np.asarray(np.hypot(x % pitch_px - half, y % pitch_px - half) < diameter_px / 2)
+
+
+def coloured_light(shape: tuple[int, int]) -> Array:
+    """Three lamps, each fading across the skin to a third of its light."""
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    u, v = x / shape[1], y / shape[0]
+    return np.stack([90 + 90 * u, 180 - 110 * v, 150 - 80 * u + 40 * v], axis=2)
+
+
+def photograph(light: Array, marks: Bool, *, ink: float = 0.3, seed: int = 0) -> Array:
+    shade = cv2.GaussianBlur(np.where(marks, ink, 1.0), (0, 0), 0.7)
+    noise = np.random.default_rng(seed).normal(0, 1.5, light.shape)
+    return np.asarray(np.clip(np.rint(light * shade[..., None] + noise), 0, 255), np.uint8)
+
+
+def eroded(mask: Bool, px: int) -> Bool:
+    kernel = np.ones((2 * px + 1,) * 2, np.uint8)
+    return np.asarray(cv2.erode(mask.view(np.uint8), kernel) > 0)
+
+
+def dilated(mask: Bool, px: int) -> Bool:
+    return ~eroded(~mask, px)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(4, 26), st.floats(0.2, 0.6), st.integers(0, 2**32 - 1))
+def test_dots_are_masked_with_their_rim_and_little_else(
+    diameter_px: float, ink: float, seed: int
+) -> None:
+    marks = dots((240, 320), 3.5 * diameter_px, diameter_px)
+    image = photograph(coloured_light(marks.shape), marks, ink=ink, seed=seed)
+    mask = marker_mask(image, diameter_px=diameter_px)
+    assert mask.dtype == bool
+    assert mask[marks].mean() > 0.99
+    assert not (mask & ~dilated(marks, 6)).any()
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_the_mask_does_not_depend_on_how_intensities_are_stored(dtype: type) -> None:
+    marks = dots((120, 160), 30, 10)
+    image = photograph(coloured_light(marks.shape), marks)
+    scale = 16 if dtype is np.uint16 else 1
+    mask = marker_mask((image.astype(np.float64) * scale).astype(dtype), diameter_px=10)
+    agree = mask == marker_mask(image, diameter_px=10)
+    assert agree.mean() > 0.998
+
+
+def test_one_channel_is_as_good_as_three() -> None:
+    marks = dots((120, 160), 30, 10)
+    image = photograph(coloured_light(marks.shape), marks)[..., :1]
+    assert marker_mask(image, diameter_px=10)[marks].all()
+    assert marker_mask(image[..., 0], diameter_px=10)[marks].all()
+
+
+def test_the_shading_of_a_contact_is_no_dot() -> None:
+    y, x = np.mgrid[:240, :320] - np.array([120, 160])[:, None, None]
+    r = np.hypot(x, y)
+    slope = np.where(r < 50, r / 60, 50 / 60 * np.exp(-(r - 50) / 15)) / np.maximum(r, 1e-9)
+    angle = np.radians([90, 210, 330])
+    shading = (np.cos(angle) * x[..., None] + np.sin(angle) * y[..., None]) * slope[..., None]
+    image = photograph(120 + 90 * shading, np.zeros(r.shape, bool))
+    assert marker_mask(image, diameter_px=12).mean() < 0.005
+
+
+def test_slopes_under_marks_are_taken_from_around_them() -> None:
+    shape = (240, 320)
+    y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
+    x, y = x - 160, y - 120
+    hill = 20 * np.exp(-(x**2 + y**2) / (2 * 35**2))
+    gx, gy = -x / 35**2 * hill, -y / 35**2 * hill
+    marks = dots(shape, 40, 13)
+    dented = integrate(np.where(marks, 0, gx), np.where(marks, 0, gy), mm_per_px=1)
+    spoilt = (np.where(marks, 5, g).astype(np.float32) for g in (gx, gy))
+    fx, fy = fill_marks(*spoilt, marks)
+    assert np.array_equal(fx[~marks], gx[~marks])
+    whole = integrate(gx, gy, mm_per_px=1)
+    error = np.abs(integrate(fx, fy, mm_per_px=1) - whole).max()
+    assert error < 0.02 * np.ptp(whole)
+    assert error < 0.2 * np.abs(dented - whole).max()
+
+
+def test_marks_everywhere_leave_the_slopes_alone() -> None:
+    gx, gy = np.random.default_rng(0).random((2, 5, 6)).astype(np.float32)
+    assert np.array_equal(fill_marks(gx, gy, np.ones((5, 6), bool)), (gx, gy))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(4, 20), st.floats(2.5, 5), st.integers(0, 2**32 - 1))
+def test_size_and_pitch_are_found(diameter_px: float, ratio: float, seed: int) -> None:
+    marks = dots((480, 640), ratio * diameter_px, diameter_px)
+    found = find_marker_diameter(photograph(coloured_light(marks.shape), marks, seed=seed))
+    assert found is not None
+    assert found[0] == pytest.approx(diameter_px, rel=0.2, abs=0.7)
+    assert found[1] == pytest.approx(ratio * diameter_px, rel=0.03)
+
+
+def test_no_dots_are_found_where_there_are_none() -> None:
+    bare = photograph(coloured_light((240, 320)), np.zeros((240, 320), bool))
+    assert find_marker_diameter(bare) is None
+    assert find_marker_diameter(np.zeros((20, 30, 3), np.uint8)) is None
+
+
+def test_specks_strewn_at_random_are_no_markers() -> None:
+    marks = np.zeros((240, 320), bool)
+    rng = np.random.default_rng(0)
+    for x, y in rng.uniform(10, 230, (60, 2)):
+        yy, xx = np.mgrid[:240, :320]
+        marks |= np.hypot(xx - x, yy - y) < 4
+    assert find_marker_diameter(photograph(coloured_light(marks.shape), marks)) is None
+
+
+@pytest.mark.parametrize("call", [find_marker_diameter, lambda p: marker_mask(p, diameter_px=5)])
+def test_what_is_no_image_is_refused(call: Any) -> None:
+    with pytest.raises(InputError, match="an image is"):
+        call(np.zeros(5, np.uint8))
+
+
+def test_a_dot_without_size_is_refused() -> None:
+    with pytest.raises(InputError, match="positive diameter"):
+        marker_mask(np.zeros((5, 5), np.uint8), diameter_px=0)
+
+
+def read(path: Path) -> Array:
+    image = cv2.imread(str(path))
+    assert image is not None, path
+    return np.asarray(image[..., ::-1])
+
+
+def spots(mask: Bool, least_px: int) -> Iterator[Array]:
+    _, _, stats, centres = cv2.connectedComponentsWithStats(mask.view(np.uint8))
+    for (x, y, width, height, area), centre in zip(stats[1:], centres[1:], strict=True):
+        inside = x > 0 and y > 0 and x + width < mask.shape[1] and y + height < mask.shape[0]
+        if inside and area >= least_px:
+            yield centre
+
+
+@pytest.mark.recordings
+def test_the_dots_of_the_hexagonal_fingertip_are_found(recordings: Path) -> None:
+    folder = recordings / "three_colour" / "hex_fingertip"
+    found = find_marker_diameter(read(folder / "frame0.jpg"))
+    assert found is not None
+    assert found[1] == pytest.approx(1.71 / 0.03026, rel=0.03)
+    for path in sorted(folder.glob("*.jpg")):
+        mask = marker_mask(read(path), diameter_px=found[0])
+        assert 72 <= len(list(spots(mask, 80))) <= 95
+        assert mask.mean() < 0.12
+
+
+@pytest.mark.recordings
+def test_the_dots_of_the_wedge_are_found_under_a_press(recordings: Path) -> None:
+    folder = recordings / "three_colour" / "wedge"
+    source = np.array([[33, 58], [208, 61], [56, 250], [185, 244]], np.float32)
+    target = np.array([[0, 0], [240, 0], [0, 320], [240, 320]], np.float32)
+    warp = cv2.getPerspectiveTransform(source, target)
+    names = ["bg-0.jpg", "ball-7.jpg", "ball-20.jpg"]
+    images = [cv2.warpPerspective(read(folder / name), warp, (240, 320)) for name in names]
+    found = find_marker_diameter(images[0])
+    assert found is not None
+    assert found[1] == pytest.approx(19.6, rel=0.03)
+    for image in images:
+        inner = marker_mask(image, diameter_px=found[0])[8:-8, 8:-8]
+        assert len(list(spots(inner, 12))) == pytest.approx(140, abs=8)
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    "path",
+    [
+        "three_colour/objectfolder/reference.png",
+        "gelsight_mini/background.png",
+        "gelsight_mini/key.png",
+        "force/grip/wedge_config/init_frame.png",
+    ],
+)
+def test_bare_skins_have_no_dots(recordings: Path, path: str) -> None:
+    assert find_marker_diameter(read(recordings / path)) is None

@@ -1,0 +1,91 @@
+"""The rest surface is found under drift, noise and large contacts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.rest import RestPlane, rest_plane
+
+Array = NDArray[Any]
+
+MM_PER_PX = 0.1
+SHAPE = (120, 160)
+Y_MM, X_MM = (
+    MM_PER_PX * (axis - (size - 1) / 2)
+    for axis, size in zip(np.mgrid[: SHAPE[0], : SHAPE[1]], SHAPE, strict=True)
+)
+
+
+def found(height_mm: Array, **kwargs: float) -> RestPlane:
+    gy, gx = np.gradient(height_mm, MM_PER_PX)
+    return rest_plane(height_mm, gx, gy, mm_per_px=MM_PER_PX, **kwargs)
+
+
+def punch(share: float) -> Array:
+    """A flat-ended object, 0.5 mm deep, on the left ``share`` of the image, with a skirt."""
+    edge_mm = X_MM[0, 0] + share * SHAPE[1] * MM_PER_PX
+    return 0.5 * np.exp(-np.maximum(X_MM - edge_mm, 0) / 0.3)
+
+
+def ball(depth_mm: float, radius_mm: float = 3.0) -> Array:
+    r2 = X_MM**2 + Y_MM**2
+    return np.maximum(np.sqrt(np.maximum(radius_mm**2 - r2, 0)) - radius_mm + depth_mm, 0)
+
+
+@settings(max_examples=40)
+@given(
+    st.floats(-2, 2),
+    st.floats(-0.03, 0.03),
+    st.floats(-0.03, 0.03),
+    st.floats(0, 0.4),
+)
+def test_level_and_drift_are_found_beside_a_punch_on_two_fifths_of_the_image(
+    level_mm: float, slope_x: float, slope_y: float, share: float
+) -> None:
+    drift = level_mm + slope_x * X_MM + slope_y * Y_MM
+    rng = np.random.default_rng(0)
+    height = punch(share) + drift + rng.normal(0, 5e-4, SHAPE)
+    plane = found(height)
+    rest = plane.removed_from(height, MM_PER_PX)[punch(share) < 1e-3]
+    assert np.sqrt(np.mean(rest**2)) < 0.02 * 0.5
+
+
+def test_an_untouched_skin_is_at_zero() -> None:
+    height = np.random.default_rng(0).normal(0.7, 1e-3, SHAPE)
+    assert found(height).level_mm == pytest.approx(0.7, abs=1e-3)
+
+
+def test_a_ball_stands_on_the_rest_surface() -> None:
+    plane = found(ball(0.8) - 0.3)
+    above = plane.removed_from(ball(0.8) - 0.3, MM_PER_PX)
+    assert above.max() == pytest.approx(ball(0.8).max(), abs=2e-3)
+
+
+def test_a_shape_that_fills_the_image_keeps_its_slopes() -> None:
+    height = np.sqrt(30.0**2 - (X_MM + 8) ** 2 - (Y_MM + 6) ** 2)
+    plane = found(height)
+    assert (plane.slope_x, plane.slope_y) == (0, 0)
+
+
+def test_a_tilt_too_steep_for_drift_stays() -> None:
+    assert found(0.2 * X_MM).slope_x == 0
+
+
+def test_without_drift_only_the_level_is_found() -> None:
+    plane = found(0.02 * X_MM + 0.4, drift_slope=0)
+    assert (plane.slope_x, plane.slope_y) == (0, 0)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (7, 1), (2, 2)])
+def test_tiny_images_have_a_level(shape: tuple[int, int]) -> None:
+    flat = np.full(shape, 0.4, np.float32)
+    plane = rest_plane(flat, 0 * flat, 0 * flat, mm_per_px=1)
+    above = plane.removed_from(flat, 1)
+    assert above.dtype == np.float32
+    assert above == pytest.approx(np.zeros(shape), abs=1e-6)

@@ -1,0 +1,78 @@
+"""The height step: exact integration, measured from the rest surface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from tactile_core.builtin.poisson import Poisson
+from tactile_core.estimator import SensorContext
+from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.quantities import Gradients, HeightMap
+from tactile_core.sim.ball import BallPress
+
+SHAPE, MM_PER_PX = (120, 160), 0.1
+CONTEXT = SensorContext(
+    ImageSection(width_px=SHAPE[1], height_px=SHAPE[0], mm_per_px=MM_PER_PX), Gel()
+)
+PRESS = BallPress((70.3, 55.8), 4.0, 0.5)
+
+
+def step(**options: Any) -> Poisson:
+    return Poisson(Poisson.Options(**options), CONTEXT)
+
+
+def slopes(height_mm: NDArray[np.float64], drift: tuple[float, float] = (0, 0)) -> Gradients:
+    gy, gx = np.gradient(height_mm, MM_PER_PX)
+    noise = np.random.default_rng(0).normal(0, 0.01, (2, *SHAPE))
+    valid = np.ones(SHAPE, bool)
+    valid[3, 4] = False
+    return Gradients(
+        (gx + drift[0] + noise[0]).astype(np.float32),
+        (gy + drift[1] + noise[1]).astype(np.float32),
+        valid,
+        MM_PER_PX,
+        timestamp_s=12.5,
+    )
+
+
+@pytest.mark.parametrize("boundary", ["neumann", "dirichlet"])
+def test_the_height_of_a_press_is_measured_from_the_untouched_skin(boundary: str) -> None:
+    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    height = step(boundary=boundary).estimate(slopes(truth)).mm
+    assert height.dtype == np.float32
+    assert np.sqrt(np.mean((height - truth) ** 2)) < 0.02 * truth.max()
+
+
+def test_drift_of_the_light_does_not_tilt_the_map() -> None:
+    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    height = step().estimate(slopes(truth, drift=(0.02, -0.01))).mm
+    assert np.sqrt(np.mean((height - truth) ** 2)) < 0.02 * truth.max()
+
+
+def test_drift_can_be_left_in() -> None:
+    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    height = step(drift_slope=0).estimate(slopes(truth, drift=(0.02, 0))).mm
+    assert height[:, -1].mean() - height[:, 0].mean() == pytest.approx(0.02 * 15.9, rel=0.1)
+
+
+def test_an_untouched_skin_is_flat_at_zero() -> None:
+    height = step().estimate(slopes(np.zeros(SHAPE))).mm
+    assert np.abs(height).max() < 0.01
+
+
+def test_what_was_filled_in_stays_marked() -> None:
+    gradients = slopes(np.zeros(SHAPE))
+    height = step().estimate(gradients)
+    assert isinstance(height, HeightMap)
+    assert np.array_equal(height.valid, gradients.valid)
+    assert (height.mm_per_px, height.timestamp_s) == (MM_PER_PX, 12.5)
+
+
+def test_an_unknown_boundary_is_refused() -> None:
+    with pytest.raises(ValidationError, match="boundary"):
+        Poisson.Options(boundary="periodic")

@@ -1,0 +1,195 @@
+"""The image's geometry agrees with OpenCV's conventions, and points follow the pixels."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactile_core.errors import InputError
+from tactile_core.geometry import ImageGeometry
+from tactile_core.profiles.model import ImageSection
+
+SOURCE = ((33.0, 58.0), (208.0, 61.0), (56.0, 250.0), (185.0, 244.0))
+TARGET = ((0.0, 0.0), (240.0, 0.0), (0.0, 320.0), (240.0, 320.0))
+WARP = {"source": SOURCE, "target": TARGET}
+LENS = {
+    "matrix": [[210.0, 0, 118.0], [0, 208.0, 163.0], [0, 0, 1]],
+    "distortion": [-0.12, 0.03, 0.001, -0.002],
+}
+
+
+def geometry(width: int, height: int, **more: Any) -> ImageGeometry:
+    return ImageGeometry(ImageSection(width_px=width, height_px=height, mm_per_px=0.1, **more))
+
+
+def noise(height: int, width: int, seed: int = 0) -> np.ndarray:
+    pixels = np.random.default_rng(seed).integers(0, 255, (height, width, 3), np.uint8)
+    return np.asarray(cv2.GaussianBlur(pixels, (0, 0), 2))
+
+
+def ramps(width: int, height: int) -> np.ndarray:
+    """Pixels that tell where they are: 200 x, 150 y and 0."""
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    return np.dstack([200 * x, 150 * y, 0 * x]).astype(np.uint16)
+
+
+def test_with_nothing_to_do_the_input_comes_back_itself() -> None:
+    pixels = noise(12, 16)
+    assert geometry(16, 12).apply(pixels) is pixels
+
+
+def test_a_crop_is_x_y_width_height() -> None:
+    pixels = noise(12, 16)
+    out = geometry(5, 4, crop=(3, 2, 5, 4)).apply(pixels)
+    np.testing.assert_array_equal(out, pixels[2:6, 3:8])
+    assert out.flags.c_contiguous
+
+
+def test_flips_and_turns_are_numpy_s() -> None:
+    pixels = noise(12, 16)
+    for flip, expected in (
+        ("horizontal", pixels[:, ::-1]),
+        ("vertical", pixels[::-1]),
+        ("both", pixels[::-1, ::-1]),
+    ):
+        np.testing.assert_array_equal(geometry(16, 12, flip=flip).apply(pixels), expected)
+    clockwise = geometry(12, 16, rotate_deg=90).apply(pixels)
+    np.testing.assert_array_equal(clockwise, np.rot90(pixels, -1))
+    np.testing.assert_array_equal(clockwise[0, -1], pixels[0, 0])  # top left goes to top right
+    np.testing.assert_array_equal(
+        geometry(12, 16, rotate_deg=270).apply(pixels), np.rot90(pixels, 1)
+    )
+
+
+def test_a_flip_comes_before_a_turn() -> None:
+    pixels = noise(12, 16)
+    out = geometry(12, 16, flip="horizontal", rotate_deg=90).apply(pixels)
+    np.testing.assert_array_equal(out, np.rot90(pixels[:, ::-1], -1))
+
+
+def test_a_warp_is_opencv_s() -> None:
+    pixels = noise(320, 240)
+    matrix = cv2.getPerspectiveTransform(np.float32(SOURCE), np.float32(TARGET))
+    expected = cv2.warpPerspective(pixels, matrix, (240, 320))
+    out = geometry(240, 320, warp=WARP).apply(pixels)
+    assert np.abs(out.astype(int) - expected).max() <= 1
+
+
+def test_a_lens_is_undistorted_as_by_opencv() -> None:
+    pixels = noise(320, 240)
+    expected = cv2.undistort(pixels, np.array(LENS["matrix"]), np.array(LENS["distortion"]))
+    out = geometry(240, 320, lens=LENS).apply(pixels)
+    assert np.abs(out.astype(int) - expected).max() <= 2
+
+
+def test_shrinking_averages_and_enlarging_interpolates() -> None:
+    pixels = np.zeros((4, 4, 3), np.uint8)
+    pixels[::2, ::2] = 200
+    np.testing.assert_array_equal(geometry(2, 2).apply(pixels), 50)
+    assert geometry(8, 8).apply(pixels).shape == (8, 8, 3)
+
+
+def test_sixteen_bits_stay_sixteen_bits() -> None:
+    pixels = noise(320, 240).astype(np.uint16) * 257
+    out = geometry(120, 160, bit_depth=16, lens=LENS).apply(pixels)
+    assert out.dtype == np.uint16
+    assert out.max() > 255
+
+
+def test_halving_maps_x_to_half_of_x_less_a_half() -> None:
+    points = np.array([[0.5, 0.5], [10.0, 7.0]])
+    mapped = geometry(8, 6).map_points(points, camera_size_px=(16, 12))
+    np.testing.assert_allclose(mapped, (points - 0.5) / 2)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"crop": (20, 30, 200, 260)},
+        {"flip": "horizontal"},
+        {"flip": "both", "rotate_deg": 90},
+        {"rotate_deg": 270, "crop": (10, 20, 180, 240)},
+        {"lens": LENS},
+        {"warp": WARP},
+        {"lens": LENS, "warp": WARP},
+        {"crop": (4, 6, 230, 310), "flip": "vertical", "lens": LENS, "warp": WARP},
+    ],
+    ids=str,
+)
+def test_a_point_goes_where_its_pixels_go(more: dict[str, Any]) -> None:
+    for size in ((240, 320), (120, 160)):
+        made = geometry(*size, bit_depth=16, **more)
+        seen = made.apply(ramps(240, 320))
+        for at in ((60, 70), (45, 90), (80, 55)):
+            came_from = seen[at[1], at[0], :2] / (200, 150)
+            (mapped,) = made.map_points([came_from], camera_size_px=(240, 320))
+            np.testing.assert_allclose(mapped, at, atol=0.08)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from(["none", "horizontal", "vertical", "both"]),
+    st.sampled_from([0, 90, 180, 270]),
+    st.integers(0, 11),
+    st.integers(0, 15),
+)
+def test_points_follow_every_flip_and_turn_exactly(flip: str, turn: int, y: int, x: int) -> None:
+    size = (12, 16) if turn % 180 else (16, 12)
+    made = geometry(*size, flip=flip, rotate_deg=turn)
+    pixels = np.zeros((12, 16, 3), np.uint8)
+    pixels[y, x] = 9
+    ((column, row),) = made.map_points([[x, y]])
+    assert made.apply(pixels)[int(row), int(column), 0] == 9
+
+
+def test_no_points_stay_no_points() -> None:
+    assert geometry(240, 320, lens=LENS, warp=WARP).map_points([]).shape == (0, 2)
+
+
+def test_the_camera_s_own_scale_follows_from_the_image_s() -> None:
+    assert geometry(8, 6).camera_mm_per_px((16, 12)) == pytest.approx(0.05)
+    assert geometry(8, 6, crop=(0, 0, 4, 3)).camera_mm_per_px() == pytest.approx(0.2)
+    assert geometry(6, 8, rotate_deg=90).camera_mm_per_px() == pytest.approx(0.1)
+
+
+def refusal(pixels: np.ndarray, **more: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        geometry(16, 12, **more).apply(pixels)
+    return str(caught.value)
+
+
+def test_an_image_that_is_not_what_the_profile_says_is_refused() -> None:
+    colour = noise(12, 16)
+    assert "16-bit values and the profile says bit_depth: 8" in refusal(colour.astype(np.uint16))
+    assert "8-bit values" in refusal(colour, bit_depth=16)
+    assert "12 bits end at 4095" in refusal(np.full((12, 16, 3), 4096, np.uint16), bit_depth=12)
+    assert "color: rgb" in refusal(colour[..., 0])
+    assert "color: grey" in refusal(colour, color="grey")
+    assert "reaches beyond the camera's 16 × 12" in refusal(colour, crop=(10, 0, 7, 12))
+
+
+def test_a_grey_image_stored_as_colour_is_grey() -> None:
+    grey = noise(12, 16)[..., 0]
+    out = geometry(16, 12, color="grey").apply(np.repeat(grey[..., None], 3, axis=2))
+    np.testing.assert_array_equal(out, grey)
+    assert out.flags.c_contiguous
+
+
+def test_a_warp_without_area_is_refused() -> None:
+    line = ((0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0))
+    with pytest.raises(InputError, match="four corners"):
+        geometry(240, 320, warp={"source": line, "target": TARGET})
+
+
+def test_it_pickles() -> None:
+    made = geometry(240, 320, warp=WARP)
+    pixels = noise(320, 240)
+    expected = made.apply(pixels)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(made)).apply(pixels), expected)

@@ -1,0 +1,114 @@
+"""Pictures are legible, honest about their scale, and quiet where nothing happens."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.pictures import relief, side_by_side
+from tactile_core.pictures.drawing import in_words, round_length, ticks
+from tactile_core.pictures.shading import colours, shaded
+from tactile_core.quantities import ContactMask, HeightMap
+
+
+def bump(rows: int, columns: int, mm_per_px: float = 0.1, depth_mm: float = 1.0) -> HeightMap:
+    y, x = np.mgrid[:rows, :columns]
+    square = ((x - columns / 2) ** 2 + (y - rows / 2) ** 2) / (0.15 * columns) ** 2
+    height = (depth_mm * np.exp(-square)).astype(np.float32)
+    return HeightMap(height, np.ones((rows, columns), bool), mm_per_px)
+
+
+def flat(rows: int = 48, columns: int = 64) -> HeightMap:
+    return HeightMap(np.zeros((rows, columns), np.float32), np.ones((rows, columns), bool), 0.1)
+
+
+@pytest.mark.parametrize("shape", [(120, 160), (320, 240), (480, 640), (1080, 1920), (2, 2)])
+def test_every_sensor_s_picture_is_large_enough_to_read(shape: tuple[int, int]) -> None:
+    height = bump(*shape)
+    contact = ContactMask(height.mm > 0.5, height.mm_per_px)
+    picture = relief(height, contact, title="press_04")
+    assert picture.dtype == np.uint8
+    assert picture.shape[2] == 3
+    assert max(picture.shape) >= 640
+    assert picture.shape[0] > shape[0]
+    assert picture.shape[1] > shape[1]
+
+
+def test_an_untouched_gel_is_one_even_colour() -> None:
+    picture = relief(flat(), None)
+    inside = picture[200:400, 200:500].reshape(-1, 3)
+    assert np.ptp(inside, axis=0).max() == 0
+
+
+def test_faint_noise_is_not_stretched_over_all_colours() -> None:
+    noise = np.random.default_rng(0).normal(0, 1e-3, (480, 640)).astype(np.float32)
+    inside = relief(HeightMap(noise, noise == noise, 0.1), None)[100:400, 100:600].astype(float)
+    assert inside.reshape(-1, 3).std(0).max() < 25
+
+
+def test_the_light_comes_from_the_upper_left() -> None:
+    height = bump(100, 100)
+    picture = shaded(height.mm, 0.1, 0.0, 1.0).astype(int).sum(2)
+    assert picture[40, 40] > picture[60, 60] + 60  # a bump, not a dent
+
+
+def test_higher_is_brighter_and_every_step_alike() -> None:
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    linear = (colours(16) / 255.0) ** 2.2 @ weights
+    lightness = np.cbrt(linear)  # as the eye has it
+    steps = np.diff(lightness)
+    assert (steps > 0).all()
+    assert steps.max() < 2 * steps.min()
+
+
+def test_the_contact_is_outlined_and_an_empty_one_is_not() -> None:
+    height = bump(120, 160)
+    empty = ContactMask(np.zeros((120, 160), bool), 0.1)
+    touched = ContactMask(height.mm > 0.5, 0.1)
+    plain = relief(height, None)[60:500]
+    assert np.array_equal(relief(height, empty)[60:500], plain)
+    changed = (relief(height, touched)[60:500] != plain).any(2)
+    assert 0 < changed.mean() < 0.05
+
+
+@given(st.floats(1e-5, 1e5))
+def test_a_round_length_is_the_largest_that_fits(most: float) -> None:
+    length = round_length(most)
+    assert length <= most * (1 + 1e-6)
+    assert length > most / 2.51
+    assert float(f"{length:.0e}"[0]) in (1, 2, 5)
+
+
+@given(st.floats(-50, 50), st.floats(1e-3, 100))
+def test_ticks_are_few_round_and_inside(low: float, span: float) -> None:
+    marks = ticks(low, low + span)
+    assert 2 <= len(marks) <= 8
+    assert min(marks) >= low - 1e-5 * span
+    assert max(marks) <= low + span * (1 + 1e-5)
+    words = [in_words(mark, marks[1] - marks[0]) for mark in marks]
+    assert len(set(words)) == len(words)
+
+
+def test_a_tick_s_words_have_the_decimals_that_its_step_needs() -> None:
+    assert in_words(0.25, 0.05) == "0.25"
+    assert in_words(-0.2, 0.1) == "−0.2"
+    assert in_words(-0.0, 0.1) == "0.0"
+    assert in_words(20.0, 10.0) == "20"
+
+
+def test_pictures_stand_side_by_side_at_one_height() -> None:
+    small, large = relief(flat(48, 64), None), np.zeros((900, 300, 3), np.uint8)
+    sheet = side_by_side([small, large], ["measured", "true"])
+    assert sheet.shape[0] > 900
+    assert sheet.shape[1] > 300 + small.shape[1] * 900 / small.shape[0]
+    with pytest.raises(ValueError, match="zip"):
+        side_by_side([small], ["one", "two"])
+
+
+def test_a_long_title_gives_way_to_the_numbers() -> None:
+    height = bump(120, 160)
+    long = relief(height, None, title="n" * 300)
+    assert long.shape == relief(height, None, title="n").shape
+    assert (long[:20, -60:] == long[0, 0]).all()

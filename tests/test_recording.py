@@ -1,0 +1,209 @@
+"""Every kind of input becomes the same thing: observations in order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_core.errors import InputError
+from tactile_core.formats.images import write_png
+from tactile_core.recording import Recording, open_recording
+
+
+def picture(path: Path, value: int = 0, shape: tuple[int, ...] = (6, 8, 3)) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_png(path, np.full(shape, value, np.uint8))
+    return path
+
+
+def scan(folder: Path, images: int = 6, text: str = "", shape: tuple[int, ...] = (6, 8)) -> Path:
+    names = [f"image{i:02d}.png" for i in range(images)]
+    for i, name in enumerate(names):
+        picture(folder / name, i, shape)
+    (folder / "scan.yaml").write_text(f"images: [{', '.join(names)}]\n{text}")
+    return folder
+
+
+def names(recording: Recording) -> list[str]:
+    return [observation.name for observation in recording]
+
+
+def values(recording: Recording) -> list[list[int]]:
+    """The first pixel of each image of each observation."""
+    return [[int(image.pixels.flat[0]) for image in one.images] for one in recording]
+
+
+def refusal(path: Path, count: int = 1) -> str:
+    with pytest.raises(InputError) as caught:
+        list(open_recording(path, images_per_observation=count))
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_one_image_is_one_observation(tmp_path: Path) -> None:
+    recording = open_recording(picture(tmp_path / "press.v2.png", 7))
+    assert names(recording) == ["press.v2"]
+    assert values(recording) == [[7]]
+    assert (recording.count, recording.size_px) == (1, (8, 6))
+    assert (recording.mm_per_px, recording.crop) == (None, None)
+
+
+def test_a_folder_is_read_in_the_order_of_its_names_and_numbers(tmp_path: Path) -> None:
+    for number in (10, 2, 1):
+        picture(tmp_path / f"ball-{number}.png", number)
+    (tmp_path / "labels.csv").write_text("not an image")
+    (tmp_path / ".hidden.png").write_text("not an image")
+    recording = open_recording(tmp_path)
+    assert names(recording) == ["ball-1", "ball-2", "ball-10"]
+    assert values(recording) == [[1], [2], [10]]
+
+
+def test_reading_again_begins_again(tmp_path: Path) -> None:
+    picture(tmp_path / "a.png")
+    recording = open_recording(tmp_path)
+    assert names(recording) == names(recording) == ["a"]
+
+
+def test_images_are_counted_and_their_times_rise(tmp_path: Path) -> None:
+    images = [
+        image
+        for one in open_recording(scan(tmp_path / "s"), images_per_observation=6)
+        for image in one.images
+    ]
+    assert [image.sequence for image in images] == list(range(6))
+    np.testing.assert_allclose([image.timestamp_s for image in images], np.arange(6) / 30)
+    assert {image.source for image in images} == {"s"}
+
+
+@pytest.mark.parametrize("named", [".", "scan.yaml"])
+def test_a_scan_is_one_observation_and_other_pictures_are_ignored(
+    tmp_path: Path, named: str
+) -> None:
+    folder = scan(tmp_path / "scan07", text="mmperpixel: 0.02\ncrop: [1, 2, 3, 4]\n")
+    picture(folder / "thumbnail.png", 99, (2, 2, 3))
+    recording = open_recording(folder / named, images_per_observation=6)
+    assert names(recording) == ["scan07"]
+    assert values(recording) == [[0, 1, 2, 3, 4, 5]]
+    assert (recording.mm_per_px, recording.crop) == (0.02, (1, 2, 3, 4))
+
+
+def test_a_scan_that_does_not_know_its_scale_or_crop_says_nothing(tmp_path: Path) -> None:
+    scan(tmp_path, 1, "mmperpixel: 0\ncrop: [0, 0, 0, 0]\n")
+    recording = open_recording(tmp_path)
+    assert (recording.mm_per_px, recording.crop) == (None, None)
+
+
+def test_a_folder_of_scans_is_one_observation_each(tmp_path: Path) -> None:
+    scan(tmp_path / "s10", 2, "mmperpixel: 0.02\n")
+    scan(tmp_path / "s9", 2, "mmperpixel: 0\n")
+    picture(tmp_path / "overview.png", 0, (3, 3))
+    recording = open_recording(tmp_path, images_per_observation=2)
+    assert names(recording) == ["s9", "s10"]
+    assert recording.mm_per_px == 0.02
+
+
+def test_scans_of_different_scale_or_crop_are_not_one_recording(tmp_path: Path) -> None:
+    scan(tmp_path / "a", 1, "mmperpixel: 0.02\n")
+    scan(tmp_path / "b", 1, "mmperpixel: 0.0203\n")
+    assert "0.02 mm per pixel" in refusal(tmp_path)
+    scan(tmp_path / "a", 1, "crop: [0, 0, 4, 4]\n")
+    scan(tmp_path / "b", 1, "crop: [1, 0, 4, 4]\n")
+    assert "crop" in refusal(tmp_path)
+
+
+def test_a_folder_with_an_image_for_each_light_is_one_observation(tmp_path: Path) -> None:
+    for i in range(6):
+        picture(tmp_path / "press" / f"{i}.png", i, (6, 8))
+    recording = open_recording(tmp_path / "press", images_per_observation=6)
+    assert names(recording) == ["press"]
+    assert values(recording) == [[0, 1, 2, 3, 4, 5]]
+    whole = open_recording(tmp_path, images_per_observation=6)
+    assert names(whole) == ["press"]
+
+
+@pytest.mark.parametrize("count", [5, 7, 12])
+def test_any_other_number_of_images_is_an_error(tmp_path: Path, count: int) -> None:
+    for i in range(count):
+        picture(tmp_path / "press" / f"{i:02d}.png")
+    assert f"{count} images and the rig takes 6" in refusal(tmp_path / "press", 6)
+    assert f"{count} images and the rig takes 6" in refusal(tmp_path, 6)
+    assert "the rig takes 6" in refusal(scan(tmp_path / "scan", count), 6)
+    assert "the rig takes 6" in refusal(tmp_path / "press" / "00.png", 6)
+    assert "the rig takes 1" in refusal(tmp_path / "scan", 1)
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> Path:
+    path = tmp_path / "clip.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (32, 16))
+    for _ in range(3):
+        writer.write(np.zeros((16, 32, 3), np.uint8))
+    writer.release()
+    return path
+
+
+def test_a_video_s_frames_are_numbered_and_timed(video: Path) -> None:
+    recording = open_recording(video)
+    assert names(recording) == ["clip_000000", "clip_000001", "clip_000002"]
+    assert recording.count is None
+    assert recording.size_px == (32, 16)
+    times = [observation.images[0].timestamp_s for observation in recording]
+    np.testing.assert_allclose(times, [0, 0.05, 0.1], atol=1e-3)
+
+
+def test_images_of_different_kinds_are_refused_with_both_names(tmp_path: Path) -> None:
+    picture(tmp_path / "a.png")
+    picture(tmp_path / "b.png")
+    odd = picture(tmp_path / "c.png", 0, (6, 9, 3))
+    message = refusal(tmp_path)
+    assert "a.png is 8 × 6 RGB, 8 bits" in message
+    assert "c.png is 9 × 6 RGB, 8 bits" in message
+    picture(odd, 0, (6, 8))
+    assert "c.png is 8 × 6 grey" in refusal(tmp_path)
+    write_png(odd, np.zeros((6, 8, 3), np.uint16))
+    assert "c.png is 8 × 6 RGB, 16 bits" in refusal(tmp_path)
+
+
+def test_mixed_images_are_noticed_before_any_is_read(tmp_path: Path) -> None:
+    picture(tmp_path / "a.png")
+    (tmp_path / "b.png").write_text("this is no image")
+    with pytest.raises(InputError, match="no image"):
+        open_recording(tmp_path)
+
+
+def test_two_files_whose_results_would_share_a_name_are_refused(tmp_path: Path) -> None:
+    picture(tmp_path / "a.png")
+    cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((6, 8, 3), np.uint8))
+    assert "one name" in refusal(tmp_path)
+
+
+def test_nothing_to_read_is_said_with_what_there_is_instead(tmp_path: Path, video: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    assert "it is empty" in refusal(tmp_path / "empty")
+    assert "no such file" in refusal(tmp_path / "absent")
+    assert "clip.avi" in refusal(tmp_path)
+    picture(tmp_path / "above" / "presses" / "a.png")
+    assert "presses" in refusal(tmp_path / "above")
+    (tmp_path / "empty" / "notes.txt").write_text("hello")
+    assert "notes.txt" in refusal(tmp_path / "empty")
+    assert "no image" in refusal(tmp_path / "empty" / "notes.txt")
+
+
+def test_a_scan_names_the_image_that_it_misses(tmp_path: Path) -> None:
+    (scan(tmp_path / "s", 2) / "image01.png").unlink()
+    assert "image01.png" in refusal(tmp_path / "s", 2)
+
+
+def test_real_recordings_of_every_kind_open(recordings: Path) -> None:
+    grid = open_recording(recordings / "six_led/ball_grid", images_per_observation=6)
+    assert (grid.count, grid.size_px) == (3, (2448, 2048))
+    assert grid.mm_per_px == pytest.approx(0.0034035, abs=1e-7)
+    assert [f.name for f in grid.files] == ["BGA-001", "BGA-002", "Flat-001"]
+    penny = open_recording(recordings / "three_colour/penny")
+    assert (penny.count, penny.crop) == (1, (567, 229, 902, 828))
+    presses = open_recording(recordings / "three_colour/objectfolder/presses")
+    assert names(presses) == [f"press_{i:02d}" for i in range(20)]
+    assert open_recording(recordings / "markers/irregular_markers.avi").size_px == (960, 720)

@@ -69,7 +69,11 @@ def wedge(data: Path) -> Set:
 
 
 def _set(
-    profile: Profile, presses: Path, untouched: Path, radius_mm: float, labels: dict[str, list[float]]
+    profile: Profile,
+    presses: Path,
+    untouched: Path,
+    radius_mm: float,
+    labels: dict[str, list[float]],
 ) -> Set:
     reference = average(list(read_frames(profile, untouched)))
     frames = [f for f in read_frames(profile, presses) if f.source in labels]
@@ -139,7 +143,8 @@ def score(name: str, data: Set, found: list[FoundPress], use: str) -> None:
     errors = np.concatenate(refined)
     print(
         f"{name} {use:18s} normals {errors.mean():.2f}° (median {np.median(errors):.2f}, 90 % "
-        f"{np.percentile(errors, 90):.2f}); against raw labels {np.concatenate(labelled).mean():.2f}°; "
+        f"{np.percentile(errors, 90):.2f}); against raw labels "
+        f"{np.concatenate(labelled).mean():.2f}°; "
         f"sphere radius off {100 * np.median(spheres):.1f} %; far from contact "
         f"{100 * np.median(far):.1f} % of the depth",
         flush=True,
@@ -148,7 +153,7 @@ def score(name: str, data: Set, found: list[FoundPress], use: str) -> None:
 
 def sphere_radius_px(height: HeightMap, press: FoundPress) -> float:
     """Radius of the sphere through the height inside the contact."""
-    mask = press.disc(0.65 * press.ball_radius_px)
+    mask = press.skin(0.65 * press.ball_radius_px)
     rows, columns = np.nonzero(mask)
     x0, y0 = press.circle.centre_px
     x, y = columns - x0, rows - y0

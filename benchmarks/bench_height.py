@@ -50,7 +50,7 @@ def slopes(shape: tuple[int, int]) -> tuple[Array, Array]:
 
 def dots(shape: tuple[int, int]) -> Array:
     y, x = np.mgrid[: shape[0], : shape[1]]
-    return np.hypot(x % 57 - 28, y % 57 - 28) < 7
+    return np.asarray(np.hypot(x % 57 - 28, y % 57 - 28) < 7)
 
 
 @sizes

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tactile_core.quantities import Image as Image
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
-    from tactile_core.sensor import Reading as Reading
+    from tactile_core.reading import Reading as Reading
     from tactile_core.sensor import Sensor as Sensor
     from tactile_core.sensor import open_sensor as open_sensor
 
@@ -64,11 +64,12 @@ _HOMES = {
         "Quantity",
         "Reference",
     ),
-    "sensor": ("Reading", "Sensor", "open_sensor"),
+    "reading": ("Reading",),
+    "sensor": ("Sensor", "open_sensor"),
 }
 _MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
 
-__all__ = [*_MODULE_OF, "__version__"]  # noqa: PLE0604
+__all__ = [*_MODULE_OF, "__version__"]
 
 
 def __getattr__(name: str) -> Any:

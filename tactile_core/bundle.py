@@ -253,7 +253,7 @@ def _load_reference(path: Path) -> Reference:
                 full_scale=float(data["full_scale"]),
                 noise=float(data["noise"]),
                 frames=int(data["frames"]),
-                marks=data["marks"] if "marks" in data else None,
+                marks=data.get("marks"),
             )
     except (OSError, ValueError, KeyError) as error:
         raise CalibrationError(f"{path}: the reference is damaged; calibrate again") from error

@@ -41,7 +41,7 @@ class Illumination(Device):
     def exposures(self) -> tuple[Exposure, ...]:
         """Return the sequence of exposures that make one observation."""
 
-    def attach(self, camera: Camera) -> None:  # noqa: B027  (a hook that most do not need)
+    def attach(self, camera: Camera) -> None:
         """Meet the camera, for lights that hang on its handle; called before ``open``."""
 
     def set(self, levels: Mapping[str, float]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 from pydantic import ValidationError
 
@@ -14,6 +14,7 @@ from tactile_core.bundle import Bundle, check_serial, default_place
 from tactile_core.camera import Camera
 from tactile_core.device import Device
 from tactile_core.errors import CameraLost, InputError, ProfileError
+from tactile_core.geometry import ImageGeometry
 from tactile_core.illumination import Illumination
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve
@@ -116,9 +117,7 @@ class Sensor:
             self._illumination.open()
             self._camera.open()
             reference = self._reference()
-            self._pipeline = Pipeline(
-                self.profile, self._bundle, reference, serial=self._serial
-            )
+            self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
             self.notes += self._pipeline.notes
         except BaseException:
             self.close()
@@ -200,20 +199,22 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
     count = len(_lights(profile).exposures())
     recording = open_recording(path, images_per_observation=count)
     notes: tuple[str, ...] = ()
-    changes: dict[str, Any] = {}
-    scale = recording.mm_per_px
-    if scale is not None and scale != profile.image.mm_per_px:
-        changes["mm_per_px"] = scale
-        notes = (
-            f"{path.name} says {scale:g} mm per pixel, which replaces the profile's "
-            f"{profile.image.mm_per_px:g}",
-        )
+    image = profile.image
     if recording.crop is not None:
-        changes["crop"] = recording.crop
+        image = image.model_copy(update={"crop": recording.crop})
+    if recording.mm_per_px is not None:
+        # The scan's scale is that of the camera's pixels, the profile's that of the result's.
+        camera_scale = ImageGeometry(image).camera_mm_per_px(recording.size_px)
+        scale = image.mm_per_px * recording.mm_per_px / camera_scale
+        if scale != image.mm_per_px:
+            notes = (
+                f"{path.name} gives a scale of {scale:g} mm per pixel, which replaces the "
+                f"profile's {image.mm_per_px:g}",
+            )
+            image = image.model_copy(update={"mm_per_px": scale})
     camera = Component.model_validate(
         {"use": "core.replay", "path": path, "images_per_observation": count}
     )
-    image = profile.image.model_copy(update=changes)
     return profile.model_copy(update={"camera": camera, "image": image}), notes
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_lab import VirtualLab
 
 from tactile_core.bundle import FORMAT, Bundle, check_serial
 from tactile_core.errors import CalibrationError, InputError
-from virtual_lab import VirtualLab
 
 
 @pytest.fixture

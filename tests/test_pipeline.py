@@ -2,11 +2,11 @@ import pickle
 
 import numpy as np
 import pytest
+from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline
 from tactile_core.errors import InputError
 from tactile_core.sim.ball import BallPress
-from virtual_lab import BALL_MM, VirtualLab
 
 PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 

@@ -99,9 +99,9 @@ def test_the_same_distribution_twice_on_the_path_is_no_collision(
 
 @pytest.mark.usefixtures("fakes")
 def test_a_missing_plugin_says_which_pip_command_brings_it() -> None:
-    message = refusal("illumination", "hex_fingertip.three_colour")
-    assert "illumination 'hex_fingertip.three_colour'" in message
-    assert "pip install tactile-hex-fingertip" in message
+    message = refusal("illumination", "unheard_rig.three_colour")
+    assert "illumination 'unheard_rig.three_colour'" in message
+    assert "pip install tactile-unheard-rig" in message
 
 
 @pytest.mark.usefixtures("fakes")

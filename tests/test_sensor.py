@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
 from tactile_core.errors import CalibrationError, CameraLost, InputError
 from tactile_core.sim.ball import BallPress
-from virtual_lab import BALL_MM, VirtualLab
 
 
 def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:

@@ -21,34 +21,86 @@ _STRIDE = 256
 _PLACES = ((0.0, 0.0), (-0.6, -0.45), (0.6, -0.45), (-0.6, 0.45), (0.6, 0.45))
 
 
+@dataclass(frozen=True)
+class Axis:
+    """How a channel's change is counted in entries; the same for every channel.
+
+    Entry ``i`` stands for the ratio I / I₀ = (first + i) / per_unit, so that a ratio multiplied by
+    ``per_unit`` and rounded to a byte is an entry's number plus ``first``.
+
+    Attributes
+    ----------
+    per_unit : float
+        Entries per unit of I / I₀.
+    first : int
+    count : int
+    """
+
+    per_unit: float
+    first: int
+    count: int = BINS
+
+    @classmethod
+    def spanning(cls, changes: Float32, count: int = BINS) -> Axis:
+        """An axis that covers nearly all of (N, 3) changes."""
+        low, high = (float(v) for v in np.percentile(changes, [0.02, 99.98]))
+        margin = 0.03 * (high - low) + 1e-3
+        per_unit = (count - 1) / (high - low + 2 * margin)
+        return cls(per_unit, max(0, round((1 + low - margin) * per_unit)), count)
+
+    @property
+    def last(self) -> int:
+        """Number of the last entry."""
+        return self.count - 1
+
+    def values(self) -> Float32:
+        """(count,) change that each entry stands for."""
+        steps = np.arange(self.count, dtype=np.float32) + np.float32(self.first)
+        return np.asarray(steps / np.float32(self.per_unit) - 1, np.float32)
+
+    def position(self, change: Float32) -> Float32:
+        """Where changes lie between the entries, 0 … count − 1."""
+        position = (change + 1) * np.float32(self.per_unit) - np.float32(self.first)
+        return np.asarray(np.clip(position, 0, self.count - 1), np.float32)
+
+
 @dataclass(frozen=True, eq=False)
 class ColourTable:
     """Slopes by relative change of three channels.
 
     Attributes
     ----------
-    low, high : (3,) float32
-        The changes that the first and the last entry begin and end at.
+    axis : Axis
     slopes : (B, B, B) complex64
         ∂z/∂x + i·∂z/∂y; the axes are the channels in order.
     """
 
-    low: Float32
-    high: Float32
+    axis: Axis
     slopes: Complex64
 
     def bins(self, change: Float32) -> NDArray[np.uint8]:
-        """Entry of each channel for (..., 3) changes; the nearest where they lie outside."""
-        n = self.slopes.shape[0]
-        position = (change - self.low) * (n / (self.high - self.low))
-        return np.asarray(np.clip(position, 0, n - 1), np.uint8)
+        """Nearest entry of each channel for (..., 3) changes."""
+        return np.rint(self.axis.position(change)).astype(np.uint8)
+
+    def between(self, change: Float32) -> Float32:
+        """(N, 2) slopes for (N, 3) changes, interpolated between the eight entries around."""
+        position = self.axis.position(change)
+        low = np.minimum(position.astype(np.intp), self.axis.count - 2)
+        part = position - low
+        total = np.zeros(len(change), np.complex64)
+        ends = low.T, (low + 1).T
+        shares = (1 - part).T, part.T
+        for i, j, k in np.ndindex(2, 2, 2):
+            weight = shares[i][0] * shares[j][1] * shares[k][2]
+            total += weight * self.slopes[ends[i][0], ends[j][1], ends[k][2]]
+        return np.stack([total.real, total.imag], axis=1)
 
     def flat(self) -> Complex64:
         """The table with its axes padded to 256, so that three bytes are its index.
 
         The pages between are never touched and cost no memory.
         """
-        n = self.slopes.shape[0]
+        n = self.axis.count
         padded = np.zeros((n, _STRIDE, _STRIDE), np.complex64)
         # The first channel is the lowest byte, so that it must be the fastest axis.
         padded[:, :n, :n] = self.slopes.transpose(2, 1, 0)
@@ -77,27 +129,14 @@ def as_complex(gradients: Float32) -> Complex64:
     return np.ascontiguousarray(gradients, np.float32).view(np.complex64)[..., 0]
 
 
-def span(changes: Float32) -> tuple[Float32, Float32]:
-    """Range of (N, 3) changes with a margin, for a table."""
-    low, high = np.percentile(changes, [0.05, 99.95], axis=0).astype(np.float32)
-    margin = 0.03 * (high - low) + np.float32(1e-3)
-    return low - margin, high + margin
-
-
-def entries(low: Float32, high: Float32, bins: int = BINS) -> Float32:
-    """(B³, 3) change at the middle of each entry, in the order of the table."""
-    axes = [low[k] + (np.arange(bins) + 0.5) * (high[k] - low[k]) / bins for k in range(3)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.float32)
-
-
-def bake(
-    model: Callable[[Float32], Float32], low: Float32, high: Float32, bins: int = BINS
-) -> ColourTable:
+def bake(model: Callable[[Float32], Float32], axis: Axis) -> ColourTable:
     """Tabulate a model of (change, place) → sines, averaged over a few places."""
-    changes = entries(low, high, bins)
+    values = axis.values()
+    grid = np.meshgrid(values, values, values, indexing="ij")
+    changes = np.stack(grid, -1).reshape(-1, 3)
     total = np.zeros((len(changes), 2), np.float32)
     for where in _PLACES:
         spot = np.broadcast_to(np.asarray(where, np.float32), (len(changes), 2))
         total += to_gradient(model(np.concatenate([changes, spot], 1)))
     slopes = as_complex(total / np.float32(len(_PLACES)))
-    return ColourTable(low, high, slopes.reshape(bins, bins, bins))
+    return ColourTable(axis, slopes.reshape((axis.count,) * 3))

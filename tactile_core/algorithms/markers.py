@@ -131,7 +131,10 @@ def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | 
     if regular.sum() < max(_LEAST_DOTS, _LEAST_REGULAR * alike.size):
         return None
     size = float(np.median(sizes[regular]))
-    return (float(regular.sum()) * typical, size, pitch) if pitch > 1.5 * size else None
+    if pitch < 1.5 * size:
+        return None
+    # all the light that the dots take: corners and crumbs of larger dots may be a lattice as well
+    return float(regular.sum()) * size**2 * typical, size, pitch
 
 
 def _typical_peak(darkness: Array, diameter_px: float) -> float:

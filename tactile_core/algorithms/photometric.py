@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Float32 = NDArray[np.float32]
 
 BOX_PX = 5
-"""Side of the box that smooths twice: σ ≈ 2 px, the grain of the coating."""
+"""Side of the box that smooths twice: σ = 2 px, for the coating's grain."""
 
 DARK_FRACTION = 0.04
 """Intensities below this fraction of full scale are too dark to divide by."""
@@ -19,8 +19,6 @@ DARK_FRACTION = 0.04
 
 def smooth(pixels: NDArray[Any], box_px: int = BOX_PX) -> NDArray[Any]:
     """Smooth (H, W, K) intensities by a box, twice; keeps the dtype."""
-    if box_px <= 1:
-        return pixels
     once = cv2.blur(pixels, (box_px, box_px))
     return np.asarray(cv2.blur(once, (box_px, box_px))).reshape(pixels.shape)
 
@@ -39,21 +37,33 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
     -------
     (H, W, K), same dtype
     """
-    skin = np.where(marks, np.uint8(0), np.uint8(1))
-    size = (size_px | 1, size_px | 1)
+    rows, columns, channels = pixels.shape
+    skin = cv2.bitwise_not(marks.view(np.uint8) * np.uint8(255))
+    # The mean around a mark varies slowly: a coarser image holds it as well.
+    step = max(1, size_px // 8)
+    coarse = max(1, columns // step), max(1, rows // step)
+    box = (max(3, size_px // step) | 1,) * 2
     without = cv2.bitwise_and(pixels, pixels, mask=skin)
-    total = cv2.boxFilter(without, cv2.CV_32F, size, normalize=False)
-    count = cv2.boxFilter(skin, cv2.CV_32F, size, normalize=False)
-    at = np.nonzero(marks)
-    filled = pixels.copy()
-    around = total.reshape(pixels.shape)[at] / np.maximum(count[at], 1)[:, None]
-    filled[at] = np.where(count[at][:, None] > 0, around, pixels[at]).astype(pixels.dtype)
-    return filled
+    small = cv2.resize(without, coarse, interpolation=cv2.INTER_AREA)
+    share = cv2.resize(skin, coarse, interpolation=cv2.INTER_AREA)
+    total = cv2.blur(np.asarray(small, np.float32), box).reshape(coarse[1], coarse[0], channels)
+    count = np.maximum(cv2.blur(np.asarray(share, np.float32), box) / 255, 1e-3)
+    around = np.asarray(total / count[..., None]).astype(pixels.dtype)
+    filled = np.asarray(cv2.resize(around, (columns, rows), interpolation=cv2.INTER_LINEAR))
+    cv2.copyTo(pixels, skin, filled)
+    return filled.reshape(pixels.shape)
 
 
-def relative_change(
-    smoothed: NDArray[Any], base: Float32, *, full_scale: float = 255.0
-) -> Float32:
+def around_marks(marks: NDArray[np.bool_] | None) -> int:
+    """Side in px of a neighbourhood that reaches the skin on all sides of most marks; 0 if none."""
+    if marks is None or not marks.any():
+        return 0
+    _, _, boxes, _ = cv2.connectedComponentsWithStats(marks.view(np.uint8))
+    sides = np.asarray(boxes)[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1]
+    return int(np.median(sides.max(axis=1))) * 2 + 1
+
+
+def relative_change(smoothed: NDArray[Any], base: Float32, *, full_scale: float = 255.0) -> Float32:
     """(I − I₀) / I₀ of each channel.
 
     A ratio does not depend on how brightly each lamp lights each place, which the plain difference

@@ -13,10 +13,9 @@ from pydantic import BaseModel, Field
 from tactile_core import device
 from tactile_core.algorithms.colour_table import (
     BINS,
+    Axis,
     ColourTable,
     as_complex,
-
-    span,
     to_gradient,
     to_sines,
 )
@@ -117,8 +116,8 @@ def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
     from scipy.ndimage import gaussian_filter
 
-    low, high = span(changes)
-    empty = ColourTable(low, high, np.zeros((bins,) * 3, np.complex64))
+    axis = Axis.spanning(changes, bins)
+    empty = ColourTable(axis, np.zeros((bins,) * 3, np.complex64))
     index = tuple(empty.bins(changes).astype(np.intp).T)
     count = np.zeros((bins,) * 3, np.float32)
     total = np.zeros((2, bins, bins, bins), np.float32)
@@ -128,9 +127,13 @@ def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
     seen = np.argwhere(count > 0)
     # Entries that few pixels hit are noisy; their neighbours saw nearly the same colour.
     weight = gaussian_filter(count, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5)
-    mean = np.stack(
-        [gaussian_filter(t, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5) for t in total], -1
-    ) / np.maximum(weight, 1e-9)[..., None]
+    mean = (
+        np.stack(
+            [gaussian_filter(t, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5) for t in total],
+            -1,
+        )
+        / np.maximum(weight, 1e-9)[..., None]
+    )
     full = weight > FILLED_WEIGHT
     holes = np.argwhere(~full)
     thin = seen[:: max(1, len(seen) // 3000)]
@@ -138,7 +141,7 @@ def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
     inside = LinearNDInterpolator(thin, mean[tuple(thin.T)])(holes)
     known = np.isfinite(inside[:, 0])
     mean[tuple(holes[known].T)] = inside[known]
-    return ColourTable(low, high, as_complex(to_gradient(mean.astype(np.float32))))
+    return ColourTable(axis, as_complex(to_gradient(mean.astype(np.float32))))
 
 
 def _nothing(features: Float32) -> PolynomialFit:
@@ -146,5 +149,3 @@ def _nothing(features: Float32) -> PolynomialFit:
     return PolynomialFit(
         np.zeros(size, np.float32), np.ones(size, np.float32), np.zeros((1, 2), np.float32), 0
     )
-
-

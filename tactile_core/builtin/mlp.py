@@ -92,6 +92,8 @@ class Mlp(SlopeCalibration):
         members = []
         for m in range(int(arrays["members"])):
             depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
-            layers = tuple((arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths))
+            layers = tuple(
+                (arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths)
+            )
             members.append(Network(arrays["mean"], arrays["std"], layers))
         return cls(Ensemble(tuple(members)), table, shape)

@@ -126,7 +126,7 @@ def calibrate(
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
         frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
     found, radius_mm = _found(
-        base, files, frames, untouched, ball_diameter_mm, labels, target, progress
+        base, presses, files, frames, untouched, ball_diameter_mm, labels, target, progress
     )
     good = used(found)
     component = base.calibration if model is None else Component(use=model)
@@ -169,10 +169,9 @@ def _read_all(profile: Profile, path: Path) -> tuple[list[str], list[Frame]]:
     return [frame.source for frame in frames], frames
 
 
-
-
 def _found(
     profile: Profile,
+    presses: Path,
     files: list[str],
     frames: list[Frame],
     reference: Reference,
@@ -184,7 +183,7 @@ def _found(
     scale = profile.image.mm_per_px
     progress.stage("finding the circles", 0.25)
     if target is not None:
-        return _on_target(profile, files, frames, reference, ball_diameter_mm, target)
+        return _on_target(profile, presses, files, frames, reference, ball_diameter_mm, target)
     if ball_diameter_mm is None:
         raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
     if not ball_diameter_mm > 0:
@@ -203,6 +202,7 @@ def _found(
 
 def _on_target(
     profile: Profile,
+    presses: Path,
     files: list[str],
     frames: list[Frame],
     reference: Reference,
@@ -211,6 +211,7 @@ def _on_target(
 ) -> tuple[list[FoundPress], float]:
     from tactile_core.formats.target import read_target
     from tactile_core.geometry import ImageGeometry
+    from tactile_core.recording import open_recording
 
     grid = read_target(target)
     if ball_diameter_mm is not None:
@@ -225,7 +226,12 @@ def _on_target(
             f"a target describes one observation and {len(frames)} were given; give --presses the "
             f"one image or scan that shows the grid"
         )
-    centres = ImageGeometry(profile.image).map_points(grid.centres_px)
+    camera_size_px = open_recording(
+        presses, images_per_observation=len(frames[0].exposure_times_s)
+    ).size_px
+    geometry = ImageGeometry(profile.image)
+    grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))
+    centres = geometry.map_points(grid.centres_px, camera_size_px)
     radius_px = grid.radius_mm / profile.image.mm_per_px
     return find_grid(files[0], frames[0], reference, radius_px, centres), grid.radius_mm
 

@@ -28,7 +28,8 @@ TRUSTED_BALL_FRACTION = 0.75
 TRUSTED_CONTACT_FRACTION = 0.95
 SCORED_CONTACT_FRACTION = 0.8
 REST_DISTANCE_BALLS = 3.5
-REST_PIXELS = 40
+REST_SHARE = 0.25
+"""Resting pixels per pixel on the ball: with fewer, small biases at rest add up to a tilted map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +54,20 @@ class FoundPress:
     @property
     def scored_radius_px(self) -> float:
         """Pixels within it count in a score."""
-        return min(SCORED_CONTACT_FRACTION * self.circle.contact_radius_px, 0.9 * self.ball_radius_px)
+        return min(
+            SCORED_CONTACT_FRACTION * self.circle.contact_radius_px, 0.9 * self.ball_radius_px
+        )
 
     def disc(self, radius_px: float) -> Bool:
-        """(H, W) bool: pixels that show skin within ``radius_px`` of the centre."""
+        """(H, W) bool: pixels within ``radius_px`` of the centre."""
         h, w = self.frame.pixels.shape[:2]
         x0, y0 = self.circle.centre_px
-        inside = np.hypot(np.arange(w) - x0, np.arange(h)[:, None] - y0) < radius_px
-        return inside if self.frame.marks is None else inside & ~self.frame.marks
+        return np.asarray(np.hypot(np.arange(w) - x0, np.arange(h)[:, None] - y0) < radius_px)
+
+    def skin(self, radius_px: float) -> Bool:
+        """(H, W) bool: those of them that show the coating and not a marker."""
+        disc = self.disc(radius_px)
+        return disc if self.frame.marks is None else disc & ~self.frame.marks
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and (N, 2) slopes of the ball's surface over a mask."""
@@ -82,13 +89,13 @@ class FoundPress:
             TRUSTED_BALL_FRACTION * self.ball_radius_px,
             TRUSTED_CONTACT_FRACTION * self.circle.contact_radius_px,
         )
-        rows, columns, slopes = self.true_gradients(self.disc(radius))
+        rows, columns, slopes = self.true_gradients(self.skin(radius))
         rest = ~self.disc(REST_DISTANCE_BALLS * self.ball_radius_px)
         if self.frame.marks is not None:
             rest &= ~self.frame.marks
         rest_rows, rest_columns = np.nonzero(rest)
         rng = np.random.default_rng(0)
-        pick = rng.permutation(len(rest_rows))[:REST_PIXELS]
+        pick = rng.permutation(len(rest_rows))[: int(REST_SHARE * len(rows))]
         return Press(
             frame=self.frame,
             rows=np.concatenate([rows, rest_rows[pick]]).astype(np.int32),
@@ -99,7 +106,7 @@ class FoundPress:
 
     def normal_errors_deg(self, measured: Gradients) -> np.ndarray:
         """Angle between measured and true normal of each scored pixel, degrees."""
-        rows, columns, true = self.true_gradients(self.disc(self.scored_radius_px))
+        rows, columns, true = self.true_gradients(self.skin(self.scored_radius_px))
         slopes = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
         return angles_deg(slopes, true)
 

@@ -80,8 +80,13 @@ def _score_parts(score: Score) -> list[str]:
                 )
             ],
         ),
-        html.figure(_scatter(*pitch, 0, 60), "pitch: measured (up) against true (right), degrees"),
-        html.figure(_scatter(*yaw, -180, 180), "yaw: measured (up) against true (right), degrees"),
+        html.figure(
+            _scatter(pitch[0], pitch[1], 0, 60),
+            "pitch: measured (up) against true (right), degrees",
+        ),
+        html.figure(
+            _scatter(yaw[0], yaw[1], -180, 180), "yaw: measured (up) against true (right), degrees"
+        ),
     ]
 
 
@@ -90,7 +95,7 @@ def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) ->
     first, last = _MARGIN_PX, _MARGIN_PX + _PLOT_PX
 
     def place(values: np.ndarray) -> np.ndarray:
-        return first + (np.clip(values, low, high) - low) / (high - low) * _PLOT_PX
+        return np.asarray(first + (np.clip(values, low, high) - low) / (high - low) * _PLOT_PX)
 
     cv2.rectangle(canvas, (first, first), (last, last), _AXIS, 1)
     cv2.line(canvas, (first, last), (last, first), _AXIS, 1, cv2.LINE_AA)
@@ -106,13 +111,14 @@ def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) ->
 def _overlay(press: FoundPress) -> Rgb:
     picture = _rgb(press)
     scale = max(1, round(240 / picture.shape[0]))
-    picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
+    size = picture.shape[1] * scale, picture.shape[0] * scale
+    picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR), np.uint8)
     x, y = ((c + 0.5) * scale - 0.5 for c in press.circle.centre_px)
     colour = _FOUND if press.circle.used else _REFUSED
     radius = max(1.0, press.circle.contact_radius_px * scale)
     cv2.circle(picture, (round(x), round(y)), round(radius), colour, 1, cv2.LINE_AA)
     cv2.drawMarker(picture, (round(x), round(y)), colour, cv2.MARKER_CROSS, 8, 1, cv2.LINE_AA)
-    return np.asarray(picture, np.uint8)
+    return picture
 
 
 def _coverage(presses: list[FoundPress]) -> Rgb:

@@ -105,7 +105,7 @@ def cross_validate(
             measured = seen[key]
             if not isinstance(measured, Gradients):
                 continue
-            mask = held_out.disc(held_out.scored_radius_px)
+            mask = held_out.skin(held_out.scored_radius_px)
             rows, columns, true = held_out.true_gradients(mask)
             found = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
             errors.append(angles_deg(found, true))

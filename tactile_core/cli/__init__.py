@@ -36,7 +36,7 @@ def _explain(error: Exception) -> int:
         print(f"tactile: {error}", file=sys.stderr)
         return error.exit_code
     if isinstance(error, BrokenPipeError):
-        sys.stdout = None  # type: ignore[assignment]  # nobody reads; do not complain at exit
+        sys.stdout = None  # nobody reads; do not complain at exit
         return 0
     if isinstance(error, OSError):
         where = f" ({error.filename})" if error.filename else ""

@@ -14,7 +14,7 @@ def demo(
     """Calibrate and measure with virtual rigs; write report.html."""
     from tactile_core import html
     from tactile_core.cli.progress import Bar
-    from tactile_core.errors import PluginError
+    from tactile_core.errors import ProfileError
     from tactile_core.formats.files import write_atomically
     from tactile_core.profiles.loader import list_profiles, load_profile
     from tactile_core.sim.demo import demonstrate
@@ -23,7 +23,7 @@ def demo(
     for entry in list_profiles():
         try:
             profile = load_profile(entry.name)
-        except PluginError as error:
+        except ProfileError as error:
             typer.echo(f"skipped {entry.name}: {error}", err=True)
             continue
         with Bar() as progress:
@@ -43,8 +43,12 @@ def demo(
         for row in rows
     ]
     out.mkdir(parents=True, exist_ok=True)
-    page = html.page("Optical touch, measured against the truth", [html.table(header, cells), *parts])
+    page = html.page(
+        "Optical touch, measured against the truth", [html.table(header, cells), *parts]
+    )
     write_atomically(out / "report.html", page.encode())
     for line in [header, *cells]:
-        typer.echo("  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line)))
+        typer.echo(
+            "  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line))
+        )
     typer.echo(f"{out / 'report.html'} shows the pictures", err=True)

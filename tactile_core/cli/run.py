@@ -12,8 +12,6 @@ import typer
 if TYPE_CHECKING:
     from tactile_core.reading import Reading
 
-FORMATS = ("npz", "tmd", "png", "ply")
-
 
 def run(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
@@ -33,12 +31,21 @@ def run(
 ) -> None:
     """Measure: height, contact and all that the profile's steps give."""
     from tactile_core.errors import InputError
+    from tactile_core.outputs import FORMATS, write_reading
     from tactile_core.sensor import open_sensor
 
     formats = [word for word in save.split(",") if word]
     unknown = sorted(set(formats) - set(FORMATS))
     if unknown:
         raise InputError(f"--save {unknown[0]}: choose among {', '.join(FORMATS)}")
+    if (
+        out is not None
+        and input is not None
+        and out.resolve() in (input.resolve(), input.parent.resolve())
+    ):
+        raise InputError(
+            f"--out {out} holds the input, which results could overwrite; name another"
+        )
     with open_sensor(
         profile, serial=serial, bundle=bundle, input=input, reference=reference, sim=sim
     ) as sensor:
@@ -46,8 +53,6 @@ def run(
             typer.echo(f"note: {note}", err=True)
         for reading in islice(sensor.stream(), frames):
             if out is not None:
-                from tactile_core.outputs import write_reading
-
                 write_reading(reading, out, formats)
             line = reading.summary()
             typer.echo(json.dumps(line) if as_json else _words(reading, line))

@@ -1,0 +1,1 @@
+"""Profiles: YAML with positions, the model, and every mistake at once."""

@@ -146,5 +146,3 @@ def _all_at_once(problems: Iterable[Problem]) -> ProfileError:
     count = len(ordered)
     head = "1 mistake" if count == 1 else f"{count} mistakes"
     return ProfileError(f"{head} in the profile:\n" + "\n".join(map(str, ordered)), ordered)
-
-

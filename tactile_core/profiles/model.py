@@ -46,7 +46,6 @@ class Lens(Section):
     )
 
 
-
 class ImageSection(Section):
     """From the camera's pixels to the image in which everything is measured.
 
@@ -62,9 +61,7 @@ class ImageSection(Section):
     flip: Literal["none", "horizontal", "vertical", "both"] = Field(
         default="none", description="Mirror the image."
     )
-    rotate_deg: Literal[0, 90, 180, 270] = Field(
-        default=0, description="Turn the image clockwise."
-    )
+    rotate_deg: Literal[0, 90, 180, 270] = Field(default=0, description="Turn the image clockwise.")
     lens: Lens | None = Field(default=None, description="Undistort.")
     warp: Warp | None = Field(default=None, description="Perspective correction.")
     color: Literal["rgb", "grey"] = Field(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from difflib import get_close_matches
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
@@ -57,12 +57,10 @@ def _in_file(tree: Node, prefix: Path, loc: Path, kind: str) -> Path:
         node = node.get(str(part)) if node else None
     kept: list[str | int] = []
     for index, part in enumerate(loc):
-        value = node.value if node else None
+        child = None if node is None else node.child(part)
         last = index == len(loc) - 1
-        if isinstance(value, Mapping) and part in value:
-            node = value[part]
-        elif isinstance(value, tuple) and isinstance(part, int) and part < len(value):
-            node = value[part]
+        if child is not None:
+            node = child
         elif not (last and kind == "missing"):
             continue
         kept.append(part)

@@ -33,6 +33,6 @@ def profile_schema() -> dict[str, Any]:
 
 
 def _or_null(value: dict[str, Any]) -> dict[str, Any]:
-    kept = {key: value[key] for key in ("description", "default") if key in value}
+    kept: dict[str, Any] = {key: value[key] for key in ("description", "default") if key in value}
     rest = {key: v for key, v in value.items() if key not in kept}
     return {"anyOf": [rest, {"type": "null"}], **kept}

@@ -68,15 +68,18 @@ class Node:
             return [node.plain() for node in self.value]
         return self.value
 
+    def child(self, part: str | int) -> Node | None:
+        """Return the value of a key or the item at an index; None when there is none."""
+        if isinstance(self.value, tuple) and isinstance(part, int):
+            return self.value[part] if part < len(self.value) else None
+        return self.get(str(part))
+
     def nearest(self, path: tuple[str | int, ...]) -> Place:
         """Return the place of the deepest part of a path that stands in the file."""
         node = self
         for part in path:
-            if isinstance(node.value, dict) and part in node.value:
-                node = node.value[part]
-            elif isinstance(node.value, tuple) and isinstance(part, int) and part < len(node.value):
-                node = node.value[part]
-            # Other parts are names that the validator gives to alternatives.
+            # Parts that are not there are names that the validator gives to alternatives.
+            node = node.child(part) or node
         return node.place
 
 
@@ -175,7 +178,9 @@ def _text(path: Path) -> str:
             raise _error(Place(path), "", "too large for a profile; is this the right file?")
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise ProfileError(f"{path}: there is no such file; 'tactile profiles' lists names") from None
+        raise ProfileError(
+            f"{path}: there is no such file; 'tactile profiles' lists names"
+        ) from None
     except UnicodeDecodeError:
         raise _error(Place(path), "", "not text in UTF-8; is this the right file?") from None
     except OSError as error:
@@ -233,7 +238,7 @@ class _Builder:
             place = self._place(event)
             if type(event).__name__ != "ScalarEvent":
                 raise _error(place, "", "a key must be a plain word")
-            key = str(event.value)
+            key = str(getattr(event, "value", ""))
             if key == "<<":
                 raise _error(place, "<<", "merge keys are not used in profiles; use 'extends'")
             if key in mapping:

@@ -1,0 +1,1 @@
+"""Virtual presses with the truth attached."""

@@ -56,12 +56,12 @@ class BallPress:
         skirt_mm = SKIRT_BALL_FRACTION * radius
         edge_mm = skirt_mm * a / rim  # so that the slope has no step at the border
         inside = np.sqrt(np.maximum(radius**2 - r**2, 0)) - rim + edge_mm
-        return np.where(r < a, inside, edge_mm * np.exp(-np.maximum(r - a, 0) / skirt_mm))
+        return np.asarray(
+            np.where(r < a, inside, edge_mm * np.exp(-np.maximum(r - a, 0) / skirt_mm))
+        )
 
 
-def render(
-    profile: Profile, height_mm: NDArray[np.float64], *, seed: int = 0
-) -> NDArray[np.uint8]:
+def render(profile: Profile, height_mm: NDArray[np.float64], *, seed: int = 0) -> NDArray[np.uint8]:
     """Render the (H, W, K) image of a skin of this height as the profile's camera sees it.
 
     Deterministic by seed. Azimuths are measured from x towards y, as everywhere.
@@ -93,7 +93,7 @@ def dots(profile: Profile) -> NDArray[np.bool_]:
     x = np.arange(image.width_px) * image.mm_per_px
     y = np.arange(image.height_px)[:, None] * image.mm_per_px
 
-    def offset(position: NDArray[np.float64]) -> NDArray[np.float64]:
+    def offset(position: NDArray[Any]) -> NDArray[Any]:
         return (position + markers.pitch_mm / 2) % markers.pitch_mm - markers.pitch_mm / 2
 
     return np.asarray(np.hypot(offset(x), offset(y)) < markers.diameter_mm / 2)

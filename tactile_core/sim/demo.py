@@ -91,7 +91,7 @@ def _measure(pipeline: Pipeline, press: BallPress, seed: int) -> tuple[Row, list
     reading = pipeline.process(Frame(pixels, channels, image.mm_per_px, source="demo"))
     height, slopes = reading[HeightMap], reading[Gradients]
     contact = reading.get(ContactMask)
-    gy, gx = np.gradient(truth, image.mm_per_px)
+    gy, gx = (np.asarray(g) for g in np.gradient(truth, image.mm_per_px))
     inside = truth > truth.max() - press.depth_mm
     found = np.stack([slopes.x[inside], slopes.y[inside]], 1)
     error = angles_deg(found, np.stack([gx[inside], gy[inside]], 1))

@@ -39,8 +39,8 @@ def punch(x: Array, y: Array, radius_mm: float, depth_mm: float) -> Array:
 
 
 def smooth_noise(shape: tuple[int, int], sigma_mm: float, seed: int, width_px: float) -> Array:
-    noise = np.random.default_rng(seed).standard_normal(shape)
-    noise = cv2.GaussianBlur(noise, (0, 0), width_px)
+    grain = np.random.default_rng(seed).standard_normal(shape)
+    noise = np.asarray(cv2.GaussianBlur(grain, (0, 0), width_px))
     return np.asarray(sigma_mm * noise / noise.std())
 
 

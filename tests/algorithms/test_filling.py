@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from tactile_core.algorithms.filling import filled, filled_alike
 
+Array = NDArray[Any]
 
+
+@settings(deadline=None)
 @given(
     st.tuples(st.integers(1, 40), st.integers(1, 40)),
     st.floats(0, 1),
@@ -20,10 +26,10 @@ def test_known_pixels_stay_and_the_rest_lies_between_them(
     shape: tuple[int, int], share: float, seed: int, dtype: type
 ) -> None:
     rng = np.random.default_rng(seed)
-    image = rng.standard_normal(shape).astype(dtype)
+    image: Array = rng.standard_normal(shape).astype(dtype)
     known = rng.random(shape) < share
     known.flat[rng.integers(known.size)] = True
-    spoilt = np.where(known, image, 1e6).astype(dtype)
+    spoilt: Array = np.where(known, image, 1e6).astype(dtype)
     result = filled(spoilt, known)
     assert result.dtype == dtype
     assert np.array_equal(result[known], image[known])

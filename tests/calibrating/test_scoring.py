@@ -1,11 +1,11 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.bundle import Bundle
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
-from virtual_lab import BALL_MM, VirtualLab
 
 tilt = st.floats(-80, 80)
 

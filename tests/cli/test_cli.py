@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.sim.ball import BallPress
-from virtual_lab import BALL_MM, VirtualLab
 
 
 def tactile(*words: object) -> subprocess.CompletedProcess[str]:

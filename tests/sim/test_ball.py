@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from virtual_lab import VirtualLab
 
 from tactile_core.sim.ball import BallPress, dots, render
-from virtual_lab import VirtualLab
 
 SCALE = 0.05
 

@@ -1,8 +1,10 @@
+from itertools import pairwise
+
 import pytest
-from tactile_hex_fingertip.tricolour import Tricolour, TricolourOptions
 
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
+from tactile_hex_fingertip.tricolour import Tricolour, TricolourOptions
 
 
 def test_the_light_is_found_by_its_name() -> None:
@@ -18,7 +20,7 @@ def test_one_exposure_sees_three_channels() -> None:
 
 def test_the_arrays_stand_on_every_other_side_of_the_hexagon() -> None:
     azimuths = [array.azimuth_deg for array in TricolourOptions().lights]
-    assert [b - a for a, b in zip(azimuths[:-1], azimuths[1:], strict=True)] == [120, 120]
+    assert [b - a for a, b in pairwise(azimuths)] == [120, 120]
 
 
 def test_the_light_comes_19_degrees_above_the_skin() -> None:

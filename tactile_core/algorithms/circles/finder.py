@@ -86,7 +86,10 @@ def find_circles(
         changes.append(change_of(image, scale))
         tell(0.3 * (i + 1) / len(images))
     starts = [odd_centre(change, ball) for change in changes]
-    whys = [_unlike_a_press(c, start, odd, ball) for c, (start, odd) in zip(changes, starts, strict=True)]
+    whys = [
+        _unlike_a_press(c, start, odd, ball)
+        for c, (start, odd) in zip(changes, starts, strict=True)
+    ]
     kept = [i for i, why in enumerate(whys) if not why]
     fits: dict[int, _Fit] = {i: _Fit(starts[i][0], 0.5 * ball) for i in kept}
     if kept:
@@ -111,9 +114,7 @@ def find_circles(
         for i, fitted in fits.items():
             fitted.contact = contact_radius(changes[i], light, fitted.centre, ball)
     tell(1.0)
-    return [
-        _circle(changes[i], fits.get(i), starts[i], whys[i], ball) for i in range(len(images))
-    ]
+    return [_circle(changes[i], fits.get(i), starts[i], whys[i], ball) for i in range(len(images))]
 
 
 def refine_grid(

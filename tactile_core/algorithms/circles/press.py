@@ -107,10 +107,13 @@ def working_scale(ball_radius_px: float) -> float:
 
 def change_of(press: PressImage, scale: float) -> Change:
     """Shrink a press, subtract the reference, smooth, and mask what is not skin."""
-    frame, reference = (_shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference))
+    frame, reference = (
+        _shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference)
+    )
     weight = np.ones(frame.shape[:2])
     if press.marks is not None:
-        size = weight.shape[1], weight.shape[0]
+        rows, columns, _ = frame.shape
+        size = columns, rows
         share = cv2.resize(press.marks.astype(np.float32), size, interpolation=cv2.INTER_AREA)
         weight[share > 0.1] = 0
     full = frame >= CEILING * 255
@@ -122,13 +125,14 @@ def change_of(press: PressImage, scale: float) -> Change:
     return Change(change, weight, full, noise, scale)
 
 
-def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> Float:
+def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
     image = pixels.astype(np.float32) * np.float32(255 / full_scale)
-    if scale < 1:
-        h, w = image.shape[:2]
-        size = max(1, round(w * scale)), max(1, round(h * scale))
-        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    return image.reshape(*image.shape[:2], -1).astype(np.float64)
+    h, w, k = (int(n) for n in image.shape)
+    if scale == 1:
+        return image.astype(np.float64)
+    size = max(1, round(w * scale)), max(1, round(h * scale))
+    shrunk = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(shrunk, np.float64).reshape(size[1], size[0], k)
 
 
 def _folded(full: Bool, plane: Float) -> Bool:

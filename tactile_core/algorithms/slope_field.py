@@ -32,7 +32,7 @@ Model = Callable[[Float32], Float32]
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
 
-COARSE_PIXELS = 1_200
+COARSE_PIXELS = 4_800
 """About so many points has the coarse grid."""
 
 

@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.photometric import (
+    around_marks,
+    fill_marks,
+    place,
+    relative_change,
+    smooth,
+)
+
+
+@given(st.floats(0.2, 2.0))
+def test_a_brighter_lamp_changes_every_place_alike(gain: float) -> None:
+    base = np.linspace(40, 120, 60, dtype=np.float32).reshape(5, 4, 3)
+    np.testing.assert_allclose(relative_change(gain * base, base), gain - 1, atol=1e-5)
+
+
+def test_dark_skin_is_not_divided_by_nothing() -> None:
+    change = relative_change(np.full((1, 1, 3), 20.0), np.zeros((1, 1, 3), np.float32))
+    assert np.isfinite(change).all()
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_smoothing_keeps_level_skin_and_its_dtype(dtype: type) -> None:
+    flat = np.full((20, 30, 3), 77, dtype)
+    smoothed = smooth(flat)
+    assert smoothed.dtype == dtype
+    np.testing.assert_allclose(smoothed, 77, atol=1e-3)
+
+
+@pytest.mark.parametrize("radius", [2, 5, 11])
+def test_filled_marks_leave_no_trace_on_a_gentle_gradient(radius: int) -> None:
+    y, x = np.mgrid[:120, :160]
+    skin = np.stack([100 + 0.2 * x, 120 - 0.2 * y, 90 + 0 * x], 2).astype(np.uint8)
+    marks = np.zeros((120, 160), bool)
+    for cx, cy in ((40, 40), (110, 70), (70, 95)):
+        marks |= np.hypot(x - cx, y - cy) <= radius
+    printed = np.where(marks[..., None], 10, skin).astype(np.uint8)
+    filled = fill_marks(printed, marks, around_marks(marks))
+    assert np.abs(filled.astype(int) - skin).max() <= 4
+    np.testing.assert_array_equal(filled[~marks], printed[~marks])
+
+
+def test_a_neighbourhood_reaches_beyond_the_marks() -> None:
+    marks = np.zeros((50, 50), bool)
+    marks[10:17, 10:17] = marks[30:37, 20:27] = True
+    assert around_marks(marks) == 15
+    assert around_marks(np.zeros((5, 5), bool)) == around_marks(None) == 0
+
+
+def test_place_is_zero_at_the_centre_and_in_half_widths() -> None:
+    where = place((5, 9))
+    np.testing.assert_allclose(where[2, 4], [0, 0], atol=1e-7)
+    np.testing.assert_allclose(where[2, 8, 0], 4 / 4.5, rtol=1e-6)
+    np.testing.assert_allclose(where[4, 4, 1], 2 / 4.5, rtol=1e-6)

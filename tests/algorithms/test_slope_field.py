@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+
+from tactile_core.algorithms import slope_field
+from tactile_core.algorithms.colour_table import Axis, bake
+from tactile_core.algorithms.slope_field import SlopeField, coarse_size
+
+
+def model(features: np.ndarray) -> np.ndarray:
+    """Smooth in colour, and its gain varies over the image."""
+    gain = 0.4 * (1 + 0.3 * features[:, 3:4])
+    nx = features[:, 0] - 0.5 * features[:, 1] + 0.3 * features[:, 0] * features[:, 2]
+    ny = 0.9 * features[:, 1] - 0.5 * features[:, 2]
+    return np.asarray(gain * np.stack([nx, ny], 1), np.float32)
+
+
+@pytest.fixture(scope="module")
+def scene() -> tuple[np.ndarray, np.ndarray]:
+    """A frame with waves of colour, and the untouched reference."""
+    y, x = np.mgrid[:240, :320]
+    reference = np.stack([110 + 0.1 * x, 130 - 0.1 * y, 120 + 0 * x], 2).astype(np.float32)
+    waves = [np.sin(x / 30 + k) * np.cos(y / 40 - k) for k in range(3)]
+    frame = reference * (1 + 0.3 * np.stack(waves, 2))
+    return np.rint(frame).astype(np.uint8), reference
+
+
+def both_ways(
+    frame: np.ndarray, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> tuple[np.ndarray, np.ndarray]:
+    table = bake(model, Axis(per_unit=80, first=45, count=80))
+    fast = np.stack(SlopeField(model, table, reference).measure(frame))
+    monkeypatch.setattr(slope_field, "EXACT_PIXELS", frame.size)
+    exact = np.stack(SlopeField(model, table, reference).measure(frame))
+    return fast, exact
+
+
+def test_the_fast_way_agrees_with_the_model_everywhere(
+    scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fast, exact = both_ways(*scene, monkeypatch)
+    assert np.abs(fast - exact).mean() < 0.005
+    assert np.abs(fast - exact).max() < 0.04
+
+
+def test_floats_and_bytes_agree_to_an_entry(
+    scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame, reference = scene
+    bytes_, _ = both_ways(frame, reference, monkeypatch)
+    monkeypatch.undo()
+    floats, _ = both_ways(frame.astype(np.float32), reference, monkeypatch)
+    assert np.abs(bytes_ - floats).mean() < 0.006
+
+
+def test_untouched_skin_is_level(
+    scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, reference = scene
+    fast, exact = both_ways(np.rint(reference).astype(np.uint8), reference, monkeypatch)
+    assert np.abs(fast).max() < 0.02
+    assert np.abs(exact).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("size", "expected"), [((480, 640), (80, 60)), ((320, 240), (60, 80)), ((1080, 1920), (96, 54))]
+)
+def test_the_coarse_grid_divides_common_images(
+    size: tuple[int, int], expected: tuple[int, int]
+) -> None:
+    assert coarse_size(*size) == expected
+
+
+@pytest.mark.parametrize("size", [(241, 317), (101, 499), (7, 6000)])
+def test_the_coarse_grid_of_any_size_has_about_so_many_points(size: tuple[int, int]) -> None:
+    columns, rows = coarse_size(*size)
+    assert 1500 < columns * rows < 14000

@@ -1,0 +1,137 @@
+"""Each model, on presses of an analytic ball under a simple light."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactile_core.acquisition import average
+from tactile_core.algorithms.circles import Circle
+from tactile_core.builtin.automatic import Automatic
+from tactile_core.builtin.lookup_table import LookupTable
+from tactile_core.builtin.mlp import Mlp
+from tactile_core.builtin.polynomial import Polynomial
+from tactile_core.builtin.slope_calibration import SlopeCalibration
+from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.calibration import Press
+from tactile_core.errors import CalibrationError
+from tactile_core.quantities import Frame, Reference
+from tactile_core.sim.ball import BallPress
+from virtual_lab import BALL_MM, VirtualLab
+
+MODELS: tuple[type[SlopeCalibration], ...] = (Polynomial, Mlp, LookupTable)
+
+
+class Bench:
+    """Presses at known places, so that the models are tested without the finder."""
+
+    def __init__(self, lab: VirtualLab, presses: int) -> None:
+        self.scale = lab.profile.image.mm_per_px
+        self.reference = average([self.frame(lab, None, 0)])
+        rng = np.random.default_rng(8)
+        balls = [
+            BallPress((float(rng.uniform(25, 135)), float(rng.uniform(25, 95))), BALL_MM, 0.8)
+            for _ in range(presses + 2)
+        ]
+        found = [self.found(lab, ball, seed) for seed, ball in enumerate(balls, 1)]
+        self.unseen, self.presses = found[:2], found[2:]
+
+    def frame(self, lab: VirtualLab, ball: BallPress | None, seed: int) -> Frame:
+        return Frame(lab.image(ball, seed), ("red", "green", "blue"), self.scale)
+
+    def found(self, lab: VirtualLab, ball: BallPress, seed: int) -> FoundPress:
+        frame = self.frame(lab, ball, seed)
+        circle = Circle(ball.centre_px, ball.contact_radius_mm / self.scale)
+        image = press_image(frame, self.reference)
+        return FoundPress("ball", frame, image, circle, BALL_MM / 2 / self.scale)
+
+    def samples(self) -> list[Press]:
+        return [press.training() for press in self.presses]
+
+    def error_deg(self, model: SlopeCalibration) -> float:
+        errors = [p.normal_errors_deg(model.measure(p.frame, self.reference)) for p in self.unseen]
+        return float(np.concatenate(errors).mean())
+
+
+@pytest.fixture(scope="module")
+def bench(lab: VirtualLab) -> Bench:
+    return Bench(lab, 9)
+
+
+@pytest.fixture(scope="module", params=MODELS, ids=lambda model: model.USE)
+def fitted(request: pytest.FixtureRequest, bench: Bench) -> SlopeCalibration:
+    cls: type[SlopeCalibration] = request.param
+    model = cls.fit(bench.samples(), bench.reference, cls.Options())
+    assert isinstance(model, cls)
+    return model
+
+
+def test_unseen_presses_are_measured_to_a_few_degrees(
+    bench: Bench, fitted: SlopeCalibration
+) -> None:
+    assert bench.error_deg(fitted) < 4
+
+
+def test_a_model_comes_back_as_it_was_saved(
+    bench: Bench, fitted: SlopeCalibration, tmp_path: Path
+) -> None:
+    fitted.save(tmp_path)
+    again = type(fitted).load(tmp_path)
+    frame = bench.unseen[0].frame
+    before, after = (m.measure(frame, bench.reference) for m in (fitted, again))
+    np.testing.assert_array_equal(after.x, before.x)
+    np.testing.assert_array_equal(after.y, before.y)
+
+
+def test_fitting_again_gives_the_same_model(bench: Bench, fitted: SlopeCalibration) -> None:
+    cls = type(fitted)
+    again = cls.fit(bench.samples(), bench.reference, cls.Options())
+    assert isinstance(again, SlopeCalibration)
+    assert bench.error_deg(again) == bench.error_deg(fitted)
+
+
+def test_another_image_size_is_refused(bench: Bench, fitted: SlopeCalibration) -> None:
+    frame = Frame(np.zeros((10, 10, 3), np.uint8), ("red", "green", "blue"), 0.1)
+    with pytest.raises(CalibrationError, match="10 × 10"):
+        fitted.measure(frame, bench.reference)
+
+
+def test_a_file_of_something_else_is_refused(fitted: SlopeCalibration, tmp_path: Path) -> None:
+    np.savez(tmp_path / "model.npz", shape=np.array([1, 2, 3]))
+    with pytest.raises(CalibrationError, match="calibrate again"):
+        type(fitted).load(tmp_path)
+
+
+def test_presses_that_all_rest_are_refused(bench: Bench) -> None:
+    press = bench.samples()[0]
+    level = Press(press.frame, press.rows, press.columns, np.zeros_like(press.gradients))
+    with pytest.raises(CalibrationError, match="too few pixels"):
+        Polynomial.fit([level], bench.reference, Polynomial.Options())
+
+
+def test_a_table_needs_three_channels(bench: Bench) -> None:
+    press = bench.samples()[0]
+    grey = Frame(press.frame.pixels[..., :1], ("grey",), bench.scale)
+    reference = Reference(bench.reference.pixels[..., :1], ("grey",))
+    only = Press(grey, press.rows, press.columns, press.gradients)
+    with pytest.raises(CalibrationError, match="three channels"):
+        LookupTable.fit([only], reference, LookupTable.Options())
+
+
+@pytest.mark.parametrize(("presses", "model"), [(5, Polynomial), (9, Mlp)])
+def test_few_presses_carry_a_polynomial_and_many_a_network(
+    lab: VirtualLab, presses: int, model: type[SlopeCalibration]
+) -> None:
+    small = Bench(lab, presses)
+    chosen = Automatic.fit(small.samples(), small.reference, Automatic.Options())
+    assert isinstance(chosen, model)
+
+
+def test_saturated_pixels_are_not_valid(bench: Bench, fitted: SlopeCalibration) -> None:
+    frame = bench.unseen[0].frame
+    pixels = frame.pixels.copy()
+    pixels[5, 7, 1] = 255
+    bright = Frame(pixels, frame.channels, frame.mm_per_px)
+    valid = fitted.measure(bright, bench.reference).valid
+    assert not valid[5, 7]
+    assert valid.sum() == valid.size - 1

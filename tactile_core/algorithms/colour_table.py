@@ -82,19 +82,6 @@ class ColourTable:
         """Nearest entry of each channel for (..., 3) changes."""
         return np.rint(self.axis.position(change)).astype(np.uint8)
 
-    def between(self, change: Float32) -> Float32:
-        """(N, 2) slopes for (N, 3) changes, interpolated between the eight entries around."""
-        position = self.axis.position(change)
-        low = np.minimum(position.astype(np.intp), self.axis.count - 2)
-        part = position - low
-        total = np.zeros(len(change), np.complex64)
-        ends = low.T, (low + 1).T
-        shares = (1 - part).T, part.T
-        for i, j, k in np.ndindex(2, 2, 2):
-            weight = shares[i][0] * shares[j][1] * shares[k][2]
-            total += weight * self.slopes[ends[i][0], ends[j][1], ends[k][2]]
-        return np.stack([total.real, total.imag], axis=1)
-
     def flat(self) -> Complex64:
         """The table with its axes padded to 256, so that three bytes are its index.
 

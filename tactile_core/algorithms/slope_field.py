@@ -2,8 +2,8 @@
 
 Evaluating a network or a polynomial at every pixel costs tens of milliseconds. Its dependence on
 place is smooth, so on large three-channel images it is evaluated on a coarse grid, and a table of
-the same model over colour alone gives the detail between: slopes = table + what the table misses
-of the model on the coarse grid. Small images and other channel counts take the model everywhere.
+the same model over colour alone gives the detail between: slopes = table + (model − averaged table)
+on the coarse grid. Small images and other channel counts take the model everywhere.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Model = Callable[[Float32], Float32]
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
 
-COARSE_PIXELS = 4_800
+COARSE_PIXELS = 3_000
 """About so many points has the coarse grid."""
 
 
@@ -70,7 +70,7 @@ class SlopeField:
             self._place = place((h, w)).reshape(-1, 2)
             return
         self._coarse = coarse_size(h, w)
-        coarse_base = cv2.resize(base, self._coarse, interpolation=cv2.INTER_LINEAR)
+        coarse_base = cv2.resize(base, self._coarse, interpolation=cv2.INTER_AREA)
         self._base = np.asarray(coarse_base, np.float32)
         coarse_place = cv2.resize(place((h, w)), self._coarse, interpolation=cv2.INTER_AREA)
         self._place = np.asarray(coarse_place, np.float32).reshape(-1, 2)
@@ -94,12 +94,11 @@ class SlopeField:
         if self._table is None:
             both = self._from_model(self._change(smoothed)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1])
-        # The smoothing is wide enough for a sample to stand for its surroundings.
-        change = self._change(cv2.resize(smoothed, self._coarse, interpolation=cv2.INTER_LINEAR))
-        missing = self._from_model(change) - self._table.between(change)
-        coarse = missing.reshape(self._coarse[1], self._coarse[0], 2)
         detail = self._from_table(self._table, smoothed)
-        detail += cv2.resize(coarse, (w, h), interpolation=cv2.INTER_LINEAR)
+        coarse = cv2.resize(smoothed, self._coarse, interpolation=cv2.INTER_AREA)
+        wanted = self._from_model(self._change(coarse)).reshape(*coarse.shape[:2], 2)
+        wanted -= cv2.resize(detail, self._coarse, interpolation=cv2.INTER_AREA)
+        detail += cv2.resize(wanted, (w, h), interpolation=cv2.INTER_LINEAR)
         gx, gy = cv2.split(detail)
         return np.asarray(gx, np.float32), np.asarray(gy, np.float32)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition import average
 from tactile_core.algorithms.circles import Circle
@@ -17,7 +18,6 @@ from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.ball import BallPress
-from virtual_lab import BALL_MM, VirtualLab
 
 MODELS: tuple[type[SlopeCalibration], ...] = (Polynomial, Mlp, LookupTable)
 

@@ -4,39 +4,35 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass
-from difflib import get_close_matches
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
-from tactile_core.errors import ProfileError
+from tactile_core.profiles.components import check_components
+from tactile_core.profiles.components import validate_components as validate_components
 from tactile_core.profiles.model import Profile
-from tactile_core.profiles.parts import part_problems, with_absolute_paths
-from tactile_core.profiles.problems import problems_of
-from tactile_core.profiles.source import Place, Problem, merge, read_merged, without_nulls
+from tactile_core.profiles.names import ProfileEntry as ProfileEntry
+from tactile_core.profiles.names import find_extended, find_profile
+from tactile_core.profiles.names import list_profiles as list_profiles
+from tactile_core.profiles.nodes import Node, Place, Problem
+from tactile_core.profiles.problems import MISSING, problems_of
+from tactile_core.profiles.source import Source, read_source
+from tactile_core.profiles.yaml_tree import refusal
+
+_OVERRIDES = Place(Path("overrides"))
+"""Where what a program lays over a profile "stands"; its paths are relative to here."""
 
 
-@dataclass(frozen=True)
-class ProfileEntry:
-    """A profile that can be named.
-
-    Attributes
-    ----------
-    name : str
-    path : Path
-    origin : str
-        "shipped", or the plugin that brings it.
-    """
-
-    name: str
-    path: Path
-    origin: str
-
-
-def load_profile(name_or_path: str | Path, *, sim: bool = False) -> Profile:
-    """Load a profile and validate it, with the parts that it names.
+def load_profile(
+    name_or_path: str | Path,
+    *,
+    sim: bool = False,
+    overrides: Mapping[str, Any] | None = None,
+    components: bool = True,
+) -> Profile:
+    """Load a profile and validate it, with the components that it names.
 
     Parameters
     ----------
@@ -44,105 +40,96 @@ def load_profile(name_or_path: str | Path, *, sim: bool = False) -> Profile:
         A shipped or plugin's profile by name, or the path of a YAML file.
     sim : bool
         Lay the profile's ``sim`` overlay over it: the virtual twin.
+    overrides : mapping, optional
+        Laid over everything, by the rules of ``extends``: ``{"gel": {"friction": 0.3}}``.
+    components : bool
+        False looks at the profile alone: no plugin is imported, and the components' options are
+        neither checked nor their relative paths resolved.
 
     Raises
     ------
     ProfileError
         With every mistake at once, each with file, line, column and key.
     """
-    tree = read_merged(find_profile(name_or_path), _extended)
-    overlay = tree.get("sim")
-    if sim and overlay is not None:
-        tree = merge(tree, overlay)
-    tree = without_nulls(tree)
-    problems = part_problems(tree)
-    try:
-        profile = Profile.model_validate(with_absolute_paths(tree))
-    except ValidationError as error:
-        problems = [*problems_of(error, tree, Profile), *problems]
-    else:
-        if not problems:
-            return profile
-    raise _all_at_once(problems)
+    source = load_source(name_or_path, sim=sim, overrides=overrides)
+    problems = [*source.problems, *validate_structure(source)]
+    settings = source.settings.plain()
+    if components:
+        checked = check_components(source)
+        problems += checked.problems
+        settings = checked.settings
+    if problems:
+        raise refusal(problems)
+    return Profile.model_validate(settings)
 
 
-def find_profile(name_or_path: str | Path) -> Path:
-    """Return the path of a profile's file.
+def load_source(
+    name_or_path: str | Path, *, sim: bool = False, overrides: Mapping[str, Any] | None = None
+) -> Source:
+    """Read a profile and all that it extends, without judging it.
 
     Raises
     ------
     ProfileError
-        No such file, or no profile of this name.
+        There is no such profile, or nothing can be made of its file.
     """
-    text = str(name_or_path)
-    if isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml")):
-        return Path(name_or_path)
-    shipped = {entry.name: entry.path for entry in _shipped()}
-    if text in shipped:
-        return shipped[text]
-    entries = list_profiles()
-    found = next((entry.path for entry in entries if entry.name == text), None)
-    if found is None:
-        names = [entry.name for entry in entries]
-        close = get_close_matches(text, names, 1)
-        hint = f"did you mean {close[0]!r}? " if close else ""
-        raise ProfileError(
-            f"there is no profile {text!r}; {hint}There are {', '.join(names)}, and a file is "
-            f"named by its path (ending in .yaml)"
-        )
-    return found
+    source = read_source(find_profile(name_or_path), find_extended)
+    overlay = source.tree.get("sim")
+    if sim and overlay is not None and overlay.is_mapping:
+        source = source.under(overlay)
+    if overrides:
+        source = source.under(Node.of(overrides, _OVERRIDES))
+    return source
 
 
-def list_profiles() -> list[ProfileEntry]:
-    """List the shipped profiles and those of plugins."""
-    from tactile_core.plugins import profile_directories
+def validate_structure(source: Source) -> list[Problem]:
+    """Return what is wrong with a profile apart from its components, without importing a plugin.
 
-    entries = _shipped()
-    for plugin, directory in profile_directories().items():
-        entries += _in_directory(directory, f"plugin {plugin}")
-    return entries
+    The ``sim`` overlay is judged by the profile that it makes.
+    """
+    problems = _mistakes(source)
+    overlay = source.tree.get("sim")
+    if overlay is not None and overlay.is_mapping:
+        said = {(p.file, p.line, p.column) for p in problems}
+        problems += [
+            Problem(p.file, p.line, p.column, f"sim.{p.key}", p.message)
+            for p in _mistakes(source.under(overlay))
+            if (p.file, p.line, p.column) not in said
+        ]
+    return problems
 
 
 def profile_hash(profile: Profile) -> str:
-    """Fingerprint of what a calibration depends on: image, light and printed marks."""
+    """Fingerprint of what a calibration depends on.
+
+    SHA-256, shortened to 16 digits, of the image section with its defaults, of the illumination
+    as written, and of the gel's coating and marks, as JSON with sorted keys. 19 and 19.0 are one
+    number.
+    """
+    gel = profile.gel.model_dump(mode="json", include={"coating", "markers"})
     matters = {
         "image": profile.image.model_dump(mode="json"),
         "illumination": profile.illumination.model_dump(mode="json"),
-        "markers": profile.gel.model_dump(mode="json")["markers"],
+        "gel": gel,
     }
-    text = json.dumps(matters, sort_keys=True)
+    text = json.dumps(_canonical(matters), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _shipped() -> list[ProfileEntry]:
-    import sensor_profiles
-
-    return _in_directory(sensor_profiles.DIRECTORY, "shipped")
-
-
-def _in_directory(directory: Path, origin: str) -> list[ProfileEntry]:
-    return [ProfileEntry(path.stem, path, origin) for path in sorted(directory.glob("*.yaml"))]
-
-
-def _extended(name: str, place: Place) -> Path:
-    """Find what ``extends`` names; paths are relative to the file that names them."""
+def _mistakes(source: Source) -> list[Problem]:
+    tree = source.settings
     try:
-        found = find_profile(name)
-    except ProfileError as error:
-        problem = Problem(place, "extends", str(error))
-        raise ProfileError(str(problem), [problem]) from None
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        found = place.file.parent / found
-        if not found.is_file():
-            problem = Problem(place, "extends", f"there is no file {found}")
-            raise ProfileError(str(problem), [problem])
-    return found
+        Profile.model_validate(tree.plain())
+    except ValidationError as error:
+        problems = problems_of(error, tree, Profile)
+        # What a broken parent would have brought is not missing.
+        return [p for p in problems if source.whole or p.message != MISSING]
+    return []
 
 
-def _all_at_once(problems: Iterable[Problem]) -> ProfileError:
-    ordered = sorted(
-        set(problems), key=lambda p: (str(p.place.file), p.place.line, p.place.column, p.key)
-    )
-    count = len(ordered)
-    head = "1 mistake" if count == 1 else f"{count} mistakes"
-    return ProfileError(f"{head} in the profile:\n" + "\n".join(map(str, ordered)), ordered)
+def _canonical(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _canonical(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_canonical(item) for item in value]
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

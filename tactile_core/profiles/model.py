@@ -6,9 +6,13 @@ component's ``Options`` in stage two.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+import re
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -16,6 +20,8 @@ from pydantic import (
     NonNegativeInt,
     PositiveFloat,
     PositiveInt,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 
@@ -23,11 +29,40 @@ Point = tuple[float, float]
 Quad = tuple[Point, Point, Point, Point]
 Point3 = tuple[float, float, float]
 
+_NAME = r"^[A-Za-z0-9_.-]+$"
+_USE = r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$"
+_MOST_PX = 32_766
+"""OpenCV addresses pixels by 16 bits."""
+_WIDEST_MM = 1000.0
+_FLATTEST = 1e-3
+"""Least area of a triangle of corners, over that of the box around them."""
+_DISTORTIONS = (4, 5, 8, 12, 14)
+
+
+def _named(text: str) -> str:
+    if not re.match(_NAME, text):
+        raise ValueError(f"should have letters, digits, '.', '_' and '-' only, not {text!r}")
+    return text
+
+
+def _component_named(text: str) -> str:
+    if not re.match(_USE, text):
+        raise ValueError(f"should be plugin.name, for example 'core.poisson', not {text!r}")
+    return text
+
 
 class Section(BaseModel):
     """A mapping whose unknown keys are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_switch(cls, value: Any) -> Any:
+        # No key of a section is a switch, and the validator would take true for 1.
+        if isinstance(value, bool):
+            raise ValueError(f"should not be {str(value).lower()}; there is nothing to switch here")
+        return value
 
 
 class Warp(Section):
@@ -35,6 +70,31 @@ class Warp(Section):
 
     source: Quad = Field(description="Four corners [x, y] in the image before the warp, in px.")
     target: Quad = Field(description="Where they go in the width_px × height_px image, in px.")
+
+    @field_validator("source", "target")
+    @classmethod
+    def _four_corners(cls, quad: Quad) -> Quad:
+        xs, ys = zip(*quad, strict=True)
+        box = (max(xs) - min(xs)) * (max(ys) - min(ys))
+        if min(map(abs, _turns(quad))) <= _FLATTEST * box:
+            raise ValueError("three of the four corners lie on one line")
+        return quad
+
+    @field_validator("target")
+    @classmethod
+    def _same_order(cls, target: Quad, info: ValidationInfo) -> Quad:
+        turns = zip(_turns(info.data.get("source", target)), _turns(target), strict=True)
+        if len({before * after > 0 for before, after in turns}) > 1:
+            raise ValueError("lists the corners in another order than source")
+        return target
+
+
+def _turns(quad: Quad) -> list[float]:
+    """Twice the signed area of each triangle of corners; positive where it turns x towards y."""
+    return [
+        (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        for (ax, ay), (bx, by), (cx, cy) in combinations(quad, 3)
+    ]
 
 
 class Lens(Section):
@@ -45,6 +105,23 @@ class Lens(Section):
         min_length=4, max_length=14, description="k1, k2, p1, p2[, k3 …]."
     )
 
+    @field_validator("matrix")
+    @classmethod
+    def _is_a_camera_matrix(
+        cls, matrix: tuple[Point3, Point3, Point3]
+    ) -> tuple[Point3, Point3, Point3]:
+        (fx, _, _), (below, fy, _), last = matrix
+        if fx <= 0 or fy <= 0 or below != 0 or last != (0, 0, 1):
+            raise ValueError("should be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0")
+        return matrix
+
+    @field_validator("distortion")
+    @classmethod
+    def _known_number(cls, distortion: list[float]) -> list[float]:
+        if len(distortion) not in _DISTORTIONS:
+            raise ValueError(f"should have 4, 5, 8, 12 or 14 numbers, not {len(distortion)}")
+        return distortion
+
 
 class ImageSection(Section):
     """From the camera's pixels to the image in which everything is measured.
@@ -52,8 +129,8 @@ class ImageSection(Section):
     Order: crop, flip, rotate, lens, warp, else a resize if the sizes differ.
     """
 
-    width_px: PositiveInt = Field(description="Width of the resulting image.")
-    height_px: PositiveInt = Field(description="Height of the resulting image.")
+    width_px: PositiveInt = Field(le=_MOST_PX, description="Width of the resulting image.")
+    height_px: PositiveInt = Field(le=_MOST_PX, description="Height of the resulting image.")
     mm_per_px: PositiveFloat = Field(description="Scale of the resulting image on the gel.")
     crop: tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt] | None = Field(
         default=None, description="[x, y, width, height] in the camera's pixels."
@@ -74,6 +151,17 @@ class ImageSection(Section):
         default=8, description="Bits per intensity as the camera delivers them."
     )
 
+    @field_validator("mm_per_px")
+    @classmethod
+    def _not_px_per_mm(cls, mm_per_px: float, info: ValidationInfo) -> float:
+        width_mm = mm_per_px * info.data.get("width_px", 0)
+        if width_mm > _WIDEST_MM:
+            raise ValueError(
+                f"{mm_per_px:g} mm per pixel makes the image {width_mm / 1000:.3g} m wide; "
+                f"if this is pixels per mm, write {1 / mm_per_px:.4g}"
+            )
+        return mm_per_px
+
     @property
     def full_scale(self) -> float:
         """The largest intensity."""
@@ -86,12 +174,24 @@ class Markers(Section):
     pitch_mm: PositiveFloat = Field(description="Distance of neighbouring marks.")
     diameter_mm: PositiveFloat = Field(description="Size of one mark.")
 
+    @field_validator("diameter_mm")
+    @classmethod
+    def _marks_lie_apart(cls, diameter_mm: float, info: ValidationInfo) -> float:
+        pitch_mm = info.data.get("pitch_mm")
+        if pitch_mm is not None and diameter_mm >= pitch_mm:
+            raise ValueError(
+                f"should be smaller than pitch_mm, not {diameter_mm:g}: marks must not touch"
+            )
+        return diameter_mm
+
 
 class Gel(Section):
     """The elastomer; what is not known may be left out until a step needs it."""
 
     shape: Literal["flat", "dome"] = Field(default="flat", description="Shape at rest.")
-    radius_mm: PositiveFloat | None = Field(default=None, description="Radius of a dome.")
+    radius_mm: PositiveFloat | None = Field(
+        default=None, validate_default=True, description="Radius of a dome."
+    )
     thickness_mm: PositiveFloat | None = Field(default=None, description="Thickness of the gel.")
     shear_modulus_mpa: PositiveFloat | None = Field(
         default=None, description="Neo-Hookean coefficient µ."
@@ -107,11 +207,15 @@ class Gel(Section):
         default=None, description="Printed marks; auto finds pitch and size, null means none."
     )
 
-    @model_validator(mode="after")
-    def _dome_has_radius(self) -> Self:
-        if self.shape == "dome" and self.radius_mm is None:
-            raise ValueError("a dome needs radius_mm")
-        return self
+    @field_validator("radius_mm")
+    @classmethod
+    def _dome_alone_has_radius(cls, radius_mm: float | None, info: ValidationInfo) -> float | None:
+        shape = info.data.get("shape")
+        if shape == "dome" and radius_mm is None:
+            raise ValueError("is missing, and a dome needs it; add it")
+        if shape == "flat" and radius_mm is not None:
+            raise ValueError("belongs to 'shape: dome'; remove it or add that")
+        return radius_mm
 
 
 class Component(BaseModel):
@@ -119,10 +223,16 @@ class Component(BaseModel):
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
-    use: str = Field(
-        pattern=r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$",
-        description="The component's name, plugin.name.",
+    use: Annotated[str, AfterValidator(_component_named)] = Field(
+        description="The component's name, plugin.name.", json_schema_extra={"pattern": _USE}
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_a_mapping(cls, value: Any) -> Any:
+        if isinstance(value, str):
+            raise ValueError(f"should be a mapping; write {{use: {value}}}")
+        return value
 
     @property
     def options(self) -> dict[str, Any]:
@@ -134,17 +244,38 @@ class Profile(Section):
     """One sensor build."""
 
     schema_version: Literal[1] = Field(alias="schema", description="Format of this file: 1.")
-    name: str = Field(pattern=r"^[A-Za-z0-9_.-]+$", description="The profile's name.")
+    name: Annotated[str, AfterValidator(_named)] = Field(
+        description="The profile's name.", json_schema_extra={"pattern": _NAME}
+    )
     revision: str = Field(default="", description="Which revision of the build.")
     description: str = Field(default="", description="One sentence for people.")
-    image: ImageSection
-    gel: Gel = Field(default_factory=Gel)
-    camera: Component = Field(default_factory=lambda: Component(use="core.replay"))
-    illumination: Component = Field(default_factory=lambda: Component(use="core.constant"))
-    calibration: Component = Field(default_factory=lambda: Component(use="core.automatic"))
+    image: ImageSection = Field(description="The image in which everything is measured.")
+    gel: Gel = Field(default_factory=Gel, description="The elastomer and its marks.")
+    camera: Component = Field(
+        default_factory=lambda: Component(use="core.replay"), description="What takes images."
+    )
+    illumination: Component = Field(
+        default_factory=lambda: Component(use="core.constant"),
+        description="The lights, and how one observation is exposed.",
+    )
+    calibration: Component = Field(
+        default_factory=lambda: Component(use="core.automatic"),
+        description="The model from intensities to slopes that 'tactile calibrate' fits.",
+    )
     estimators: dict[str, Component] = Field(
         default_factory=dict, description="The steps after the calibration, in order."
     )
     sim: dict[str, Any] = Field(
         default_factory=dict, description="Overlay of this profile for its virtual twin."
     )
+
+    @property
+    def components(self) -> Mapping[str, Component]:
+        """Every component by the key that names it: ``camera``, …, ``estimators.height``."""
+        steps = {f"estimators.{name}": step for name, step in self.estimators.items()}
+        return {
+            "camera": self.camera,
+            "illumination": self.illumination,
+            "calibration": self.calibration,
+            **steps,
+        }

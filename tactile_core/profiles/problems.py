@@ -9,88 +9,180 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.profiles.source import Node, Problem
+from tactile_core.profiles.nodes import Keys, Node, Problem
 
-Path = tuple[str | int, ...]
+_WORDS = {
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "finite_number": "a finite number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "text",
+    "path_type": "a path",
+    "model_type": "a mapping of keys to values",
+    "dict_type": "a mapping of keys to values",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "greater_than": "greater than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "literal_error": "{expected}",
+}
+"""What a value "should be", by the validator's name of the error."""
+
+MISSING = "is missing; add it"
+_LONGEST_SHOWN = 40
 
 
 def problems_of(
-    error: ValidationError, tree: Node, model: type[BaseModel], prefix: Path = ()
+    error: ValidationError, tree: Node, model: type[BaseModel], prefix: Keys = ()
 ) -> list[Problem]:
-    """Say each error of a validation in plain words, once.
+    """Say each mistake of a validation in plain words, once.
 
     Parameters
     ----------
     error : ValidationError
     tree : Node
-        What was validated, with positions.
+        The whole profile that was validated, with places.
     model : type
         The model that refused it.
-    prefix : tuple of str
+    prefix : Keys
         Where in the tree the model's mapping stands.
     """
-    found: dict[tuple[Path, str], Problem] = {}
+    start = tree.at(prefix) or tree
+    by_keys: dict[Keys, list[Any]] = {}
     for one in error.errors(include_url=False):
-        path = (*prefix, *_in_file(tree, prefix, one["loc"], one["type"]))
-        message = _words(one, model, path[len(prefix) :])
-        place = tree.nearest(path)
-        found.setdefault((path, ""), Problem(place, ".".join(map(str, path)), message))
-    return list(found.values())
+        keys = _written(start, one["loc"], model)
+        by_keys.setdefault(keys, []).append(one)
+    meant = _meant(by_keys, model)
+    found = []
+    for keys, errors in by_keys.items():
+        inner = any(other[: len(keys)] == keys and len(other) > len(keys) for other in by_keys)
+        if keys in meant or (inner and all(len(one["loc"]) > len(keys) for one in errors)):
+            continue  # said by the misspelt key, or by the alternative that was meant
+        message = _sentence(errors, start.at(keys), model, keys)
+        found.append(Problem.at(start.origin(keys), (*prefix, *keys), message))
+    return found
 
 
-def nearest_key(key: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" for the nearest known key, or what there is."""
-    names = sorted(known)
-    close = get_close_matches(key, names, 1, 0.5)
-    return f"; did you mean {close[0]!r}?" if close else f"; known keys are {', '.join(names)}"
-
-
-def keys_of(model: type[BaseModel]) -> list[str]:
-    """Keys of a model as they stand in YAML."""
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def _in_file(tree: Node, prefix: Path, loc: Path, kind: str) -> Path:
-    """The parts of a location that are keys, without the names of alternatives."""
-    node: Node | None = tree
-    for part in prefix:
-        node = node.get(str(part)) if node else None
+def _written(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:
+    """The parts of a location that are keys, without the validator's names of alternatives."""
+    node: Node | None = start
     kept: list[str | int] = []
     for index, part in enumerate(loc):
         child = None if node is None else node.child(part)
-        last = index == len(loc) - 1
         if child is not None:
             node = child
-        elif not (last and kind == "missing"):
-            continue
-        kept.append(part)
+            kept.append(part)
+        elif index == len(loc) - 1 and part in _known(model, tuple(kept)):
+            kept.append(part)
     return tuple(kept)
 
 
-def _words(error: Any, model: type[BaseModel], path: Path) -> str:
-    kind = error["type"]
+def _meant(by_keys: dict[Keys, list[Any]], model: type[BaseModel]) -> set[Keys]:
+    """The missing keys that stand there misspelt."""
+    misspelt = {}
+    for keys, errors in by_keys.items():
+        if errors[0]["type"] == "extra_forbidden":
+            close = _nearest(str(keys[-1]), _known(model, keys[:-1]))
+            misspelt.update({(*keys[:-1], near): keys for near in close})
+    return {keys for keys, errors in by_keys.items() if errors[0]["type"] == "missing"} & set(
+        misspelt
+    )
+
+
+def _sentence(errors: list[Any], node: Node | None, model: type[BaseModel], keys: Keys) -> str:
+    kind = errors[0]["type"]
     if kind == "extra_forbidden":
-        section = _model_at(model, path[:-1])
-        known = keys_of(section) if section else []
-        return "unknown key" + (nearest_key(str(path[-1]), known) if known else "")
-    if kind == "missing":
-        return "is missing; add it"
-    text = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "should")
-    given = error["input"]
-    shown = "" if isinstance(given, dict | list) else f", not {given!r}"
-    return f"{text}{shown}"
+        return _unknown_key(str(keys[-1]), _known(model, keys[:-1]))
+    if kind == "missing" and node is None:
+        return MISSING
+    if node is None:
+        return _said(errors[0])
+    if kind in ("missing", "too_long") and isinstance(node.value, tuple):
+        wanted = _length(_annotation(model, keys))
+        items = "another number of" if wanted is None else wanted
+        return f"should have {items} items, not {len(node.value)}"
+    choices = [_WORDS.get(one["type"], "") for one in errors]
+    if not all(choices):
+        return _said(errors[0])
+    expected = dict.fromkeys(
+        words.format_map(one.get("ctx", {})) for words, one in zip(choices, errors, strict=True)
+    )
+    sentence = f"should be {' or '.join(expected)}, not {_shown(node)}"
+    return sentence + _hint(kind, node, errors)
 
 
-def _model_at(model: type[BaseModel], path: Path) -> type[BaseModel] | None:
-    """The model that validates the mapping at a path, if it has fixed keys."""
-    current: type[BaseModel] | None = model
-    for part in path:
-        if current is None:
-            return None
-        fields = {field.alias or name: field for name, field in current.model_fields.items()}
-        field = fields.get(str(part))
-        current = None if field is None else _model_in(field.annotation)
+def _said(error: Any) -> str:
+    said = str(error["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    return said.replace("Input should", "should")
+
+
+def _hint(kind: str, node: Node, errors: list[Any]) -> str:
+    if kind == "string_type" and isinstance(node.value, int | float):
+        return f'; write it in quotes: "{_shown(node)}"'
+    known = [part for one in errors for part in str(one.get("ctx", {}).get("expected")).split("'")]
+    near = _nearest(node.value, known) if isinstance(node.value, str) else []
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def _shown(node: Node) -> str:
+    value = node.value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, tuple):
+        return "a list"
+    text = repr(value)
+    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"
+
+
+def _unknown_key(key: str, known: list[str]) -> str:
+    near = _nearest(key, known)
+    if near:
+        return f"unknown key; did you mean {near[0]!r}?"
+    return f"unknown key; known are {', '.join(known)}" if known else "unknown key"
+
+
+def _nearest(word: str, known: Iterable[str]) -> list[str]:
+    return get_close_matches(word, list(known), 1, 0.6)
+
+
+def _known(model: type[BaseModel], keys: Keys) -> list[str]:
+    """Keys of the mapping at a path, as they stand in YAML."""
+    section = _model_in(_annotation(model, keys))
+    return [] if section is None else list(_fields(section))
+
+
+def _fields(model: type[BaseModel]) -> dict[str, Any]:
+    return {field.alias or name: field.annotation for name, field in model.model_fields.items()}
+
+
+def _annotation(model: type[BaseModel], keys: Keys) -> Any:
+    """The declared type at a path; None where it is not declared."""
+    current: Any = model
+    for part in keys:
+        current = _inner(current, part)
     return current
+
+
+def _inner(annotation: Any, part: str | int) -> Any:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return _fields(annotation).get(str(part))
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin in (Union, UnionType):
+        inner = (_inner(option, part) for option in args)
+        return next((found for found in inner if found is not None), None)
+    if origin is dict:
+        return args[1]
+    if origin is tuple and isinstance(part, int) and args[-1] is not Ellipsis:
+        return args[part] if part < len(args) else None
+    return args[0] if origin is not None and args and isinstance(part, int) else None
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
@@ -99,4 +191,14 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     if get_origin(annotation) in (Union, UnionType):
         found = (_model_in(option) for option in get_args(annotation))
         return next((model for model in found if model is not None), None)
+    return None
+
+
+def _length(annotation: Any) -> int | None:
+    """How many items a list of fixed length has."""
+    options = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else [annotation]
+    for option in options:
+        args = get_args(option)
+        if get_origin(option) is tuple and args and args[-1] is not Ellipsis:
+            return len(args)
     return None

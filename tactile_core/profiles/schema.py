@@ -6,33 +6,49 @@ from typing import Any
 
 from tactile_core.profiles.model import Profile
 
+_EXTENDS = {
+    "type": ["string", "null"],
+    "description": "A profile's name, or a path relative to this file; its keys are taken over.",
+}
+
 
 def profile_schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a profile's file.
 
-    A revision may leave out what it inherits, and ``null`` resets any key, so nothing is required
-    where ``extends`` stands.
+    ``null`` resets any key to its default, so it is allowed everywhere. A revision may leave out
+    what it inherits, so keys are required only where ``extends`` is absent. The options beside a
+    component's ``use`` are the component's own and are left open.
     """
     schema = Profile.model_json_schema(by_alias=True)
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["properties"]["extends"] = {
-        "type": "string",
-        "description": "A profile's name, or a path relative to this file.",
+    sections: dict[str, Any] = schema.pop("$defs")
+    required = {"": schema.pop("required")}
+    required |= {name: one.pop("required", []) for name, one in sections.items()}
+    for section in (schema, *sections.values()):
+        section["properties"] = {k: _or_null(v) for k, v in section["properties"].items()}
+    properties = schema["properties"]
+    overlaid = [key for key in properties if key not in ("schema", "name", "sim")]
+    properties["sim"]["anyOf"][0].update(
+        properties={key: {"$ref": f"#/properties/{key}"} for key in overlaid},
+        additionalProperties=False,
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "Profile of a tactile sensor",
+        "properties": {"extends": _EXTENDS, **properties},
+        "if": {"not": {"required": ["extends"]}},
+        "then": {
+            "required": required[""],
+            "properties": {"image": {"required": required["ImageSection"]}},
+        },
+        "$defs": sections,
     }
-    for model in (schema, *schema["$defs"].values()):
-        for name, value in model.get("properties", {}).items():
-            if name != "extends":
-                model["properties"][name] = _or_null(value)
-    required = schema.pop("required")
-    schema["if"] = {"not": {"required": ["extends"]}}
-    schema["then"] = {"required": required}
-    for name in ("ImageSection", "Gel"):
-        # A revision names only what differs.
-        schema["$defs"][name].pop("required", None)
-    return schema
 
 
 def _or_null(value: dict[str, Any]) -> dict[str, Any]:
     kept: dict[str, Any] = {key: value[key] for key in ("description", "default") if key in value}
-    rest = {key: v for key, v in value.items() if key not in kept}
-    return {"anyOf": [rest, {"type": "null"}], **kept}
+    rest = {k: v for k, v in value.items() if k not in (*kept, "title")}
+    alternatives = rest.get("anyOf", [rest])
+    if {"type": "null"} not in alternatives:
+        alternatives = [*alternatives, {"type": "null"}]
+    return {"anyOf": alternatives, **kept}

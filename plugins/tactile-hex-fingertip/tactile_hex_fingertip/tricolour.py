@@ -15,9 +15,11 @@ ARRAY_TILT_DEG = 71.0
 
 
 class Array(Options):
-    """One 2 × 4 array of LEDs of one colour."""
+    """One 2 × 4 array of LEDs of one colour, which shine within 30° each."""
 
-    name: str = Field(description="The colour, which is also the channel that sees it.")
+    name: str = Field(
+        min_length=1, description="The colour, which is also the channel that sees it."
+    )
     azimuth_deg: float = Field(description="Where it stands, from x towards y.")
     elevation_deg: float = Field(
         default=90 - ARRAY_TILT_DEG, gt=0, lt=90, description="Angle of its light to the skin."
@@ -37,7 +39,7 @@ class TricolourOptions(Options):
     )
 
     @model_validator(mode="after")
-    def _every_other_side(self) -> TricolourOptions:
+    def _names_differ(self) -> TricolourOptions:
         names = [light.name for light in self.lights]
         if len(set(names)) < 3:
             raise ValueError("three arrays need three different names")

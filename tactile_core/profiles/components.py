@@ -1,0 +1,124 @@
+"""Stage two: the components that a profile names, each checked by its own ``Options``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import UnionType
+from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from tactile_core.errors import PluginError
+from tactile_core.profiles.nodes import Keys, Node, Problem
+from tactile_core.profiles.problems import problems_of
+from tactile_core.profiles.source import Source
+
+if TYPE_CHECKING:
+    from tactile_core.plugins import Kind
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What stage two found.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+    settings : dict
+        The profile as ordinary values, in which the components' relative paths have become
+        absolute ones.
+    """
+
+    problems: tuple[Problem, ...]
+    settings: dict[str, Any]
+
+
+def check_components(source: Source) -> Checked:
+    """Import each component that is named soundly and check its options.
+
+    Whatever else is wrong with the profile does not matter here. A component that cannot be
+    imported is a problem at its ``use``. Options declared as :class:`pathlib.Path` are relative to
+    the file that says them.
+    """
+    tree = source.settings
+    settings: dict[str, Any] = tree.plain()
+    problems = []
+    for keys, kind, node in _named(tree):
+        use = node.value["use"]
+        try:
+            model = _options_model(kind, use.value)
+        except PluginError as error:
+            problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
+            continue
+        options = {
+            key: _with_paths(value, _declared(model, key))
+            for key, value in node.value.items()
+            if key != "use"
+        }
+        try:
+            model.model_validate(options)
+        except ValidationError as error:
+            problems += problems_of(error, tree, model, keys)
+        _at(settings, keys).update(options)
+    return Checked(tuple(problems), settings)
+
+
+def validate_components(source: Source) -> list[Problem]:
+    """Return what is wrong with the components that a profile names; see check_components."""
+    return list(check_components(source).problems)
+
+
+def _named(tree: Node) -> Iterator[tuple[Keys, Kind, Node]]:
+    kinds: tuple[Kind, ...] = ("camera", "illumination", "calibration")
+    for kind in kinds:
+        if _names_a_component(tree.get(kind)):
+            yield (kind,), kind, tree.value[kind]
+    steps = tree.get("estimators")
+    if steps is not None and steps.is_mapping:
+        for name, node in steps.value.items():
+            if _names_a_component(node):
+                yield ("estimators", name), "estimator", node
+
+
+def _names_a_component(node: Node | None) -> bool:
+    use = None if node is None else node.get("use")
+    # Stage one has a word for any other name.
+    return use is not None and isinstance(use.value, str) and "." in use.value.strip(".")
+
+
+def _options_model(kind: Kind, use: str) -> type[BaseModel]:
+    from tactile_core.plugins import resolve
+
+    options: type[BaseModel] = resolve(kind, use).Options
+    return options
+
+
+def _declared(model: type[BaseModel], key: str) -> Any:
+    field = model.model_fields.get(key)
+    return None if field is None else field.annotation
+
+
+def _with_paths(node: Node, annotation: Any) -> Any:
+    """Return plain values, with what is declared as a path made absolute."""
+    if isinstance(node.value, tuple):
+        args = get_args(annotation)
+        return [_with_paths(item, args[0] if args else None) for item in node.value]
+    if isinstance(node.value, str) and _is_path(annotation, node.value):
+        return str(node.place.file.parent.resolve() / Path(node.value).expanduser())
+    return node.plain()
+
+
+def _is_path(annotation: Any, text: str) -> bool:
+    if get_origin(annotation) in (Union, UnionType):
+        options = get_args(annotation)
+        words = [word for o in options if get_origin(o) is Literal for word in get_args(o)]
+        return text not in words and any(_is_path(option, text) for option in options)
+    return isinstance(annotation, type) and issubclass(annotation, Path)
+
+
+def _at(settings: dict[str, Any], keys: Keys) -> dict[str, Any]:
+    for key in keys:
+        settings = settings[str(key)]
+    return settings

@@ -1,0 +1,64 @@
+"""How a revision is laid over what it extends: pure functions of trees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.profiles.nodes import Keys, Node
+
+_KEYS_OF_A_SHAPE: Mapping[str, frozenset[str]] = {"dome": frozenset({"radius_mm"})}
+"""Keys of ``gel`` that only one shape knows."""
+
+
+def merge(base: Node, top: Node) -> Node:
+    """Lay one profile over another.
+
+    Mappings merge key by key and keep the order of ``base``; lists and scalars replace. A changed
+    ``use`` replaces the whole component; a changed ``gel.shape`` drops what only the old shape
+    knows. ``null`` stays in the tree, so that it also resets what lies further below; see
+    :func:`without_nulls`. Places are those of what was kept.
+
+    Parameters
+    ----------
+    base, top : Node
+        Whole profiles, or an overlay as ``top``. Profiles that extend each other are merged from
+        the oldest: a changed ``use`` and a ``null`` forget what lies below, so that the order of
+        merging matters.
+    """
+    return _merged(base, top, ())
+
+
+def without_nulls(node: Node) -> Node:
+    """Drop the keys that are null: they mean the default, or a removed step."""
+    if isinstance(node.value, dict):
+        kept = {k: without_nulls(v) for k, v in node.value.items() if v.value is not None}
+        return Node(kept, node.place)
+    if isinstance(node.value, tuple):
+        return Node(tuple(without_nulls(item) for item in node.value), node.place)
+    return node
+
+
+def _merged(base: Node, top: Node, keys: Keys) -> Node:
+    if not (base.is_mapping and top.is_mapping):
+        return top
+    below = {key: node for key, node in base.value.items() if key not in _dropped(base, top, keys)}
+    merged = {}
+    for key, node in below.items():
+        above = top.get(key)
+        merged[key] = node if above is None else _merged(node, above, (*keys, key))
+    merged.update({key: node for key, node in top.value.items() if key not in below})
+    return Node(merged, top.place)
+
+
+def _dropped(base: Node, top: Node, keys: Keys) -> frozenset[str]:
+    """Keys of ``base`` that the variant chosen in ``top`` does not take over."""
+    if _changed(base, top, "use"):
+        return frozenset(base.value)
+    if keys == ("gel",) and _changed(base, top, "shape"):
+        return _KEYS_OF_A_SHAPE.get(str(base.value["shape"].value), frozenset())
+    return frozenset()
+
+
+def _changed(base: Node, top: Node, key: str) -> bool:
+    old, new = base.get(key), top.get(key)
+    return old is not None and new is not None and old.value != new.value

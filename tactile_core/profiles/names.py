@@ -1,0 +1,120 @@
+"""Profiles by name: those that ship with the core and those of plugins."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from tactile_core.errors import ProfileError
+from tactile_core.profiles.nodes import Place, Problem
+
+_SUFFIXES = (".yaml", ".yml")
+
+
+@dataclass(frozen=True)
+class ProfileEntry:
+    """A profile that can be named.
+
+    Attributes
+    ----------
+    name : str
+    path : Path
+    origin : str
+        "shipped", or the plugin that brings it.
+    """
+
+    name: str
+    path: Path
+    origin: str
+
+
+def list_profiles() -> list[ProfileEntry]:
+    """List the shipped profiles, then those of plugins.
+
+    Imports every installed plugin.
+    """
+    from tactile_core.plugins import profile_directories
+
+    entries = _shipped()
+    for plugin, directory in profile_directories().items():
+        entries += _in_directory(directory, f"plugin {plugin}")
+    return entries
+
+
+def find_profile(name_or_path: str | Path) -> Path:
+    """Return the path of a profile's file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path if it is a Path, contains a separator or ends in ``.yaml``; else a name. A shipped
+        profile is found without importing a plugin.
+
+    Raises
+    ------
+    ProfileError
+        There is no profile of this name, or two plugins bring one.
+    """
+    if isinstance(name_or_path, Path) or _is_path(name_or_path):
+        return Path(name_or_path).expanduser()
+    for entry in _shipped():
+        if entry.name == name_or_path:
+            return entry.path
+    entries = list_profiles()
+    found = [entry for entry in entries if entry.name == name_or_path]
+    if not found:
+        raise ProfileError(_unknown(name_or_path, [entry.name for entry in entries]))
+    if len(found) > 1:
+        origins = " and ".join(entry.origin for entry in found)
+        raise ProfileError(f"profile {name_or_path!r} is brought by {origins}; give a path instead")
+    return found[0].path
+
+
+def find_extended(name_or_path: str, place: Place) -> Path:
+    """Return the file that ``extends`` names; a path is relative to the file that names it.
+
+    Raises
+    ------
+    ProfileError
+        As :func:`find_profile`, at the place.
+    """
+    try:
+        found = find_profile(name_or_path)
+        if _is_path(name_or_path):
+            found = place.file.parent / found
+            if not found.is_file():
+                raise ProfileError(f"there is no file {found}")
+    except ProfileError as error:
+        problem = Problem.at(place, ("extends",), str(error))
+        raise ProfileError(str(problem), [problem]) from None
+    return found
+
+
+def _is_path(text: str) -> bool:
+    return "/" in text or os.sep in text or text.endswith(_SUFFIXES)
+
+
+def _unknown(name: str, known: Sequence[str]) -> str:
+    file = next((name + suffix for suffix in _SUFFIXES if Path(name + suffix).is_file()), None)
+    close = get_close_matches(name, known, 1)
+    if file is not None:
+        hint = f"for the file here write {file!r}. "
+    else:
+        hint = f"did you mean {close[0]!r}? " if close else ""
+    return (
+        f"there is no profile {name!r}; {hint}There are {', '.join(known)}, and a file is "
+        f"named by its path (ending in .yaml)"
+    )
+
+
+def _shipped() -> list[ProfileEntry]:
+    import sensor_profiles
+
+    return _in_directory(sensor_profiles.DIRECTORY, "shipped")
+
+
+def _in_directory(directory: Path, origin: str) -> list[ProfileEntry]:
+    return [ProfileEntry(path.stem, path, origin) for path in sorted(directory.glob("*.yaml"))]

@@ -1,0 +1,129 @@
+"""A tree of values that remember where they were written, and a mistake at such a place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+Keys = tuple[str | int, ...]
+"""A path in the tree: the keys of mappings and the indices of lists."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something stands in a file.
+
+    Attributes
+    ----------
+    file : Path
+    line, column : int
+        From 1; 0 for what stands in no file.
+    """
+
+    file: Path
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}" if self.line else str(self.file)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake in a profile.
+
+    Attributes
+    ----------
+    file : Path
+    line, column : int
+        From 1; 0 for what stands in no file.
+    key : str
+        E.g. ``image.width_px``; empty where the file as a whole is meant.
+    message : str
+        What is wrong and what to do, in plain words.
+    """
+
+    file: Path
+    line: int
+    column: int
+    key: str
+    message: str
+
+    @classmethod
+    def at(cls, place: Place, keys: Keys, message: str) -> Problem:
+        """Make a problem of the value at ``keys``."""
+        return cls(place.file, place.line, place.column, ".".join(map(str, keys)), message)
+
+    def __str__(self) -> str:
+        place = Place(self.file, self.line, self.column)
+        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+
+
+@dataclass(frozen=True)
+class Node:
+    """A value and where it stands (a mapping's value: where its key does).
+
+    Attributes
+    ----------
+    value : scalar, tuple of Node, or dict of str to Node
+        Not to be changed.
+    place : Place
+    """
+
+    value: Any
+    place: Place
+
+    @classmethod
+    def of(cls, value: Any, place: Place) -> Node:
+        """Make a tree of ordinary mappings, lists and scalars that all stand at one place."""
+        if isinstance(value, Mapping):
+            return cls({str(key): cls.of(item, place) for key, item in value.items()}, place)
+        if isinstance(value, list | tuple):
+            return cls(tuple(cls.of(item, place) for item in value), place)
+        return cls(value, place)
+
+    @property
+    def is_mapping(self) -> bool:
+        """Whether this holds keys and values."""
+        return isinstance(self.value, dict)
+
+    def get(self, key: str) -> Node | None:
+        """Return the value of a key; None when this is no mapping or lacks it."""
+        return self.value.get(key) if isinstance(self.value, dict) else None
+
+    def child(self, part: str | int) -> Node | None:
+        """Return the value of a key or the item at an index; None when there is none."""
+        if isinstance(self.value, tuple) and isinstance(part, int):
+            return self.value[part] if part < len(self.value) else None
+        return self.get(str(part))
+
+    def at(self, keys: Keys) -> Node | None:
+        """Return the value at a path; None when nothing stands there."""
+        node: Node | None = self
+        for part in keys:
+            node = None if node is None else node.child(part)
+        return node
+
+    def origin(self, keys: Keys) -> Place:
+        """Return where the deepest part of a path stands."""
+        node = self
+        for part in keys:
+            child = node.child(part)
+            if child is None:
+                break
+            node = child
+        return node.place
+
+    def without(self, key: str) -> Node:
+        """Return the mapping without a key."""
+        return Node({k: v for k, v in self.value.items() if k != key}, self.place)
+
+    def plain(self) -> Any:
+        """Return ordinary dicts, lists and scalars."""
+        if isinstance(self.value, dict):
+            return {key: node.plain() for key, node in self.value.items()}
+        if isinstance(self.value, tuple):
+            return [node.plain() for node in self.value]
+        return self.value

@@ -1,0 +1,205 @@
+"""One YAML 1.2 file as a tree with places, every structural mistake noted.
+
+The tree is built from the parser's events, so that nothing is expanded behind our back and every
+key keeps its line and column.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tactile_core.errors import ProfileError
+from tactile_core.profiles.nodes import Keys, Node, Place, Problem
+
+MOST_BYTES = 200_000
+"""A long profile has a few thousand; this many take a second to read."""
+DEEPEST = 50
+
+_INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]*)")
+_BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|(0|[1-9][0-9]*)(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_WORDS = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"), float("inf")),
+    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), float("-inf")),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), float("nan")),
+}
+
+
+def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
+    """Read one file whose top is a mapping.
+
+    Returns
+    -------
+    tree : Node
+    problems : list of Problem
+        What is wrong although the rest can be read: repeated keys, merge keys, anchors, tags.
+
+    Raises
+    ------
+    ProfileError
+        Nothing can be made of the file: it is missing, too large, not UTF-8, not YAML, not one
+        mapping, or built from aliases.
+    """
+    text = _text(path)
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError
+    from ruamel.yaml.reader import ReaderError
+
+    builder = _Builder(path, iter(YAML(typ="safe", pure=True).parse(text)))
+    try:
+        tree = builder.document()
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = Place(path, mark.line + 1, mark.column + 1) if mark else Place(path)
+        problem = Problem.at(place, (), _words(error))
+    except ReaderError as error:
+        before = text[: error.position].splitlines() or [""]
+        place = Place(path, len(before), len(before[-1]) + 1)
+        problem = Problem.at(place, (), "not YAML: a control character stands here")
+    except _StopReadingError as stop:
+        problem = stop.problem
+    else:
+        if tree.is_mapping:
+            return tree, builder.problems
+        problem = Problem.at(tree.place, (), "a profile is a mapping of keys to values")
+    raise refusal([*builder.problems, problem])
+
+
+def refusal(problems: list[Problem]) -> ProfileError:
+    """Make the error that reports all problems at once, in the order of files and lines."""
+    ordered = sorted(set(problems), key=lambda p: (str(p.file), p.line, p.column, p.key))
+    if len(ordered) == 1:
+        return ProfileError(str(ordered[0]), ordered)
+    lines = "\n".join(map(str, ordered))
+    return ProfileError(f"there are {len(ordered)} mistakes in the profile:\n{lines}", ordered)
+
+
+def _text(path: Path) -> str:
+    def refused(message: str) -> ProfileError:
+        return refusal([Problem.at(Place(path), (), message)])
+
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise refused("too large for a profile; is this the right file?")
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise refused("there is no such file; 'tactile profiles' lists names") from None
+    except UnicodeDecodeError:
+        raise refused("not text in UTF-8; is this the right file?") from None
+    except OSError as error:
+        raise refused(f"cannot be read ({error.strerror})") from error
+
+
+def _words(error: Any) -> str:
+    said = str(error.problem or error.context)
+    if "'\\t'" in said:
+        return "not YAML: indented with a tab; use spaces"
+    if error.problem and error.context and error.context_mark:
+        said += f" {error.context} that begins on line {error.context_mark.line + 1}"
+    return f"not YAML: {said}"
+
+
+class _StopReadingError(Exception):
+    """What follows cannot be understood."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(str(problem))
+        self.problem = problem
+
+
+class _Builder:
+    """Builds the tree from parser events and notes what does not belong in a profile."""
+
+    def __init__(self, path: Path, events: Iterator[Any]) -> None:
+        self._path, self._events = path, events
+        self._anchor: Problem | None = None
+        self.problems: list[Problem] = []
+
+    def document(self) -> Node:
+        event = self._next()
+        while (kind := type(event).__name__) in ("StreamStartEvent", "DocumentStartEvent"):
+            if getattr(event, "version", None) not in (None, (1, 2)):
+                self._note(self._place(event), (), "profiles are YAML 1.2; remove '%YAML'")
+            event = self._next()
+        if kind == "StreamEndEvent":
+            return Node({}, Place(self._path, 1, 1))
+        node = self._node(event, ())
+        self._next()  # the document's end
+        after = self._next()
+        if type(after).__name__ != "StreamEndEvent":
+            raise self._stop(after, (), "a profile is one document; remove '---'")
+        return node
+
+    def _node(self, event: Any, keys: Keys) -> Node:
+        place, kind = self._place(event), type(event).__name__
+        if getattr(event, "anchor", None) is not None and self._anchor is None:
+            message = "anchors and aliases are not used in profiles; write the value, or 'extends'"
+            self._anchor = Problem.at(place, keys, message)
+            self.problems.append(self._anchor)
+        if kind == "AliasEvent" and self._anchor is not None:
+            raise _StopReadingError(self._anchor)
+        if getattr(event, "tag", None) is not None:
+            self._note(place, keys, "tags (!…) are not used in profiles")
+        if len(keys) > DEEPEST:
+            raise self._stop(event, keys[:2], "nested too deeply for a profile")
+        if kind == "SequenceStartEvent":
+            items: list[Node] = []
+            while type(item := self._next()).__name__ != "SequenceEndEvent":
+                items.append(self._node(item, (*keys, len(items))))
+            return Node(tuple(items), place)
+        if kind == "MappingStartEvent":
+            return Node(self._mapping(keys), place)
+        return Node(scalar(event.value) if event.implicit[0] else event.value, place)
+
+    def _mapping(self, keys: Keys) -> dict[str, Node]:
+        mapping: dict[str, Node] = {}
+        while type(event := self._next()).__name__ != "MappingEndEvent":
+            if type(event).__name__ != "ScalarEvent":
+                raise self._stop(event, keys, "a key must be a plain word")
+            key, place = str(event.value), self._place(event)
+            here = (*keys, key)
+            value = Node(self._node(self._next(), here).value, place)
+            if key == "<<":
+                message = "merge keys are not used in profiles; use 'extends'"
+                self._note(place, here, message)
+            elif key in mapping:
+                first = mapping[key].place.line
+                self._note(place, here, f"stands twice; the first is on line {first}")
+            else:
+                mapping[key] = value
+        return mapping
+
+    def _next(self) -> Any:
+        return next(self._events)
+
+    def _place(self, event: Any) -> Place:
+        return Place(self._path, event.start_mark.line + 1, event.start_mark.column + 1)
+
+    def _note(self, place: Place, keys: Keys, message: str) -> None:
+        self.problems.append(Problem.at(place, keys, message))
+
+    def _stop(self, event: Any, keys: Keys, message: str) -> _StopReadingError:
+        return _StopReadingError(Problem.at(self._place(event), keys, message))
+
+
+def scalar(text: str) -> Any:
+    """Return the value of an unquoted word by the core schema of YAML 1.2.
+
+    A whole number that begins with 0 stays text: it is a serial or a USB id.
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    try:
+        if _INTEGER.fullmatch(text):
+            return int(text)
+        if _BASED.fullmatch(text):
+            return int(text, 0)
+    except ValueError:  # more digits than Python turns into a number
+        return text
+    return float(text) if _FLOAT.fullmatch(text) else text

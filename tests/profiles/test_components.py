@@ -1,0 +1,133 @@
+"""Components are checked by their own options, and their paths belong to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tactile_core.errors import ProfileError
+from tactile_core.profiles.loader import load_profile
+
+if TYPE_CHECKING:
+    from profiles.conftest import Install
+
+ESTIMATOR = """\
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, field_validator, model_validator
+
+from tactile_core.device import Options
+from tactile_core.estimator import Estimator
+from tactile_core.quantities import Gradients, HeightMap
+
+
+class Layer(BaseModel):
+    size: int
+
+
+class Net(Estimator):
+    class Options(Options):
+        weights: Path
+        more: list[Path] = []
+        table: Path | Literal["auto"] | None = "auto"
+        title: str = ""
+        gain: float = 1.0
+        layers: list[Layer] = []
+
+        @field_validator("gain")
+        @classmethod
+        def _small(cls, gain: float) -> float:
+            if gain > 9:
+                raise ValueError("more than the amplifier has")
+            return gain
+
+        @model_validator(mode="after")
+        def _titled(self):
+            if self.title == self.weights.stem:
+                raise ValueError("give the title in words")
+            return self
+
+    def estimate(self, gradients: Gradients) -> HeightMap: ...
+"""
+
+PROFILE = """\
+schema: 1
+name: bench
+image: {width_px: 320, height_px: 240, mm_per_px: 0.05}
+estimators:
+  height:
+    use: nets.net
+"""
+
+
+@pytest.fixture
+def nets(install: Install) -> None:
+    install("nets", {"net.py": ESTIMATOR}, tactile_estimators={"net": "own_nets.net:Net"})
+
+
+def write(folder: Path, options: str) -> Path:
+    path = folder / "lab" / "p.yaml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(PROFILE + options, encoding="utf-8")
+    return path
+
+
+def said_of(folder: Path, options: str) -> list[str]:
+    with pytest.raises(ProfileError) as caught:
+        load_profile(write(folder, options))
+    return [f"{p.line}:{p.column}: {p.key}: {p.message}" for p in caught.value.problems]
+
+
+@pytest.mark.usefixtures("nets")
+def test_options_that_are_paths_are_relative_to_the_profile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, "    weights: ../cnn.onnx\n    more: [a, /b]\n    table: t\n    title: x.y\n")
+    options = load_profile("lab/p.yaml").estimators["height"].options
+    assert Path(options["weights"]).resolve() == tmp_path / "cnn.onnx"
+    assert options["more"] == [str(tmp_path / "lab" / "a"), "/b"]
+    assert options["table"] == str(tmp_path / "lab" / "t")
+    assert options["title"] == "x.y"
+
+
+@pytest.mark.usefixtures("nets")
+def test_a_word_beside_a_path_stays_a_word(tmp_path: Path) -> None:
+    options = load_profile(write(tmp_path, "    weights: ~/w\n    table: auto\n")).components
+    assert options["estimators.height"].options["table"] == "auto"
+    assert options["estimators.height"].options["weights"] == str(Path("~/w").expanduser())
+
+
+@pytest.mark.usefixtures("nets")
+def test_each_option_is_reported_at_its_line(tmp_path: Path) -> None:
+    options = "    wieghts: w\n    gain: 10\n    layers:\n      - {size: 1}\n      - {size: big}\n"
+    assert said_of(tmp_path, options) == [
+        "7:5: estimators.height.wieghts: unknown key; did you mean 'weights'?",
+        "8:5: estimators.height.gain: more than the amplifier has",
+        "11:10: estimators.height.layers.1.size: should be a whole number, not 'big'",
+    ]
+
+
+@pytest.mark.usefixtures("nets")
+def test_a_mistake_of_the_whole_component_is_reported_at_its_head(tmp_path: Path) -> None:
+    assert said_of(tmp_path, "    weights: net.bin\n    title: net\n") == [
+        "5:3: estimators.height: give the title in words"
+    ]
+
+
+@pytest.mark.usefixtures("nets")
+def test_what_is_required_is_said_to_be_missing(tmp_path: Path) -> None:
+    assert said_of(tmp_path, "") == ["5:3: estimators.height.weights: is missing; add it"]
+
+
+def test_a_plugin_that_fails_to_import_is_a_mistake_where_it_is_named(
+    tmp_path: Path, install: Install
+) -> None:
+    install("nets", {"net.py": "1 / 0"}, tactile_estimators={"net": "own_nets.net:Net"})
+    (said,) = said_of(tmp_path, "    weights: w\n")
+    assert said.startswith("6:5: estimators.height.use: ")
+    assert "tactile-nets 1.0" in said
+    assert "ZeroDivisionError" in said

@@ -1,0 +1,376 @@
+"""From a name or a path to a profile, or to every mistake in it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tactile_core.errors import ProfileError
+from tactile_core.profiles.loader import (
+    list_profiles,
+    load_profile,
+    load_source,
+    profile_hash,
+    validate_components,
+    validate_structure,
+)
+from tactile_core.profiles.nodes import Problem
+
+if TYPE_CHECKING:
+    from profiles.conftest import Install
+
+FAKES = Path(__file__).parents[1] / "fakes" / "site_packages"
+
+SOUND = """\
+schema: 1
+name: bench
+image: {width_px: 320, height_px: 240, mm_per_px: 0.05}
+gel: {thickness_mm: 2, markers: {pitch_mm: 1.5, diameter_mm: 0.5}}
+camera: {use: core.replay, loop: true}
+estimators:
+  height: {use: core.poisson}
+  contact: {use: core.contact}
+"""
+
+TWELVE = """\
+schema: 1
+name: my bench
+revision: 2017
+image:
+  width_px: wide
+  height_px: 240
+  mm_per_px: -0.05
+  flip: horizontl
+  colour: rgb
+gel:
+  shape: dome
+  thickness_mm: 2
+  thickness_mm: 3
+  markers: {pitch_mm: 1.5, diameter_mm: 2}
+camera: {use: core.replai}
+illumination: {use: nolab.lamp}
+calibration: {use: core.automatic, presses_for_network: few}
+"""
+
+TWELVE_SAID = [
+    "2:1: name: should have letters, digits, '.', '_' and '-' only, not 'my bench'",
+    '3:1: revision: should be text, not 2017; write it in quotes: "2017"',
+    "5:3: image.width_px: should be a whole number, not 'wide'",
+    "7:3: image.mm_per_px: should be greater than 0, not -0.05",
+    "8:3: image.flip: should be 'none', 'horizontal', 'vertical' or 'both', not 'horizontl'; "
+    "did you mean 'horizontal'?",
+    "9:3: image.colour: unknown key; did you mean 'color'?",
+    "10:1: gel.radius_mm: is missing, and a dome needs it; add it",
+    "13:3: gel.thickness_mm: stands twice; the first is on line 12",
+    "14:28: gel.markers.diameter_mm: should be smaller than pitch_mm, not 2: marks must not touch",
+    "15:10: camera.use: plugin 'core' (tactile-core 0.1.0) has no camera 'replai'; "
+    "did you mean 'replay'?",
+    "16:16: illumination.use: illumination 'nolab.lamp' needs the plugin 'nolab', which is not "
+    "installed; run 'pip install tactile-nolab'",
+    "17:36: calibration.presses_for_network: should be a whole number, not 'few'",
+]
+
+
+def write(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def problems_of(path: Path | str, **how: Any) -> list[Problem]:
+    with pytest.raises(ProfileError) as caught:
+        load_profile(path, **how)
+    assert all(str(problem) in str(caught.value) for problem in caught.value.problems)
+    return list(caught.value.problems)
+
+
+def said_of(text: str, folder: Path) -> list[str]:
+    path = write(folder, "p.yaml", text)
+    return [str(problem).removeprefix(f"{path}:") for problem in problems_of(path)]
+
+
+def test_twelve_mistakes_are_reported_at_once_each_at_its_line(tmp_path: Path) -> None:
+    assert said_of(TWELVE, tmp_path) == TWELVE_SAID
+
+
+def test_the_message_counts_them(tmp_path: Path) -> None:
+    with pytest.raises(ProfileError, match=r"^there are 12 mistakes in the profile:\n"):
+        load_profile(write(tmp_path, "p.yaml", TWELVE))
+    with pytest.raises(ProfileError) as one:
+        load_profile(write(tmp_path, "p.yaml", SOUND + "gell: {}\n"))
+    assert "\n" not in str(one.value)
+
+
+def test_mistakes_say_file_line_column_and_key(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", SOUND.replace("loop: true", "loop: maybe"))
+    assert problems_of(path) == [
+        Problem(path, 5, 28, "camera.loop", "should be true or false, not 'maybe'")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("schema: 1", "schema: 2", "1:1: schema: should be 1, not 2"),
+        ("name: bench", "", "1:1: name: is missing; add it"),
+        ("width_px: 320, ", "", "3:1: image.width_px: is missing; add it"),
+        ("width_px", "widht_px", "3:9: image.widht_px: unknown key; did you mean 'width_px'?"),
+        ("width_px: 320", "width_px: 320.5", "should be a whole number, not 320.5"),
+        ("width_px: 320", "width_px: yes", "should be a whole number, not 'yes'"),
+        ("width_px: 320", "width_px: true", "should not be true"),
+        ("width_px: 320", "width_px: 99999", "should be at most 32766, not 99999"),
+        ("mm_per_px: 0.05", "mm_per_px: .inf", "should be a finite number"),
+        ("mm_per_px: 0.05", "mm_per_px: 20", "is pixels per mm, write 0.05"),
+        ("0.05}", "0.05, crop: [0, 0, 9]}", "image.crop: should have 4 items, not 3"),
+        ("0.05}", "0.05, crop: [0, 0, 9, 9, 9]}", "image.crop: should have 4 items, not 5"),
+        ("0.05}", "0.05, crop: [0, x, 9, 9]}", "image.crop.1: should be a whole number, not 'x'"),
+        ("0.05}", "0.05, crop: 3}", "image.crop: should be a list, not 3"),
+        ("0.05}", "0.05, warp: 3}", "image.warp: should be a mapping of keys to values, not 3"),
+        (
+            "0.05}",
+            "0.05, warp: {source: [[0, 0]], target: [[0, 0], [9, 0], [0, 9], [9, 9]]}}",
+            "image.warp.source: should have 4 items, not 1",
+        ),
+        ("thickness_mm: 2", "radius_mm: 20", "gel.radius_mm: belongs to 'shape: dome'"),
+        ("pitch_mm", "pitch", "4:34: gel.markers.pitch: unknown key; did you mean 'pitch_mm'?"),
+        (
+            "{pitch_mm: 1.5, diameter_mm: 0.5}",
+            "some",
+            "gel.markers: should be a mapping of keys to values or 'auto', not 'some'",
+        ),
+        (
+            "{use: core.replay, loop: true}",
+            "core.replay",
+            "5:1: camera: should be a mapping; write {use: core.replay}",
+        ),
+        ("use: core.replay", "uses: core.replay", "camera.use: is missing; add it"),
+        ("use: core.replay", "use: replay", "should be plugin.name, for example 'core.poisson'"),
+        ("use: core.replay", "use: core.", "should be plugin.name, for example 'core.poisson'"),
+        (
+            "use: core.replay",
+            "use: core.poisson",
+            "core.poisson of tactile-core 0.1.0 is of the kind est",
+        ),
+        ("loop: true", "lop: true", "5:28: camera.lop: unknown key; did you mean 'loop'?"),
+        ("{use: core.poisson}", "[1]", "estimators.height: should be a mapping of keys to values"),
+    ],
+)
+def test_a_mistake_is_said_in_plain_words(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in SOUND
+    (only,) = said_of(SOUND.replace(old, new), tmp_path)
+    assert said in only
+
+
+def test_a_file_that_needs_nothing_more_is_loaded(tmp_path: Path) -> None:
+    profile = load_profile(write(tmp_path, "p.yaml", "\n".join(SOUND.splitlines()[:3])))
+    assert {key: part.use for key, part in profile.components.items()} == {
+        "camera": "core.replay",
+        "illumination": "core.constant",
+        "calibration": "core.automatic",
+    }
+
+
+def test_the_components_are_listed_in_order(tmp_path: Path) -> None:
+    profile = load_profile(write(tmp_path, "p.yaml", SOUND))
+    assert list(profile.components) == [
+        *("camera", "illumination", "calibration"),
+        *("estimators.height", "estimators.contact"),
+    ]
+
+
+def test_a_revision_says_only_what_differs(tmp_path: Path) -> None:
+    write(tmp_path, "lab/base.yaml", SOUND)
+    revised = write(
+        tmp_path,
+        "revised.yaml",
+        "extends: lab/base.yaml\nrevision: b\ngel: {markers: null, thickness_mm: 3}\n"
+        "estimators: {contact: null}\ncamera: {loop: null}\n",
+    )
+    profile = load_profile(revised)
+    assert (profile.name, profile.revision) == ("bench", "b")
+    assert profile.gel.markers is None
+    assert profile.gel.thickness_mm == 3
+    assert list(profile.estimators) == ["height"]
+    assert profile.camera.options == {}
+
+
+def test_an_inherited_mistake_is_reported_in_the_file_that_makes_it(tmp_path: Path) -> None:
+    base = write(tmp_path, "base.yaml", SOUND.replace("thickness_mm: 2", "thickness_mm: two"))
+    top = write(tmp_path, "top.yaml", "extends: base.yaml\ngel: {friction: -1}\n")
+    first, second = problems_of(top)
+    assert (first.file, first.line, first.key) == (base, 4, "gel.thickness_mm")
+    assert (second.file, second.line, second.key) == (top, 2, "gel.friction")
+
+
+def test_a_profile_may_extend_a_shipped_one_of_its_own_name(tmp_path: Path) -> None:
+    path = write(tmp_path, "hex_fingertip.yaml", "extends: hex_fingertip\nrevision: mine\n")
+    assert load_profile(path).gel == load_profile("hex_fingertip").gel
+
+
+def test_a_circle_names_its_members(tmp_path: Path) -> None:
+    write(tmp_path, "a.yaml", "extends: b.yaml\n")
+    write(tmp_path, "b.yaml", "extends: c.yaml\n")
+    c = write(tmp_path, "c.yaml", "extends: ./a.yaml\n")
+    (problem,) = problems_of(tmp_path / "a.yaml")
+    assert (problem.file.resolve(), problem.line, problem.key) == (c, 1, "extends")
+    assert problem.message.endswith("in a circle: a.yaml → b.yaml → c.yaml → a.yaml")
+
+
+def test_a_profile_that_extends_itself_is_a_circle(tmp_path: Path) -> None:
+    (problem,) = problems_of(write(tmp_path, "a.yaml", "extends: a.yaml\n"))
+    assert "circle: a.yaml → a.yaml" in problem.message
+
+
+@pytest.mark.parametrize(
+    ("extends", "said"),
+    [
+        ("hex_fingertp", "did you mean 'hex_fingertip'?"),
+        ("gone.yaml", "there is no file"),
+        ("[a, b]", "name one profile"),
+        ("bad.yaml", "not YAML"),
+    ],
+)
+def test_a_lost_parent_does_not_hide_other_mistakes(
+    tmp_path: Path, extends: str, said: str
+) -> None:
+    write(tmp_path, "bad.yaml", "a: [\n")
+    path = write(tmp_path, "p.yaml", f"extends: {extends}\ngel: {{friction: -1}}\n")
+    problems = problems_of(path)
+    assert len(problems) == 2
+    assert any(said in str(problem) for problem in problems)
+    assert Problem(path, 2, 7, "gel.friction", "should be at least 0, not -1") in problems
+
+
+def test_relative_paths_belong_to_the_file_that_says_them(tmp_path: Path) -> None:
+    write(tmp_path, "lab/base.yaml", SOUND.replace("loop: true", "path: in/press.png"))
+    top = write(tmp_path, "top.yaml", "extends: lab/base.yaml\n")
+    assert load_profile(top).camera.options["path"] == str(tmp_path / "lab/in/press.png")
+    own = write(tmp_path, "own.yaml", "extends: lab/base.yaml\ncamera: {path: here.png}\n")
+    assert load_profile(own).camera.options["path"] == str(tmp_path / "here.png")
+    fixed = write(tmp_path, "fixed.yaml", "extends: lab/base.yaml\ncamera: {path: /data}\n")
+    assert load_profile(fixed).camera.options["path"] == "/data"
+
+
+def test_the_virtual_twin_is_the_profile_with_an_overlay(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", SOUND + "sim: {gel: {friction: 0.7, markers: null}}\n")
+    real, twin = load_profile(path), load_profile(path, sim=True)
+    assert (real.gel.friction, twin.gel.friction) == (None, 0.7)
+    assert real.gel.markers is not None
+    assert twin.gel == real.gel.model_copy(update={"friction": 0.7, "markers": None})
+
+
+def test_mistakes_in_the_overlay_are_found_without_it(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", SOUND + "sim:\n  gel: {fricton: 0.7}\n  name: true\n")
+    assert [(p.line, p.key) for p in problems_of(path)] == [
+        (10, "sim.gel.fricton"),
+        (11, "sim.name"),
+    ]
+    assert {p.line for p in problems_of(path, sim=True)} == {10, 11}
+
+
+def test_a_program_may_override(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", SOUND + "sim: {gel: {friction: 0.7}}\n")
+    overrides = {"gel": {"friction": 0.2, "markers": None}, "estimators": {"contact": None}}
+    profile = load_profile(path, sim=True, overrides=overrides)
+    assert profile.gel.friction == 0.2
+    assert profile.gel.markers is None
+    assert list(profile.estimators) == ["height"]
+
+
+def test_a_mistake_in_an_override_is_said_to_be_one(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", SOUND)
+    (problem,) = problems_of(path, overrides={"gel": {"frict": 0.2}})
+    assert str(problem) == "overrides: gel.frict: unknown key; did you mean 'friction'?"
+
+
+def test_a_profile_survives_being_told_what_it_says(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", SOUND)
+    profile = load_profile(path)
+    said = profile.model_dump(by_alias=True, exclude_unset=True)
+    assert load_profile(path, overrides=said) == profile
+
+
+def test_an_unknown_name_suggests_and_lists() -> None:
+    with pytest.raises(ProfileError, match=r"did you mean 'hex_fingertip'\?.*hex_fingertip_unm"):
+        load_profile("hex_fingertipp")
+
+
+def test_a_name_that_is_a_file_here_says_how_to_write_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(tmp_path, "bench.yaml", SOUND)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ProfileError, match=r"for the file here write 'bench\.yaml'"):
+        load_profile("bench")
+    assert load_profile("bench.yaml").name == "bench"
+
+
+def test_plugins_profiles_are_listed_with_their_origin(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(FAKES)
+    origins = {entry.name: entry.origin for entry in list_profiles()}
+    assert origins["hex_fingertip"] == "shipped"
+    assert "plugin mylab" in origins.values()
+
+
+def test_a_name_that_two_plugins_bring_is_refused(install: Install) -> None:
+    for name in ("here", "there"):
+        install(name, {"profiles/twice.yaml": SOUND}, tactile_profiles="profiles")
+    with pytest.raises(ProfileError, match="is brought by plugin here and plugin there; give a"):
+        load_profile("twice")
+
+
+def test_without_its_plugin_a_shipped_profile_says_what_to_install(tmp_path: Path) -> None:
+    text = SOUND + "illumination: {use: not_here_yet.tricolour}\n"
+    (said,) = said_of(text, tmp_path)
+    assert said.startswith("9:16: illumination.use: ")
+    assert said.endswith("run 'pip install tactile-not-here-yet'")
+
+
+def test_the_two_stages_stand_alone(tmp_path: Path) -> None:
+    source = load_source(write(tmp_path, "p.yaml", TWELVE))
+    assert {p.line for p in source.problems} == {13}
+    assert {p.line for p in validate_structure(source)} == {2, 3, 5, 7, 8, 9, 10, 14}
+    assert {p.line for p in validate_components(source)} == {15, 16, 17}
+
+
+def test_the_profile_alone_is_judged_without_importing_a_plugin() -> None:
+    script = (
+        "import sys\n"
+        "from tactile_core.profiles.loader import load_profile\n"
+        "load_profile('hex_fingertip', components=False)\n"
+        "foreign = ('tactile_hex_fingertip', 'tactile_core.builtin', 'pluggy', 'cv2', 'scipy')\n"
+        "print([name for name in foreign if name in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_fingerprint_is_of_what_a_calibration_depends_on() -> None:
+    def changed(**overrides: Any) -> bool:
+        other = load_profile("hex_fingertip", overrides=overrides)
+        return profile_hash(other) != profile_hash(load_profile("hex_fingertip"))
+
+    assert not changed()
+    assert not changed(name="renamed", revision="x", gel={"friction": 0.1, "thickness_mm": 3})
+    assert not changed(estimators={"contact": None}, image={"rotate_deg": 0})
+    assert changed(image={"mm_per_px": 0.03})
+    assert changed(image={"rotate_deg": 180})
+    assert changed(gel={"markers": None})
+    assert changed(gel={"coating": "semi_specular"})
+    light = {"azimuth_deg": 90, "elevation_deg": 19.0}
+    rest = [{"name": n, "azimuth_deg": a, "elevation_deg": 19} for n, a in [("g", 210), ("b", 330)]]
+    assert changed(illumination={"lights": [{"name": "r", **light}, *rest]})
+
+
+def test_one_number_written_two_ways_is_one_fingerprint(tmp_path: Path) -> None:
+    text = SOUND + "illumination: {use: core.constant, lights: [{name: a, azimuth_deg: 1, "
+    whole = write(tmp_path, "a.yaml", text + "elevation_deg: 19}]}\n")
+    point = write(tmp_path, "b.yaml", text + "elevation_deg: 19.0}]}\n")
+    assert profile_hash(load_profile(whole)) == profile_hash(load_profile(point))

@@ -1,0 +1,63 @@
+"""The JSON schema speaks of the keys as they stand in YAML."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from tactile_core.profiles.model import Profile
+from tactile_core.profiles.schema import profile_schema
+
+
+def sections() -> Iterator[dict[str, Any]]:
+    schema = profile_schema()
+    yield schema
+    yield from schema["$defs"].values()
+
+
+def test_its_keys_are_those_of_a_file() -> None:
+    keys = set(profile_schema()["properties"])
+    assert keys == {field.alias or name for name, field in Profile.model_fields.items()} | {
+        "extends"
+    }
+
+
+def test_every_key_is_described() -> None:
+    for section in sections():
+        assert [
+            key for key, value in section["properties"].items() if not value["description"]
+        ] == []
+
+
+def test_null_may_reset_every_key() -> None:
+    for section in sections():
+        for value in section["properties"].values():
+            assert {"type": "null"} in value.get("anyOf", ()) or "null" in value["type"]
+
+
+def test_a_revision_may_leave_out_what_it_inherits() -> None:
+    assert not any("required" in section for section in sections())
+    assert profile_schema()["if"] == {"not": {"required": ["extends"]}}
+    assert profile_schema()["then"]["required"] == ["schema", "name", "image"]
+
+
+def test_every_reference_leads_somewhere() -> None:
+    schema = profile_schema()
+
+    def references(value: Any) -> Iterator[str]:
+        if isinstance(value, dict):
+            yield from [value["$ref"]] if "$ref" in value else []
+            value = list(value.values())
+        if isinstance(value, list):
+            for item in value:
+                yield from references(item)
+
+    for reference in references(schema):
+        target = schema
+        for part in reference.removeprefix("#/").split("/"):
+            target = target[part]
+
+
+def test_it_can_be_written_as_json() -> None:
+    assert json.loads(json.dumps(profile_schema())) == profile_schema()

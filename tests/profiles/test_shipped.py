@@ -1,0 +1,60 @@
+"""The profiles that ship and the sensors added by YAML alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tactile_core.profiles.loader import list_profiles, load_profile
+from tactile_core.profiles.model import Markers
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize("name", ["hex_fingertip", "hex_fingertip_unmarked"])
+def test_a_shipped_profile_is_sound_and_named_like_its_file(name: str) -> None:
+    assert load_profile(name).name == name
+    assert name in [entry.name for entry in list_profiles() if entry.origin == "shipped"]
+
+
+def test_the_wedge_needs_no_plugin_of_its_own() -> None:
+    wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
+    assert {part.use.partition(".")[0] for part in wedge.components.values()} == {"core"}
+    assert (wedge.image.width_px, wedge.image.height_px) == (240, 320)
+
+
+def test_the_wedge_fills_its_image() -> None:
+    image = load_profile(EXAMPLES / "wedge" / "wedge.yaml").image
+    assert image.warp is not None
+    assert set(image.warp.target) == {
+        (x, y) for x in (0, image.width_px) for y in (0, image.height_px)
+    }
+
+
+@pytest.mark.recordings
+def test_the_marks_of_the_wedge_are_where_its_profile_says(recordings: Path) -> None:
+    import cv2
+    import numpy as np
+
+    from tactile_core.algorithms.markers import find_marker_diameter
+    from tactile_core.geometry import ImageGeometry
+
+    wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
+    untouched = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))
+    assert untouched is not None
+    straight = ImageGeometry(wedge.image).apply(cv2.cvtColor(untouched, cv2.COLOR_BGR2RGB))
+    found = find_marker_diameter(np.asarray(straight))
+    assert found is not None
+    markers = wedge.gel.markers
+    assert isinstance(markers, Markers)
+    diameter_mm, pitch_mm = np.multiply(found, wedge.image.mm_per_px)
+    assert pitch_mm == pytest.approx(markers.pitch_mm, rel=0.02)
+    # What is found is the size at half darkness; the profile adds the blurred rim, a pixel a side.
+    assert diameter_mm < markers.diameter_mm < diameter_mm + 2 * wedge.image.mm_per_px
+
+
+def test_objectfolder_has_no_marks() -> None:
+    profile = load_profile(EXAMPLES / "objectfolder.yaml")
+    assert profile.gel.markers is None
+    assert profile.image.width_px * profile.image.mm_per_px == pytest.approx(19.9, abs=0.05)

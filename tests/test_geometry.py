@@ -182,12 +182,6 @@ def test_a_grey_image_stored_as_colour_is_grey() -> None:
     assert out.flags.c_contiguous
 
 
-def test_a_warp_without_area_is_refused() -> None:
-    line = ((0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0))
-    with pytest.raises(InputError, match="four corners"):
-        geometry(240, 320, warp={"source": line, "target": TARGET})
-
-
 def test_it_pickles() -> None:
     made = geometry(240, 320, warp=WARP)
     pixels = noise(320, 240)

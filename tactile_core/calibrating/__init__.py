@@ -23,6 +23,7 @@ from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Frame, Reference
+from tactile_core.recording import open_recording
 from tactile_core.sensor import played_back, read_frames
 
 BALL_TOLERANCE = 0.01
@@ -119,7 +120,8 @@ def calibrate(
         check_serial(serial)
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes = played_back(base, presses)
-    files, frames = _read_all(base, presses)
+    frames = list(read_frames(base, presses))
+    files = _file_names(presses, frames)
     untouched = average(list(read_frames(base, reference)))
     finder = MarkFinder.of(base, untouched)
     if finder is not None:
@@ -162,11 +164,12 @@ def calibrate(
     return Calibrated(Bundle(manifest, fitted, untouched), tuple(found), score, notes)
 
 
-def _read_all(profile: Profile, path: Path) -> tuple[list[str], list[Frame]]:
-    frames = list(read_frames(profile, path))
-    if not frames:
-        raise InputError(f"{path}: no presses here; give a folder of images of the pressed ball")
-    return [frame.source for frame in frames], frames
+def _file_names(path: Path, frames: list[Frame]) -> list[str]:
+    """Name of each frame's image file; of its observation where that is no single file."""
+    count = len(frames[0].exposure_times_s) if frames else 1
+    recording = open_recording(path, images_per_observation=count)
+    single = {files.name: files.paths[0].name for files in recording.files if count == 1}
+    return [single.get(frame.source, frame.source) for frame in frames]
 
 
 def _found(
@@ -211,7 +214,6 @@ def _on_target(
 ) -> tuple[list[FoundPress], float]:
     from tactile_core.formats.target import read_target
     from tactile_core.geometry import ImageGeometry
-    from tactile_core.recording import open_recording
 
     grid = read_target(target)
     if ball_diameter_mm is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -138,7 +137,7 @@ def find_presses(
         )
     else:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
-        circles = [labels.get(f, labels.get(Path(f).stem, missing)) for f in files]
+        circles = [labels.get(frame.source, missing) for frame in frames]
     return [
         FoundPress(file, frame, image, circle, ball_radius_px)
         for file, frame, image, circle in zip(files, frames, images, circles, strict=True)

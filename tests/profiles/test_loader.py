@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tactile_core.errors import ProfileError
 from tactile_core.profiles.loader import (
@@ -73,6 +75,29 @@ TWELVE_SAID = [
     "installed; run 'pip install tactile-nolab'",
     "17:36: calibration.presses_for_network: should be a whole number, not 'few'",
 ]
+
+PATHS = [
+    *[("image", key) for key in ("width_px", "mm_per_px", "crop", "flip", "lens", "warp", "lense")],
+    *[("gel", key) for key in ("shape", "radius_mm", "markers", "friction")],
+    *[("gel", "markers", key) for key in ("pitch_mm", "diameter_mm")],
+    *[("image", "warp", "source"), ("image", "lens", "distortion"), ("estimators", "new")],
+    *[("camera", key) for key in ("use", "path", "loop")],
+    *[("illumination",), ("illumination", "lights"), ("estimators",), ("calibration", "use")],
+    *[("name",), ("schema",), ("sim",), ("sim", "gel"), ("extends",), ("image",), ("gel",)],
+]
+junk = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=4)
+    | st.sampled_from(["core.poisson", "core.replay", "core.", "auto", "dome", "flat", "rgb"]),
+    lambda inner: (
+        st.lists(inner, max_size=5)
+        | st.dictionaries(st.sampled_from(["use", "name", "source", "shape", "x"]), inner)
+    ),
+    max_leaves=6,
+)
 
 
 def write(folder: Path, name: str, text: str) -> Path:
@@ -164,6 +189,25 @@ def test_a_mistake_is_said_in_plain_words(tmp_path: Path, old: str, new: str, sa
     assert old in SOUND
     (only,) = said_of(SOUND.replace(old, new), tmp_path)
     assert said in only
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.lists(st.tuples(st.sampled_from(PATHS), junk), min_size=1, max_size=4))
+def test_whatever_a_profile_says_it_is_loaded_or_refused_with_reasons(
+    changes: list[tuple[tuple[str, ...], Any]],
+) -> None:
+    overrides: dict[str, Any] = {}
+    for path, value in changes:
+        for key in reversed(path):
+            value = {key: value}
+        overrides |= value
+    source = load_source("hex_fingertip", sim=True, overrides=overrides)
+    problems = {*source.problems, *validate_structure(source), *validate_components(source)}
+    assert all(problem.message and "\n" not in problem.message for problem in problems)
+    if problems:
+        assert set(problems_of("hex_fingertip", sim=True, overrides=overrides)) == problems
+    else:
+        load_profile("hex_fingertip", sim=True, overrides=overrides)
 
 
 def test_a_file_that_needs_nothing_more_is_loaded(tmp_path: Path) -> None:

@@ -1,0 +1,143 @@
+"""Circles of rendered presses, whose true places are known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core.algorithms.circles import (
+    Circle,
+    PressImage,
+    find_circles,
+    fit_light,
+    locate,
+    refine_grid,
+)
+from tactile_core.sim.ball import BallPress
+
+
+@dataclass(frozen=True)
+class Bench:
+    lab: VirtualLab
+    reference: np.ndarray
+    balls: list[BallPress]
+
+    @property
+    def ball_px(self) -> float:
+        return BALL_MM / 2 / self.lab.profile.image.mm_per_px
+
+    def image(self, ball: BallPress | None, seed: int = 50) -> PressImage:
+        return PressImage.prepare(self.lab.image(ball, seed), self.reference)
+
+    def presses(self) -> list[PressImage]:
+        return [self.image(ball, seed) for seed, ball in enumerate(self.balls)]
+
+    def off_px(self, circles: list[Circle]) -> np.ndarray:
+        found = np.array([circle.centre_px for circle in circles])
+        return np.hypot(*(found - [ball.centre_px for ball in self.balls]).T)
+
+    def radius_off_px(self, circles: list[Circle]) -> np.ndarray:
+        scale = self.lab.profile.image.mm_per_px
+        true = [ball.contact_radius_mm / scale for ball in self.balls]
+        return np.abs(np.array([circle.contact_radius_px for circle in circles]) - true)
+
+    def find(self, images: list[PressImage]) -> list[Circle]:
+        return find_circles(images, ball_radius_px=self.ball_px)
+
+
+@pytest.fixture(scope="module")
+def bench(lab: VirtualLab) -> Bench:
+    rng = np.random.default_rng(21)
+    balls = [
+        BallPress((float(rng.uniform(18, 142)), float(rng.uniform(18, 102))), BALL_MM, depth)
+        for depth in np.linspace(0.5, 1.0, 12)
+    ]
+    return Bench(lab, lab.image(None, 0).astype(np.float32), balls)
+
+
+@pytest.fixture(scope="module")
+def circles(bench: Bench) -> list[Circle]:
+    return bench.find(bench.presses())
+
+
+def test_every_press_is_found_to_a_fraction_of_a_pixel(bench: Bench, circles: list[Circle]) -> None:
+    assert all(circle.used for circle in circles)
+    assert np.median(bench.off_px(circles)) < 0.15
+    assert bench.off_px(circles).max() < 0.5
+
+
+def test_the_contacts_border_is_found_to_a_pixel(bench: Bench, circles: list[Circle]) -> None:
+    assert np.median(bench.radius_off_px(circles)) < 1.0
+
+
+def test_the_order_of_presses_does_not_matter(bench: Bench, circles: list[Circle]) -> None:
+    backwards = bench.find(bench.presses()[::-1])[::-1]
+    moved = np.array([a.centre_px for a in circles]) - [b.centre_px for b in backwards]
+    assert np.abs(moved).max() < 0.02
+
+
+def test_a_larger_image_gives_the_same_circles(bench: Bench, circles: list[Circle]) -> None:
+    def twice(pixels: np.ndarray) -> np.ndarray:
+        return np.repeat(np.repeat(pixels, 2, axis=0), 2, axis=1)
+
+    images = [PressImage(twice(p.pixels), twice(p.reference)) for p in bench.presses()]
+    found = find_circles(images, ball_radius_px=2 * bench.ball_px)
+    centres = (np.array([c.centre_px for c in found]) - 0.5) / 2
+    assert np.abs(centres - [c.centre_px for c in circles]).max() < 0.2
+
+
+def test_a_press_left_out_is_found_by_the_light_of_the_others(
+    bench: Bench, circles: list[Circle]
+) -> None:
+    images = bench.presses()
+    light = fit_light(images[1:], circles[1:], bench.ball_px)
+    found = locate(images[0], light, bench.ball_px)
+    assert np.hypot(*np.subtract(found.centre_px, bench.balls[0].centre_px)) < 0.3
+
+
+def two_balls(bench: Bench) -> PressImage:
+    first, second = (bench.image(ball).pixels.astype(float) for ball in bench.balls[:2])
+    both = np.clip(first + second - bench.reference, 0, 255)
+    return PressImage.prepare(both.astype(np.uint8), bench.reference)
+
+
+def changed(bench: Bench, pixels: np.ndarray) -> PressImage:
+    return PressImage.prepare(np.clip(pixels, 0, 255).astype(np.uint8), bench.reference)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda bench: bench.image(None),
+        lambda bench: changed(bench, bench.reference),
+        lambda bench: changed(bench, bench.reference * 1.3),
+        lambda bench: changed(bench, np.roll(bench.reference, 3, axis=1) * 1.05),
+        two_balls,
+    ],
+    ids=["untouched", "the reference itself", "a flash", "moved and brighter", "two balls"],
+)
+def test_what_is_no_press_of_one_ball_is_left_out_with_a_reason(
+    bench: Bench, spoil, circles: list[Circle]
+) -> None:
+    *good, bad = bench.find([*bench.presses(), spoil(bench)])
+    assert not bad.used
+    assert bad.why
+    assert all(circle.used for circle in good)
+
+
+def test_nothing_but_untouched_frames_gives_no_circle(bench: Bench) -> None:
+    assert not any(circle.used for circle in bench.find([bench.image(None, s) for s in range(4)]))
+
+
+def test_a_grid_is_refined_from_rough_centres(bench: Bench) -> None:
+    spots = [(30.0, 30.0), (80.0, 31.0), (130.0, 29.0), (30.5, 90.0), (80.0, 90.0), (131.0, 90.0)]
+    changes = [
+        bench.image(BallPress(spot, BALL_MM, 0.4)).pixels.astype(float) - bench.reference
+        for spot in spots
+    ]
+    frame = changed(bench, bench.reference + sum(changes))
+    rough = np.array(spots) + np.random.default_rng(4).uniform(-1.5, 1.5, (6, 2))
+    found = refine_grid(frame, rough, bench.ball_px)
+    off = np.hypot(*(np.array([c.centre_px for c in found]) - spots).T)
+    assert np.median(off) < 0.4

@@ -42,6 +42,8 @@ class FoundPress:
     frame : Frame
     circle : Circle
     ball_radius_px : float
+    near_px : (x, y) or None
+        Where to look for one ball of a grid; None where the frame shows a single ball.
     """
 
     file: str
@@ -49,6 +51,7 @@ class FoundPress:
     image: PressImage
     circle: Circle
     ball_radius_px: float
+    near_px: tuple[float, float] | None = None
 
     @property
     def scored_radius_px(self) -> float:
@@ -154,7 +157,10 @@ def find_grid(
     """Refine the circles of a grid of balls in one frame."""
     image = press_image(frame, reference)
     circles = refine_grid(image, centres_px, ball_radius_px)
-    return [FoundPress(file, frame, image, circle, ball_radius_px) for circle in circles]
+    return [
+        FoundPress(file, frame, image, circle, ball_radius_px, (float(x), float(y)))
+        for circle, (x, y) in zip(circles, centres_px, strict=True)
+    ]
 
 
 def press_image(frame: Frame, reference: Reference) -> PressImage:
@@ -179,7 +185,7 @@ def light_of(presses: Sequence[FoundPress]) -> Light:
 
 def relocated(press: FoundPress, light: Light) -> FoundPress:
     """Find a held-out press's circle anew, with a light that has never seen it."""
-    circle = locate(press.image, light, press.ball_radius_px)
+    circle = locate(press.image, light, press.ball_radius_px, press.near_px)
     return replace(press, circle=circle)
 
 

@@ -12,6 +12,10 @@ from hypothesis import settings
 if TYPE_CHECKING:
     from virtual_lab import VirtualLab
 
+# Before anything imports numpy: its threads only wait for each other on matrices this small.
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
 # The same examples every time: a property that fails does so for everybody, at once.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 from tactile_core.errors import TactileError
@@ -18,6 +19,10 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(words: list[str], debug: bool) -> int:
+    # Matrices here are small: more threads only wait for each other, several times as long when
+    # anything else runs. Only the first import of numpy reads this.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     from tactile_core.cli.app import app
 
     try:

@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.markers import fill_marks, marker_mask
+from tactile_core.algorithms.markers import marker_mask
 from tactile_core.algorithms.poisson import PoissonSolver, integrate
 from tactile_core.algorithms.poisson.laplacian import Boundary, CosineLaplacian, DftLaplacian
 from tactile_core.algorithms.rest import rest_plane
@@ -91,8 +91,3 @@ def test_contact_mask(benchmark: Any, shape: tuple[int, int]) -> None:
 def test_marker_mask(benchmark: Any, shape: tuple[int, int]) -> None:
     image = np.where(dots(shape)[..., None], 40, np.array([120, 150, 100])).astype(np.uint8)
     benchmark(marker_mask, image, diameter_px=14)
-
-
-@sizes
-def test_fill_marks(benchmark: Any, shape: tuple[int, int]) -> None:
-    benchmark(fill_marks, *slopes(shape), dots(shape))

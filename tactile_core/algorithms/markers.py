@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.filling import filled_alike
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -62,27 +61,6 @@ def marker_mask(pixels: Array, *, diameter_px: float, darkness: float = 0.12) ->
     dark = cv2.compare(brightness, bound, cv2.CMP_LT)
     dark = cv2.resize(dark, pixels.shape[1::-1], interpolation=cv2.INTER_NEAREST)
     return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)) > 0)
-
-
-def fill_marks(gx: Float32, gy: Float32, marks: Bool) -> tuple[Float32, Float32]:
-    """Replace the slopes under marks by those around them, so that marks do not dent the map.
-
-    Parameters
-    ----------
-    gx, gy : (H, W) float32
-        Slopes; under the marks anything finite.
-    marks : (H, W) bool
-        True on a mark and its rim.
-
-    Returns
-    -------
-    gx, gy : (H, W) float32
-        New arrays, untouched outside the marks; where marks hide everything, unchanged.
-    """
-    if marks.all():
-        return gx.copy(), gy.copy()
-    x, y = filled_alike([gx, gy], ~marks)
-    return x, y
 
 
 def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +34,21 @@ class PolynomialFit:
         """Map (N, D) features to (N, M) outputs."""
         scaled = (features - self.mean) / self.std
         return np.asarray(terms(scaled, self.order) @ self.coefficients, np.float32)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """What :meth:`from_arrays` takes, by name."""
+        return {
+            "mean": self.mean,
+            "std": self.std,
+            "coefficients": self.coefficients,
+            "order": np.array(self.order),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """Rebuild a fit from its arrays; a missing one is a KeyError."""
+        order = int(arrays["order"])
+        return cls(arrays["mean"], arrays["std"], arrays["coefficients"], order)
 
 
 def terms(scaled: Float32, order: int) -> Float32:

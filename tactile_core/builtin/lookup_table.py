@@ -88,13 +88,7 @@ class LookupTable(SlopeCalibration):
         return cls(TableModel(table, around), table, shape)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
-        around = self._model.around
-        return {
-            "mean": around.mean,
-            "std": around.std,
-            "coefficients": around.coefficients,
-            "order": np.array(around.order),
-        }
+        return self._model.around.arrays()
 
     @classmethod
     def _from_arrays(
@@ -105,10 +99,7 @@ class LookupTable(SlopeCalibration):
     ) -> LookupTable:
         if table is None:
             raise KeyError("table")
-        around = PolynomialFit(
-            arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"])
-        )
-        return cls(TableModel(table, around), table, shape)
+        return cls(TableModel(table, PolynomialFit.from_arrays(arrays)), table, shape)
 
 
 def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:

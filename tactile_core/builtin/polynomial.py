@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
@@ -40,13 +39,7 @@ class Polynomial(SlopeCalibration):
         return cls(model, baked(model, features), shape_of(samples))
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
-        model = self._model
-        return {
-            "mean": model.mean,
-            "std": model.std,
-            "coefficients": model.coefficients,
-            "order": np.array(model.order),
-        }
+        return self._model.arrays()
 
     @classmethod
     def _from_arrays(
@@ -55,7 +48,4 @@ class Polynomial(SlopeCalibration):
         table: ColourTable | None,
         shape: tuple[int, int, int],
     ) -> Polynomial:
-        model = PolynomialFit(
-            arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"])
-        )
-        return cls(model, table, shape)
+        return cls(PolynomialFit.from_arrays(arrays), table, shape)

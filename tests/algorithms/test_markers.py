@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers import fill_marks, find_marker_diameter, marker_mask
-from tactile_core.algorithms.poisson import integrate
+from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -87,27 +86,6 @@ def test_the_shading_of_a_contact_is_no_dot() -> None:
     shading = (np.cos(angle) * x[..., None] + np.sin(angle) * y[..., None]) * slope[..., None]
     image = photograph(120 + 90 * shading, np.zeros(r.shape, bool))
     assert marker_mask(image, diameter_px=12).mean() < 0.005
-
-
-def test_slopes_under_marks_are_taken_from_around_them() -> None:
-    shape = (240, 320)
-    y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
-    x, y = x - np.float32(160), y - np.float32(120)
-    hill = 20 * np.exp(-(x**2 + y**2) / (2 * 35**2))
-    gx, gy = -x / 35**2 * hill, -y / 35**2 * hill
-    marks = dots(shape, 40, 13)
-    dented = integrate(np.where(marks, 0, gx), np.where(marks, 0, gy), mm_per_px=1)
-    fx, fy = fill_marks(np.where(marks, 5, gx), np.where(marks, 5, gy), marks)
-    assert np.array_equal(fx[~marks], gx[~marks])
-    whole = integrate(gx, gy, mm_per_px=1)
-    error = np.abs(integrate(fx, fy, mm_per_px=1) - whole).max()
-    assert error < 0.02 * np.ptp(whole)
-    assert error < 0.2 * np.abs(dented - whole).max()
-
-
-def test_marks_everywhere_leave_the_slopes_alone() -> None:
-    gx, gy = np.random.default_rng(0).random((2, 5, 6)).astype(np.float32)
-    assert np.array_equal(fill_marks(gx, gy, np.ones((5, 6), bool)), (gx, gy))
 
 
 @settings(max_examples=10, deadline=None)

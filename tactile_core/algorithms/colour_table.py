@@ -14,11 +14,8 @@ Complex64 = NDArray[np.complex64]
 BINS = 80
 """Entries per channel, as in the papers."""
 
-STEEPEST_SINE = 0.98
-"""Sine of the steepest slope that a model may claim."""
-
 _STRIDE = 256
-_PLACES = ((0.0, 0.0), (-0.6, -0.45), (0.6, -0.45), (-0.6, 0.45), (0.6, 0.45))
+_LARGEST_BYTE = 255
 
 
 @dataclass(frozen=True)
@@ -42,10 +39,11 @@ class Axis:
 
     @classmethod
     def spanning(cls, changes: Float32, count: int = BINS) -> Axis:
-        """An axis that covers nearly all of (N, 3) changes."""
+        """An axis that covers nearly all of (N, 3) changes, or as many of them as a byte can."""
         low, high = (float(v) for v in np.percentile(changes, [0.02, 99.98]))
         margin = 0.03 * (high - low) + 1e-3
-        per_unit = (count - 1) / (high - low + 2 * margin)
+        finest = _LARGEST_BYTE / (1 + high + margin)
+        per_unit = min((count - 1) / (high - low + 2 * margin), finest)
         return cls(per_unit, max(0, round((1 + low - margin) * per_unit)), count)
 
     @property
@@ -61,7 +59,7 @@ class Axis:
     def position(self, change: Float32) -> Float32:
         """Where changes lie between the entries, 0 … count − 1."""
         position = (change + 1) * np.float32(self.per_unit) - np.float32(self.first)
-        return np.asarray(np.clip(position, 0, self.count - 1), np.float32)
+        return np.asarray(np.clip(position, 0, self.last), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +69,22 @@ class ColourTable:
     Attributes
     ----------
     axis : Axis
-    slopes : (B, B, B) complex64
-        ∂z/∂x + i·∂z/∂y; the axes are the channels in order.
+    sines : (B, B, B) complex64
+        Sine of the slope along x + i · along y; the axes are the channels in order.
     """
 
     axis: Axis
-    slopes: Complex64
+    sines: Complex64
 
     def bins(self, change: Float32) -> NDArray[np.uint8]:
         """Nearest entry of each channel for (..., 3) changes."""
         return np.rint(self.axis.position(change)).astype(np.uint8)
+
+    def nearest(self, change: Float32) -> Float32:
+        """(N, 2) sines of the entries nearest to (N, 3) changes."""
+        first, second, third = self.bins(change).T
+        entries = self.sines[first, second, third]
+        return np.stack([entries.real, entries.imag], axis=1)
 
     def flat(self) -> Complex64:
         """The table with its axes padded to 256, so that three bytes are its index.
@@ -90,40 +94,48 @@ class ColourTable:
         n = self.axis.count
         padded = np.zeros((n, _STRIDE, _STRIDE), np.complex64)
         # The first channel is the lowest byte, so that it must be the fastest axis.
-        padded[:, :n, :n] = self.slopes.transpose(2, 1, 0)
+        padded[:, :n, :n] = self.sines.transpose(2, 1, 0)
         return padded.reshape(-1)
 
 
-def to_gradient(sines: Float32) -> Float32:
-    """Slopes ∂z/∂(x, y) from (..., 2) sines, which are bounded by the steepest first.
+def as_complex(sines: Float32) -> Complex64:
+    """(...,) complex64 from (..., 2) sines."""
+    return np.ascontiguousarray(sines, np.float32).view(np.complex64)[..., 0]
 
-    The sine is the horizontal part of the unit normal, turned uphill.
+
+def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) -> ColourTable:
+    """Tabulate a model of (change, place) → sines, averaged over a few places.
+
+    The model is evaluated at every other entry and interpolated between, for it is smooth on the
+    scale of an entry.
+
+    Parameters
+    ----------
+    model : callable
+        (N, 5) float32 changes and place → (N, 2) float32 sines.
+    axis : Axis
+    aspect : float
+        Height of the image over its width.
     """
-    square = (sines * sines).sum(-1, keepdims=True)
-    excess = np.maximum(square, STEEPEST_SINE**2) / STEEPEST_SINE**2
-    bounded = sines / np.sqrt(excess)
-    return np.asarray(bounded / np.sqrt(1 - np.minimum(square, STEEPEST_SINE**2)), np.float32)
-
-
-def to_sines(gradients: Float32) -> Float32:
-    """Sines from (..., 2) slopes; the inverse of :func:`to_gradient`."""
-    norm = np.sqrt(1 + (gradients * gradients).sum(-1, keepdims=True))
-    return np.asarray(gradients / norm, np.float32)
-
-
-def as_complex(gradients: Float32) -> Complex64:
-    """(...,) complex64 from (..., 2) slopes."""
-    return np.ascontiguousarray(gradients, np.float32).view(np.complex64)[..., 0]
-
-
-def bake(model: Callable[[Float32], Float32], axis: Axis) -> ColourTable:
-    """Tabulate a model of (change, place) → sines, averaged over a few places."""
-    values = axis.values()
-    grid = np.meshgrid(values, values, values, indexing="ij")
-    changes = np.stack(grid, -1).reshape(-1, 3)
+    nodes = axis.count // 2 + 1
+    steps = 2 * np.arange(nodes, dtype=np.float32) + np.float32(axis.first)
+    values = steps / np.float32(axis.per_unit) - 1
+    changes = np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3)
+    places = [(0.0, 0.0), *((x, y * aspect) for x in (-0.6, 0.6) for y in (-0.6, 0.6))]
     total = np.zeros((len(changes), 2), np.float32)
-    for where in _PLACES:
+    for where in places:
         spot = np.broadcast_to(np.asarray(where, np.float32), (len(changes), 2))
-        total += to_gradient(model(np.concatenate([changes, spot], 1)))
-    slopes = as_complex(total / np.float32(len(_PLACES)))
-    return ColourTable(axis, slopes.reshape((axis.count,) * 3))
+        total += model(np.concatenate([changes, spot], 1))
+    sines = as_complex(total / np.float32(len(places))).reshape((nodes,) * 3)
+    for dimension in range(3):
+        sines = _with_midpoints(sines, dimension)[(slice(None),) * dimension + (slice(axis.count),)]
+    return ColourTable(axis, np.ascontiguousarray(sines))
+
+
+def _with_midpoints(values: Complex64, dimension: int) -> Complex64:
+    """Insert the mean of each two neighbours along one axis."""
+    along = np.moveaxis(values, dimension, 0)
+    finer = np.empty((2 * len(along) - 1, *along.shape[1:]), values.dtype)
+    finer[0::2] = along
+    finer[1::2] = (along[1:] + along[:-1]) / np.float32(2)
+    return np.moveaxis(finer, 0, dimension)

@@ -15,6 +15,7 @@ HUBER = 0.25
 """Errors (in sines) above it pull linearly, so that lifted skin and dirt do not rule the fit."""
 
 _BLOCK = 4096
+_SMALLEST_BATCH = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +45,10 @@ def train(
     features: Float32,
     targets: Float32,
     *,
-    hidden: Sequence[int] = (16, 16, 16),
+    hidden: Sequence[int] = (24, 24, 24),
     epochs: int = 60,
-    rate: float = 5e-3,
-    batch: int = 256,
+    rate: float = 1e-2,
+    steps: int = 24,
     decay: float = 1e-2,
     noise: float = 0.05,
     seed: int = 0,
@@ -60,8 +61,10 @@ def train(
     targets : (N, M) float32
     hidden : sequence of int
         Width of each hidden layer.
-    rate, batch, decay
-        Adam's peak step (cosine schedule), batch size and weight decay.
+    epochs, steps : int
+        Passes over the samples, and batches in each: few samples are learnt as long as many.
+    rate, decay : float
+        Adam's peak step (cosine schedule) and weight decay.
     noise : float
         Standard deviation of the noise added to each scaled feature while training, which keeps
         the network smooth between presses.
@@ -80,7 +83,8 @@ def train(
             np.zeros(b, np.float32),
         ]
     adam = _Adam(parameters, decay)
-    batches = max(1, len(scaled) // batch)
+    batch = min(len(scaled), max(_SMALLEST_BATCH, len(scaled) // steps))
+    batches = len(scaled) // batch
     total = epochs * batches
     for step in range(total):
         if step % batches == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -10,17 +11,49 @@ from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
 
-BOX_PX = 5
-"""Side of the box that smooths twice: σ = 2 px, for the coating's grain."""
-
 DARK_FRACTION = 0.04
 """Intensities below this fraction of full scale are too dark to divide by."""
 
 
-def smooth(pixels: NDArray[Any], box_px: int = BOX_PX) -> NDArray[Any]:
-    """Smooth (H, W, K) intensities by a box, twice; keeps the dtype."""
-    once = cv2.blur(pixels, (box_px, box_px))
-    return np.asarray(cv2.blur(once, (box_px, box_px))).reshape(pixels.shape)
+@dataclass(frozen=True)
+class Smoothing:
+    """What is done to every image before anything is read from it; references and presses alike.
+
+    Attributes
+    ----------
+    box_px : int
+        Side of the box filter that is applied twice; 1 for none.
+    around_px : int
+        Side of the neighbourhood that marks are filled from; 0 for a skin without marks.
+    """
+
+    box_px: int = 5
+    around_px: int = 0
+
+    @classmethod
+    def of(cls, reference_marks: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
+        """Smoothing with about this standard deviation, and marks as large as the reference's."""
+        # two boxes of side n have the variance (n² − 1) / 6
+        half = round((np.sqrt(6 * blur_px**2 + 1) - 1) / 2)
+        return cls(2 * half + 1, around_marks(reference_marks))
+
+    def apply(
+        self,
+        pixels: NDArray[Any],
+        marks: NDArray[np.bool_] | None,
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[Any]:
+        """(H, W, K) intensities, marks filled and the coating's grain smoothed; same dtype.
+
+        ``out`` may hold the result, if its shape and dtype are those of ``pixels``.
+        """
+        if marks is not None and self.around_px:
+            pixels = fill_marks(pixels, marks, self.around_px)
+        if self.box_px == 1:
+            return pixels
+        box = (self.box_px, self.box_px)
+        once = cv2.blur(pixels, box, dst=out)
+        return np.asarray(cv2.blur(once, box, dst=out)).reshape(pixels.shape)
 
 
 def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> NDArray[Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 from typing import Any, Self
 
 import numpy as np
@@ -47,17 +46,23 @@ class PolynomialFit:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
         """Rebuild a fit from its arrays; a missing one is a KeyError."""
-        order = int(arrays["order"])
-        return cls(arrays["mean"], arrays["std"], arrays["coefficients"], order)
+        return cls(arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"]))
 
 
 def terms(scaled: Float32, order: int) -> Float32:
     """(N, T) products of up to ``order`` features, the constant first."""
-    columns = [np.ones(len(scaled), scaled.dtype)]
-    for degree in range(1, order + 1):
-        for combination in combinations_with_replacement(range(scaled.shape[1]), degree):
-            columns.append(np.prod(scaled[:, combination], axis=1))
-    return np.stack(columns, axis=1)
+    features = np.ascontiguousarray(scaled.T)
+    products = [(0, np.ones(len(scaled), scaled.dtype))]
+    every = list(products)
+    for _ in range(order):
+        # going on from the last feature of a product yields each combination once
+        products = [
+            (feature, product * features[feature])
+            for last, product in products
+            for feature in range(last, len(features))
+        ]
+        every += products
+    return np.stack([product for _, product in every]).T
 
 
 def fit_polynomial(

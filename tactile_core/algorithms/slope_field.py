@@ -2,12 +2,13 @@
 
 Evaluating a network or a polynomial at every pixel costs tens of milliseconds. Its dependence on
 place is smooth, so on large three-channel images it is evaluated on a coarse grid, and a table of
-the same model over colour alone gives the detail between: slopes = table + (model − averaged table)
+the same model over colour alone gives the detail between: sines = table + (model − averaged table)
 on the coarse grid. Small images and other channel counts take the model everywhere.
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -15,15 +16,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.colour_table import ColourTable, to_gradient
+from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.photometric import (
     DARK_FRACTION,
-    around_marks,
-    fill_marks,
+    Smoothing,
     place,
     relative_change,
-    smooth,
 )
+from tactile_core.algorithms.sines import planes_to_gradient, to_gradient
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
@@ -32,12 +32,21 @@ Model = Callable[[Float32], Float32]
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
 
-COARSE_PIXELS = 3_000
+COARSE_PIXELS = 1_200
 """About so many points has the coarse grid."""
+
+_NO_ALPHA = np.uint32(0x00FFFFFF)
+
+
+def takes_table(shape: tuple[int, int, int]) -> bool:
+    """Whether (H, W, K) images are large enough, and of three channels, for the fast way."""
+    return shape[2] == 3 and shape[0] * shape[1] > EXACT_PIXELS
 
 
 class SlopeField:
     """A model prepared for one reference.
+
+    Several threads may measure at once.
 
     Parameters
     ----------
@@ -49,6 +58,8 @@ class SlopeField:
         The untouched sensor.
     reference_marks : (H, W) bool or None
     full_scale : float
+    blur_px : float
+        Standard deviation of the smoothing.
     """
 
     def __init__(
@@ -57,28 +68,27 @@ class SlopeField:
         table: ColourTable | None,
         reference: Float32,
         reference_marks: Bool | None = None,
+        *,
         full_scale: float = 255.0,
+        blur_px: float = 2.0,
     ) -> None:
         self._model = model
         self._full_scale = full_scale
-        self._around_px = around_marks(reference_marks)
-        base = prepared(reference, reference_marks, self._around_px)
-        h, w = base.shape[:2]
-        self._table = table if base.shape[2] == 3 and h * w > EXACT_PIXELS else None
+        self._smoothing = Smoothing.of(reference_marks, blur_px)
+        base = np.asarray(self._smoothing.apply(reference, reference_marks), np.float32)
+        h, w, k = base.shape
+        self._table = table if takes_table((h, w, k)) else None
         if self._table is None:
             self._base = base
             self._place = place((h, w)).reshape(-1, 2)
             return
         self._coarse = coarse_size(h, w)
-        coarse_base = cv2.resize(base, self._coarse, interpolation=cv2.INTER_AREA)
-        self._base = np.asarray(coarse_base, np.float32)
-        coarse_place = cv2.resize(place((h, w)), self._coarse, interpolation=cv2.INTER_AREA)
-        self._place = np.asarray(coarse_place, np.float32).reshape(-1, 2)
+        self._base = self._averaged(base)
+        self._place = self._averaged(place((h, w))).reshape(-1, 2)
         self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
-        self._index = np.zeros((h, w, 4), np.uint8)
-        self._detail = np.empty((h, w), np.complex64)
+        self._scratch = _Scratch((h, w))
 
     def measure(self, pixels: NDArray[Any], marks: Bool | None = None) -> tuple[Float32, Float32]:
         """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes.
@@ -89,27 +99,40 @@ class SlopeField:
         marks : (H, W) bool, optional
             Pixels that show a marker; their slope is that of the skin around them.
         """
-        smoothed = prepared(pixels, marks, self._around_px)
-        h, w = smoothed.shape[:2]
+        h, w = pixels.shape[:2]
         if self._table is None:
-            both = self._from_model(self._change(smoothed)).reshape(h, w, 2)
+            smoothed = self._smoothing.apply(pixels, marks)
+            both = to_gradient(self._from_model(smoothed)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1])
-        detail = self._from_table(self._table, smoothed)
-        coarse = cv2.resize(smoothed, self._coarse, interpolation=cv2.INTER_AREA)
-        wanted = self._from_model(self._change(coarse)).reshape(*coarse.shape[:2], 2)
-        wanted -= cv2.resize(detail, self._coarse, interpolation=cv2.INTER_AREA)
-        detail += cv2.resize(wanted, (w, h), interpolation=cv2.INTER_LINEAR)
-        gx, gy = cv2.split(detail)
-        return np.asarray(gx, np.float32), np.asarray(gy, np.float32)
+        out = self._scratch.smoothed if pixels.dtype == np.uint8 else None
+        smoothed = self._smoothing.apply(pixels, marks, out)
+        sines = np.empty((h, w), np.float32), np.empty((h, w), np.float32)
+        cv2.split(self._from_table(self._table, smoothed), sines)
+        coarse = self._from_model(self._averaged(smoothed))
+        spare = self._scratch.plane
+        for k, plane in enumerate(sines):
+            missing = coarse[:, k].reshape(self._coarse[::-1]) - self._averaged(plane)
+            cv2.resize(missing, (w, h), dst=spare, interpolation=cv2.INTER_LINEAR)
+            cv2.add(plane, spare, dst=plane)
+        planes_to_gradient(*sines, spare)
+        return sines
 
-    def _change(self, smoothed: NDArray[Any]) -> Float32:
+    def _averaged(self, image: NDArray[Any]) -> Float32:
+        """Means of a whole image over the cells of the coarse grid."""
+        rows, columns = image.shape[:2]
+        if rows % (2 * self._coarse[1]) == columns % (2 * self._coarse[0]) == 0:
+            # Halving is vectorised, and leaves a quarter of the pixels to the general routine.
+            half = columns // 2, rows // 2
+            image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA))
+        return np.asarray(cv2.resize(image, self._coarse, interpolation=cv2.INTER_AREA), np.float32)
+
+    def _from_model(self, smoothed: NDArray[Any]) -> Float32:
+        """(N, 2) sines of intensities as large as the base."""
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
-        return change.reshape(-1, change.shape[-1])
-
-    def _from_model(self, change: Float32) -> Float32:
-        return to_gradient(self._model(np.concatenate([change, self._place], 1)))
+        return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
     def _from_table(self, table: ColourTable, smoothed: NDArray[Any]) -> Float32:
+        """(H, W, 2) sines of each pixel's entry; valid until the thread's next call."""
         if smoothed.dtype == np.uint8:
             ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
             # On one channel the subtraction takes a scalar, and saturates at the first entry.
@@ -118,12 +141,24 @@ class SlopeField:
             bins = np.asarray(cv2.min(rows, np.array([table.axis.last], float)))
             bins = bins.reshape(smoothed.shape)
         else:
-            bins = table.bins(smoothed / self._fine_base - np.float32(1))
-        cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=self._index)
-        self._index[..., 3] = 0
-        index = self._index.view(np.int32)[..., 0]
-        self._flat.take(index, out=self._detail, mode="clip")
-        return self._detail.view(np.float32).reshape(*index.shape, 2)
+            change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
+            bins = table.bins(change)
+        scratch = self._scratch
+        cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=scratch.entry)
+        entry = scratch.entry.view(np.uint32)[..., 0]
+        np.bitwise_and(entry, _NO_ALPHA, out=entry)
+        self._flat.take(entry.view(np.int32), out=scratch.detail, mode="clip")
+        return scratch.detail.view(np.float32).reshape(*entry.shape, 2)
+
+
+class _Scratch(threading.local):
+    """Buffers of one thread: fresh megabytes for every frame would cost more than the work."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.smoothed = np.empty((*shape, 3), np.uint8)
+        self.entry = np.empty((*shape, 4), np.uint8)
+        self.detail = np.empty(shape, np.complex64)
+        self.plane = np.empty(shape, np.float32)
 
 
 def coarse_size(rows: int, columns: int) -> tuple[int, int]:
@@ -137,19 +172,19 @@ def coarse_size(rows: int, columns: int) -> tuple[int, int]:
     return max(1, columns // step), max(1, rows // step)
 
 
-def prepared(pixels: NDArray[Any], marks: Bool | None, around_px: int) -> NDArray[Any]:
-    """Intensities as every model sees them: marks filled from so far around, grain smoothed."""
-    if marks is not None and around_px:
-        pixels = fill_marks(pixels, marks, around_px)
-    return smooth(pixels)
-
-
 class Sampler:
     """Relative change and place of some pixels, exactly as :class:`SlopeField` sees them."""
 
-    def __init__(self, reference: Float32, reference_marks: Bool | None, full_scale: float) -> None:
-        self._around_px = around_marks(reference_marks)
-        self._base = prepared(reference, reference_marks, self._around_px)
+    def __init__(
+        self,
+        reference: Float32,
+        reference_marks: Bool | None = None,
+        *,
+        full_scale: float = 255.0,
+        blur_px: float = 2.0,
+    ) -> None:
+        self._smoothing = Smoothing.of(reference_marks, blur_px)
+        self._base = np.asarray(self._smoothing.apply(reference, reference_marks), np.float32)
         self._place = place(reference.shape[:2])
         self._full_scale = full_scale
 
@@ -161,7 +196,7 @@ class Sampler:
         columns: NDArray[np.int32],
     ) -> Float32:
         """(N, K + 2) features of N pixels of one frame."""
-        smoothed = prepared(pixels, marks, self._around_px)[rows, columns]
+        smoothed = self._smoothing.apply(pixels, marks)[rows, columns]
         base = self._base[rows, columns]
         change = relative_change(smoothed, base, full_scale=self._full_scale)
         return np.concatenate([change, self._place[rows, columns]], axis=1)

@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from tactile_core import device
-from tactile_core.algorithms.colour_table import (
-    BINS,
-    Axis,
-    ColourTable,
-    as_complex,
-    to_gradient,
-    to_sines,
-)
+from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
 from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
-from tactile_core.builtin.slope_calibration import SlopeCalibration, samples_of, shape_of
+from tactile_core.builtin.slope_calibration import (
+    Arrays,
+    SlopeCalibration,
+    SlopeOptions,
+    samples_of,
+    shape_of,
+)
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Float32, Reference
@@ -29,7 +27,7 @@ CELL_BLUR_ENTRIES = 1.2
 FILLED_WEIGHT = 1e-3
 
 
-class LookupTableOptions(device.Options):
+class LookupTableOptions(SlopeOptions):
     """Options of ``core.lookup_table``."""
 
     bins: int = Field(default=BINS, ge=8, le=128, description="Entries per channel.")
@@ -49,13 +47,7 @@ class TableModel:
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, 5) features to (N, 2) sines."""
-        slopes = self._entry(features[:, :3])
-        gradient = np.stack([slopes.real, slopes.imag], 1).astype(np.float32)
-        return to_sines(gradient) + self.around(features)
-
-    def _entry(self, change: Float32) -> NDArray[np.complex64]:
-        r, g, b = self.table.bins(change).T
-        return np.asarray(self.table.slopes[r, g, b])
+        return self.table.nearest(features[:, :3]) + self.around(features)
 
 
 class LookupTable(SlopeCalibration):
@@ -75,31 +67,26 @@ class LookupTable(SlopeCalibration):
             The frames do not have three channels.
         """
         assert isinstance(options, LookupTableOptions)
-        shape = shape_of(samples)
+        shape = shape_of(reference)
         if shape[2] != 3:
             raise CalibrationError(
                 f"core.lookup_table is a table over three channels and the frames have {shape[2]}; "
                 f"use core.mlp or core.polynomial"
             )
-        features, sines = samples_of(samples, reference, most=60_000)
+        features, sines = samples_of(samples, reference, blur_px=options.blur_px, most=60_000)
         table = _filled(features[:, :3], sines, options.bins)
-        bare = TableModel(table, _nothing(features))
-        around = fit_polynomial(features, sines - bare(features), order=2, ridge=1e-3)
-        return cls(TableModel(table, around), table, shape)
+        missing = sines - table.nearest(features[:, :3])
+        around = fit_polynomial(features, missing, order=2, ridge=1e-3)
+        return cls(TableModel(table, around), table, shape, options.blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         return self._model.around.arrays()
 
     @classmethod
-    def _from_arrays(
-        cls,
-        arrays: dict[str, NDArray[Any]],
-        table: ColourTable | None,
-        shape: tuple[int, int, int],
-    ) -> LookupTable:
+    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> TableModel:
         if table is None:
             raise KeyError("table")
-        return cls(TableModel(table, PolynomialFit.from_arrays(arrays)), table, shape)
+        return TableModel(table, PolynomialFit.from_arrays(arrays))
 
 
 def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
@@ -132,11 +119,4 @@ def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
     inside = LinearNDInterpolator(thin, mean[tuple(thin.T)])(holes)
     known = np.isfinite(inside[:, 0])
     mean[tuple(holes[known].T)] = inside[known]
-    return ColourTable(axis, as_complex(to_gradient(mean.astype(np.float32))))
-
-
-def _nothing(features: Float32) -> PolynomialFit:
-    size = features.shape[1]
-    return PolynomialFit(
-        np.zeros(size, np.float32), np.ones(size, np.float32), np.zeros((1, 2), np.float32), 0
-    )
+    return ColourTable(axis, as_complex(mean.astype(np.float32)))

@@ -10,22 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from tactile_core import device
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.network import Network, train
-from tactile_core.builtin.slope_calibration import SlopeCalibration, baked, samples_of, shape_of
+from tactile_core.builtin.slope_calibration import (
+    Arrays,
+    SlopeCalibration,
+    SlopeOptions,
+    baked,
+    samples_of,
+    shape_of,
+)
 from tactile_core.calibration import Press
 from tactile_core.quantities import Float32, Reference
 
 
-class MlpOptions(device.Options):
+class MlpOptions(SlopeOptions):
     """Options of ``core.mlp``."""
 
     members: int = Field(default=2, ge=1, le=16, description="Networks that are averaged.")
-    width: int = Field(default=16, ge=2, le=256, description="Units per hidden layer.")
+    width: int = Field(default=24, ge=2, le=256, description="Units per hidden layer.")
     layers: int = Field(default=3, ge=1, le=6, description="Hidden layers.")
     epochs: int = Field(default=60, ge=1, description="Passes over the samples.")
     noise: float = Field(default=0.05, ge=0, description="Noise on scaled features in training.")
+    gain_noise: float = Field(
+        default=0.01,
+        ge=0,
+        lt=0.5,
+        description="Noise on the brightness of all lights in training, as a share of it.",
+    )
     seed: int = Field(default=0, ge=0, description="Same seed, same model.")
 
 
@@ -52,23 +64,24 @@ class Mlp(SlopeCalibration):
 
     @classmethod
     def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Mlp:
-        """Fit on presses of a known ball; takes a few seconds."""
+        """Fit on presses of a known ball; takes a second or two."""
         assert isinstance(options, MlpOptions)
-        features, sines = samples_of(samples, reference)
-        model = Ensemble(
-            tuple(
-                train(
-                    features,
-                    sines,
-                    hidden=(options.width,) * options.layers,
-                    epochs=options.epochs,
-                    noise=options.noise,
-                    seed=options.seed + member,
-                )
-                for member in range(options.members)
+        features, sines = samples_of(samples, reference, blur_px=options.blur_px)
+        seen = _flickering(features, options.gain_noise, options.seed)
+        members = [
+            train(
+                seen,
+                sines,
+                hidden=(options.width,) * options.layers,
+                epochs=options.epochs,
+                noise=options.noise,
+                seed=options.seed + member,
             )
-        )
-        return cls(model, baked(model, features), shape_of(samples))
+            for member in range(options.members)
+        ]
+        model = Ensemble(tuple(members))
+        table = baked(model, features, reference)
+        return cls(model, table, shape_of(reference), options.blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         members = self._model.members
@@ -83,12 +96,7 @@ class Mlp(SlopeCalibration):
         return arrays
 
     @classmethod
-    def _from_arrays(
-        cls,
-        arrays: dict[str, NDArray[Any]],
-        table: ColourTable | None,
-        shape: tuple[int, int, int],
-    ) -> Mlp:
+    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> Ensemble:
         members = []
         for m in range(int(arrays["members"])):
             depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
@@ -96,4 +104,12 @@ class Mlp(SlopeCalibration):
                 (arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths)
             )
             members.append(Network(arrays["mean"], arrays["std"], layers))
-        return cls(Ensemble(tuple(members)), table, shape)
+        return Ensemble(tuple(members))
+
+
+def _flickering(features: Float32, gain_noise: float, seed: int) -> Float32:
+    """Features of samples that are each lit a little brighter or darker by all lamps alike."""
+    rng = np.random.default_rng(seed)
+    gain = 1 + gain_noise * rng.standard_normal((len(features), 1), dtype=np.float32)
+    ratio = (features[:, :-2] + 1) * np.asarray(gain, np.float32)
+    return np.concatenate([ratio - 1, features[:, -2:]], axis=1)

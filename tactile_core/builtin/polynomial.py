@@ -8,15 +8,21 @@ from typing import Any, ClassVar
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from tactile_core import device
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
-from tactile_core.builtin.slope_calibration import SlopeCalibration, baked, samples_of, shape_of
+from tactile_core.builtin.slope_calibration import (
+    Arrays,
+    SlopeCalibration,
+    SlopeOptions,
+    baked,
+    samples_of,
+    shape_of,
+)
 from tactile_core.calibration import Press
 from tactile_core.quantities import Reference
 
 
-class PolynomialOptions(device.Options):
+class PolynomialOptions(SlopeOptions):
     """Options of ``core.polynomial``."""
 
     order: int = Field(default=2, ge=1, le=4, description="Highest total degree.")
@@ -34,18 +40,14 @@ class Polynomial(SlopeCalibration):
     def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Polynomial:
         """Fit on presses of a known ball."""
         assert isinstance(options, PolynomialOptions)
-        features, sines = samples_of(samples, reference)
+        features, sines = samples_of(samples, reference, blur_px=options.blur_px)
         model = fit_polynomial(features, sines, order=options.order, ridge=options.ridge)
-        return cls(model, baked(model, features), shape_of(samples))
+        table = baked(model, features, reference)
+        return cls(model, table, shape_of(reference), options.blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         return self._model.arrays()
 
     @classmethod
-    def _from_arrays(
-        cls,
-        arrays: dict[str, NDArray[Any]],
-        table: ColourTable | None,
-        shape: tuple[int, int, int],
-    ) -> Polynomial:
-        return cls(PolynomialFit.from_arrays(arrays), table, shape)
+    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> PolynomialFit:
+        return PolynomialFit.from_arrays(arrays)

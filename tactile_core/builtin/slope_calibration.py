@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
-from tactile_core.algorithms.colour_table import Axis, ColourTable, bake, to_sines
-from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField
+from tactile_core import device
+from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
+from tactile_core.algorithms.sines import to_sines
+from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
 from tactile_core.calibration import Calibration, Press
-from tactile_core.errors import CalibrationError
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.npz import read_npz
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 MOST_SAMPLES = 12_000
@@ -22,19 +26,37 @@ MOST_SAMPLES = 12_000
 FEWEST_SAMPLES = 50
 SATURATED_FRACTION = 0.988
 
+Arrays = Mapping[str, NDArray[Any]]
+
+
+class SlopeOptions(device.Options):
+    """Options of every model that reads slopes from light."""
+
+    blur_px: float = Field(
+        default=2.0,
+        ge=0,
+        le=20,
+        description="Smoothing against the grain of the coating, standard deviation.",
+    )
+
 
 class SlopeCalibration(Calibration):
     """A calibration that is a model of (relative change, place) → sines, perhaps with a table.
 
-    Subclasses write ``fit``, ``_arrays`` and ``_from_arrays``.
+    Subclasses write ``fit``, ``_arrays`` and ``_model_from``.
     """
 
     USE: ClassVar[str]
 
     def __init__(
-        self, model: Model, table: ColourTable | None, shape: tuple[int, int, int]
+        self,
+        model: Model,
+        table: ColourTable | None,
+        shape: tuple[int, int, int],
+        blur_px: float,
     ) -> None:
-        self._model, self._table, self._shape = model, table, shape
+        self._model, self._table = model, table
+        self._shape, self._blur_px = shape, blur_px
         self._prepared: tuple[Reference, SlopeField] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -43,59 +65,74 @@ class SlopeCalibration(Calibration):
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame.
 
+        A slope is valid where no mark hides the skin and two channels are below saturation: it has
+        two components, and a saturated channel only bounds them.
+
         Raises
         ------
         CalibrationError
-            The frame has another size or number of channels than the presses had.
+            The frame or the reference has another size or number of channels than the presses had,
+            or they have another full scale than each other.
         """
-        if frame.pixels.shape != self._shape:
+        for what, pixels in (("frame", frame.pixels), ("reference", reference.pixels)):
+            if pixels.shape != self._shape:
+                raise CalibrationError(
+                    f"the calibration was fitted on images of {_size(self._shape)} and this {what} "
+                    f"is {_size(pixels.shape)}; calibrate at the size of the input"
+                )
+        if frame.full_scale != reference.full_scale:
             raise CalibrationError(
-                f"the calibration was fitted on images of {_size(self._shape)} and this one is "
-                f"{_size(frame.pixels.shape)}; calibrate at the size of the input"
+                f"the frame's full scale is {frame.full_scale:g} and the reference's "
+                f"{reference.full_scale:g}; record both with the same bit depth"
             )
         gx, gy = self._field(reference).measure(frame.pixels, frame.marks)
         return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
-        arrays: dict[str, Any] = {"shape": np.array(self._shape), **self._arrays()}
+        arrays: dict[str, Any] = {
+            "shape": np.array(self._shape),
+            "blur_px": np.array(self._blur_px),
+            **self._arrays(),
+        }
         if self._table is not None:
             axis = self._table.axis
             arrays |= {
-                "table": self._table.slopes,
+                "table": self._table.sines,
                 "table_axis": np.array([axis.per_unit, axis.first]),
             }
         np.savez(directory / "model.npz", **arrays)
 
     @classmethod
-    def load(cls, directory: Path) -> SlopeCalibration:
-        """Read ``model.npz``."""
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``.
+
+        Raises
+        ------
+        CalibrationError
+            It is missing, broken or of another model.
+        """
+        path = directory / "model.npz"
         try:
-            with np.load(directory / "model.npz", allow_pickle=False) as data:
-                arrays = {name: data[name] for name in data}
-            h, w, k = (int(n) for n in arrays["shape"])
-            table = None
-            if "table" in arrays:
-                per_unit, first = arrays["table_axis"]
-                axis = Axis(float(per_unit), int(first), len(arrays["table"]))
-                table = ColourTable(axis, arrays["table"])
-            return cls._from_arrays(arrays, table, (h, w, k))
-        except (OSError, ValueError, KeyError) as error:
+            arrays = read_npz(path)
+            height, width, channels = (int(n) for n in arrays["shape"])
+            blur_px = float(arrays["blur_px"])
+            table = _table_from(arrays) if "table" in arrays else None
+            model = cls._model_from(arrays, table)
+            if not np.isfinite(model(np.zeros((1, channels + 2), np.float32))).all():
+                raise ValueError("the model gives no numbers")
+        except (InputError, ValueError, LookupError, TypeError) as error:
             raise CalibrationError(
-                f"{directory / 'model.npz'} does not hold a {cls.USE} model; calibrate again"
+                f"{path} does not hold a {cls.USE} model; calibrate again"
             ) from error
+        return cls(model, table, (height, width, channels), blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         """The model's arrays, by name."""
         raise NotImplementedError
 
     @classmethod
-    def _from_arrays(
-        cls,
-        arrays: dict[str, NDArray[Any]],
-        table: ColourTable | None,
-        shape: tuple[int, int, int],
-    ) -> SlopeCalibration:
+    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> Model:
         """Rebuild what ``_arrays`` gave."""
         raise NotImplementedError
 
@@ -106,29 +143,47 @@ class SlopeCalibration(Calibration):
                 self._table,
                 reference.pixels,
                 reference.marks,
-                reference.full_scale,
+                full_scale=reference.full_scale,
+                blur_px=self._blur_px,
             )
             self._prepared = reference, field
         return self._prepared[1]
 
 
 def samples_of(
-    presses: Sequence[Press], reference: Reference, *, most: int = MOST_SAMPLES, seed: int = 0
+    presses: Sequence[Press],
+    reference: Reference,
+    *,
+    blur_px: float,
+    most: int = MOST_SAMPLES,
+    seed: int = 0,
 ) -> tuple[Float32, Float32]:
     """Features (N, K + 2) and sines (N, 2) of the presses' pixels, thinned evenly.
+
+    Saturated pixels stay: what a clipped channel looks like on a slope is learnt as it will be
+    seen, which on real balls is better than leaving it to extrapolation.
 
     Raises
     ------
     CalibrationError
-        There are too few pixels to fit on, or they all rest.
+        There are too few pixels to fit on, they all rest, or a press has another size than the
+        reference.
     """
-    sampler = Sampler(reference.pixels, reference.marks, reference.full_scale)
+    sampler = Sampler(
+        reference.pixels, reference.marks, full_scale=reference.full_scale, blur_px=blur_px
+    )
     features, sines = [], []
     rng = np.random.default_rng(seed)
     share = max(1, most // max(1, len(presses)))
     for press in presses:
+        frame = press.frame
+        if frame.pixels.shape != reference.pixels.shape:
+            raise CalibrationError(
+                f"press {press.name!r} is {_size(frame.pixels.shape)} and the reference "
+                f"{_size(reference.pixels.shape)}; record both alike"
+            )
         pick = rng.permutation(len(press.rows))[:share]
-        frame, rows, columns = press.frame, press.rows[pick], press.columns[pick]
+        rows, columns = press.rows[pick], press.columns[pick]
         features.append(sampler.features(frame.pixels, frame.marks, rows, columns))
         sines.append(to_sines(press.gradients[pick]))
     if sum(map(len, sines)) < FEWEST_SAMPLES or not any(np.any(s) for s in sines):
@@ -139,26 +194,37 @@ def samples_of(
     return np.concatenate(features), np.concatenate(sines)
 
 
-def baked(model: Model, features: Float32) -> ColourTable | None:
-    """Table of a model for the colours that were seen; None unless there are three channels."""
-    if features.shape[1] != 5:
+def baked(model: Model, features: Float32, reference: Reference) -> ColourTable | None:
+    """Table of a model for the colours that were seen; None where none is needed."""
+    height, width, channels = reference.pixels.shape
+    if not takes_table((height, width, channels)):
         return None
-    return bake(model, Axis.spanning(features[:, :3]))
+    return bake(model, Axis.spanning(features[:, :3]), aspect=height / width)
 
 
-def shape_of(presses: Sequence[Press]) -> tuple[int, int, int]:
-    """(H, W, K) of the presses' frames."""
-    h, w, k = presses[0].frame.pixels.shape
-    return h, w, k
+def shape_of(reference: Reference) -> tuple[int, int, int]:
+    """(H, W, K) of the images that are measured."""
+    height, width, channels = reference.pixels.shape
+    return height, width, channels
+
+
+def _table_from(arrays: Arrays) -> ColourTable:
+    per_unit, first = arrays["table_axis"]
+    sines = np.asarray(arrays["table"], np.complex64)
+    if sines.ndim != 3 or len(set(sines.shape)) != 1:
+        raise ValueError("a table is a cube")
+    return ColourTable(Axis(float(per_unit), int(first), len(sines)), sines)
 
 
 def _valid(frame: Frame) -> Bool:
-    """Where no channel is saturated and no mark hides the skin."""
+    """Where two channels are below saturation and no mark hides the skin."""
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
     ceiling = SATURATED_FRACTION * frame.full_scale
+    channels = frame.pixels.shape[2]
     # The brightest value is found ten times faster than where it is, and is rarely full.
     if cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))[1] >= ceiling:
-        valid &= (frame.pixels < ceiling).all(axis=2)
+        usable = sum((frame.pixels[..., k] < ceiling).view(np.uint8) for k in range(channels))
+        valid &= np.asarray(usable >= min(2, channels))
     if frame.marks is not None:
         valid &= ~frame.marks
     return valid

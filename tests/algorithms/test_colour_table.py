@@ -1,34 +1,14 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
-from tactile_core.algorithms.colour_table import (
-    STEEPEST_SINE,
-    Axis,
-    ColourTable,
-    bake,
-    to_gradient,
-    to_sines,
-)
-
-slopes = arrays(np.float32, (5, 2), elements=st.floats(-3, 3, width=32))
+from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
 
 
 def linear_model(features: np.ndarray) -> np.ndarray:
     """Sines that are a tenth of the first two changes."""
     return np.asarray(0.1 * features[:, :2], np.float32)
-
-
-@given(slopes)
-def test_sines_and_slopes_are_inverse(gradient: np.ndarray) -> None:
-    np.testing.assert_allclose(to_gradient(to_sines(gradient)), gradient, rtol=1e-4, atol=1e-5)
-
-
-@given(arrays(np.float32, (5, 2), elements=st.floats(-50, 50, width=32)))
-def test_no_sine_gives_a_slope_beyond_the_steepest(sines: np.ndarray) -> None:
-    limit = STEEPEST_SINE / np.sqrt(1 - STEEPEST_SINE**2)
-    assert np.linalg.norm(to_gradient(sines), axis=1).max() <= limit * 1.001
 
 
 @given(st.floats(-0.9, 0.0), st.floats(0.1, 3.0), st.integers(8, 80))
@@ -48,11 +28,30 @@ def test_the_nearest_entry_is_within_half_a_step() -> None:
     assert np.abs(found - change).max() <= 0.5 / axis.per_unit + 1e-6
 
 
-def test_baking_samples_the_model_at_its_entries() -> None:
-    table = bake(linear_model, Axis(per_unit=10, first=5, count=12))
+def test_the_finest_axis_still_holds_every_ratio_in_a_byte() -> None:
+    axis = Axis.spanning(np.linspace(-0.02, 0.03, 3000, dtype=np.float32).reshape(-1, 3))
+    assert round(1.03 * axis.per_unit) <= 255
+
+
+@pytest.mark.parametrize("count", [11, 12, 80])
+def test_baking_gives_the_model_at_every_entry(count: int) -> None:
+    table = bake(linear_model, Axis(per_unit=10, first=5, count=count))
     values = table.axis.values()
-    expected = to_gradient(linear_model(np.array([[values[3], values[7], values[0]]])))[0]
-    assert table.slopes[3, 7, 0] == np.complex64(complex(*expected))
+    first, second, third = (values[i] for i in (3, count - 1, 0))
+    expected = linear_model(np.array([[first, second, third]]))[0]
+    np.testing.assert_allclose(table.nearest(np.array([[first, second, third]]))[0], expected)
+    assert table.sines.shape == (count, count, count)
+
+
+def test_a_bend_between_entries_is_lost_by_less_than_it_matters() -> None:
+    def bent(features: np.ndarray) -> np.ndarray:
+        return np.asarray(np.tanh(2 * features[:, :2]) * (1 + features[:, 2:3]), np.float32)
+
+    table = bake(bent, Axis(per_unit=50, first=20, count=80))
+    values = table.axis.values()
+    exact = bent(np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3))
+    sines = np.stack([table.sines.real, table.sines.imag], -1).reshape(-1, 2)
+    assert np.abs(sines - exact).max() < 0.003
 
 
 def test_three_bytes_index_the_flat_table() -> None:

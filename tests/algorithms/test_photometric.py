@@ -4,11 +4,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.photometric import (
+    Smoothing,
     around_marks,
     fill_marks,
     place,
     relative_change,
-    smooth,
 )
 
 
@@ -26,9 +26,34 @@ def test_dark_skin_is_not_divided_by_nothing() -> None:
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_smoothing_keeps_level_skin_and_its_dtype(dtype: type) -> None:
     flat = np.full((20, 30, 3), 77, dtype)
-    smoothed = smooth(flat)
+    smoothed = Smoothing().apply(flat, None)
     assert smoothed.dtype == dtype
     np.testing.assert_allclose(smoothed, 77, atol=1e-3)
+
+
+@given(st.floats(0.0, 8.0))
+def test_smoothing_has_the_deviation_that_was_asked_for(blur_px: float) -> None:
+    point = np.zeros((81, 81, 1), np.float32)
+    point[40, 40] = 1
+    spread = Smoothing.of(None, blur_px).apply(point, None)[..., 0].sum(0)
+    deviation = np.sqrt((spread * (np.arange(81) - 40) ** 2).sum())
+    # the sides of boxes are odd: 1, 3, 5 …
+    assert abs(deviation - blur_px) < 0.75
+
+
+def test_smoothing_into_a_buffer_changes_nothing() -> None:
+    pixels = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
+    out = np.empty_like(pixels)
+    fresh = Smoothing().apply(pixels, None)
+    np.testing.assert_array_equal(Smoothing().apply(pixels, None, out), fresh)
+
+
+def test_any_number_of_channels_is_smoothed_and_filled() -> None:
+    marks = np.zeros((40, 50), bool)
+    marks[10:16, 10:16] = True
+    pixels = np.where(marks[..., None], 5, np.full((40, 50, 6), 90)).astype(np.uint8)
+    smoothed = Smoothing.of(marks, 2.0).apply(pixels, marks)
+    np.testing.assert_allclose(smoothed.astype(int), 90, atol=1)
 
 
 @pytest.mark.parametrize("radius", [2, 5, 11])

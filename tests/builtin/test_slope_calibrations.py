@@ -1,5 +1,7 @@
 """Each model, on presses of an analytic ball under a simple light."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +12,8 @@ from tactile_core.acquisition import average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.builtin.automatic import Automatic
 from tactile_core.builtin.lookup_table import LookupTable
-from tactile_core.builtin.mlp import Mlp
-from tactile_core.builtin.polynomial import Polynomial
+from tactile_core.builtin.mlp import Mlp, MlpOptions
+from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeCalibration
 from tactile_core.calibrating.presses import FoundPress, press_image
 from tactile_core.calibration import Press
@@ -127,11 +129,82 @@ def test_few_presses_carry_a_polynomial_and_many_a_network(
     assert isinstance(chosen, model)
 
 
-def test_saturated_pixels_are_not_valid(bench: Bench, fitted: SlopeCalibration) -> None:
+def test_two_channels_below_saturation_make_a_slope_valid(
+    bench: Bench, fitted: SlopeCalibration
+) -> None:
     frame = bench.unseen[0].frame
     pixels = frame.pixels.copy()
     pixels[5, 7, 1] = 255
+    pixels[5, 8, :2] = 255
     bright = Frame(pixels, frame.channels, frame.mm_per_px)
     valid = fitted.measure(bright, bench.reference).valid
-    assert not valid[5, 7]
+    assert valid[5, 7]
+    assert not valid[5, 8]
     assert valid.sum() == valid.size - 1
+
+
+def test_another_reference_is_refused(bench: Bench, fitted: SlopeCalibration) -> None:
+    small = Reference(bench.reference.pixels[:50], bench.reference.channels)
+    with pytest.raises(CalibrationError, match="this reference is 160 × 50"):
+        fitted.measure(bench.unseen[0].frame, small)
+
+
+def test_bit_depths_are_not_mixed(bench: Bench, fitted: SlopeCalibration) -> None:
+    frame = bench.unseen[0].frame
+    deep = Frame(frame.pixels.astype(np.uint16) * 257, frame.channels, frame.mm_per_px, 65535)
+    with pytest.raises(CalibrationError, match="same bit depth"):
+        fitted.measure(deep, bench.reference)
+
+
+def test_sixteen_bits_measure_what_eight_do(bench: Bench, fitted: SlopeCalibration) -> None:
+    frame, eight = bench.unseen[0].frame, bench.reference
+    deep = Frame(frame.pixels.astype(np.uint16) * 257, frame.channels, frame.mm_per_px, 65535)
+    reference = Reference(eight.pixels * 257, eight.channels, 65535)
+    first, second = fitted.measure(frame, eight), fitted.measure(deep, reference)
+    assert np.abs(first.x - second.x).mean() < 0.01
+
+
+@pytest.mark.parametrize("spoil", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"text"])
+def test_a_spoilt_file_is_refused(
+    fitted: SlopeCalibration, tmp_path: Path, spoil: Callable[[bytes], bytes]
+) -> None:
+    fitted.save(tmp_path)
+    path = tmp_path / "model.npz"
+    path.write_bytes(spoil(path.read_bytes()))
+    with pytest.raises(CalibrationError, match="calibrate again"):
+        type(fitted).load(tmp_path)
+
+
+def test_a_press_of_another_size_is_refused(bench: Bench) -> None:
+    press = bench.samples()[0]
+    frame = replace(press.frame, pixels=press.frame.pixels[:50])
+    with pytest.raises(CalibrationError, match="record both alike"):
+        Polynomial.fit([replace(press, frame=frame)], bench.reference, Polynomial.Options())
+
+
+def test_no_press_at_all_is_refused(bench: Bench) -> None:
+    with pytest.raises(CalibrationError, match="0 presses"):
+        Mlp.fit([], bench.reference, Mlp.Options())
+
+
+def test_a_model_that_saw_flicker_suffers_less_from_it(bench: Bench) -> None:
+    def shaken(gain_noise: float) -> float:
+        options = MlpOptions(gain_noise=gain_noise)
+        model = Mlp.fit(bench.samples(), bench.reference, options)
+        errors = []
+        for press in bench.unseen:
+            for gain in (0.95, 1.05):
+                bright = np.clip(press.frame.pixels * gain, 0, 255).astype(np.uint8)
+                seen = model.measure(replace(press.frame, pixels=bright), bench.reference)
+                errors.append(press.normal_errors_deg(seen))
+        return float(np.concatenate(errors).mean())
+
+    assert shaken(0.03) < shaken(0.0)
+
+
+def test_the_smoothing_of_the_fit_is_that_of_the_measurement(bench: Bench, tmp_path: Path) -> None:
+    options = PolynomialOptions(blur_px=4.0)
+    model = Polynomial.fit(bench.samples(), bench.reference, options)
+    model.save(tmp_path)
+    again = Polynomial.load(tmp_path)
+    assert bench.error_deg(again) == bench.error_deg(model) < 4

@@ -1,0 +1,97 @@
+"""Fitting, loading and the parts of the way from RGB to slopes: ``make bench``."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_core.algorithms import slope_field
+from tactile_core.algorithms.photometric import Smoothing
+from tactile_core.algorithms.sines import planes_to_gradient
+from tactile_core.builtin.slope_calibration import SlopeCalibration
+from tactile_core.calibration import Press
+from tactile_core.plugins import resolve
+from tactile_core.quantities import Frame, Reference
+
+MODELS = ("core.mlp", "core.lookup_table", "core.polynomial")
+SHAPES = ((240, 320), (480, 640), (1080, 1920))
+CHANNELS = ("red", "green", "blue")
+PRESSES = 20
+
+models = pytest.mark.parametrize("use", MODELS)
+sizes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[1]}x{s[0]}")
+
+
+def unit(shape: tuple[int, int]) -> tuple[list[Press], Reference]:
+    """Presses of a ball under three lamps that fade over the gel."""
+    cv2.setNumThreads(1)
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
+    azimuth = np.radians([90, 210, 330])
+    fade = 1 + 0.3 * np.stack([np.cos(a) * (2 * x / shape[1] - 1) for a in azimuth], 2)
+    radius = 0.15 * shape[1]
+
+    def light(sx: np.ndarray, sy: np.ndarray) -> np.ndarray:
+        lit = [0.6 - 0.8 * (np.cos(a) * sx + np.sin(a) * sy) for a in azimuth]
+        level = 200 * fade * np.sqrt(np.maximum(np.stack(lit, 2), 0.05)) / 1.4
+        return np.clip(level + rng.normal(0, 1, level.shape), 0, 255).astype(np.uint8)
+
+    presses = []
+    for _ in range(PRESSES):
+        cx, cy = (rng.uniform(0.2, 0.8) * side for side in shape[::-1])
+        inside = np.hypot(x - cx, y - cy) < 0.75 * radius
+        sines = [np.where(inside, (centre - p) / radius, 0) for p, centre in ((x, cx), (y, cy))]
+        frame = Frame(light(*sines), CHANNELS, 0.05)
+        rows, columns = np.nonzero(inside)
+        known = np.stack([s[inside] for s in sines], 1)
+        slopes = known / np.sqrt(1 - (known**2).sum(1, keepdims=True))
+        pixels = rows.astype(np.int32), columns.astype(np.int32)
+        presses.append(Press(frame, *pixels, slopes.astype(np.float32)))
+    level = np.zeros(shape, np.float32)
+    return presses, Reference(light(level, level).astype(np.float32), CHANNELS)
+
+
+def fitted(use: str, presses: list[Press], reference: Reference) -> SlopeCalibration:
+    cls = resolve("calibration", use)
+    return cls.fit(presses, reference, cls.Options())
+
+
+@models
+def bench_fit(benchmark, use):
+    benchmark.pedantic(fitted, (use, *unit((480, 640))), rounds=2)
+
+
+@models
+def bench_load(benchmark, use, tmp_path: Path):
+    model = fitted(use, *unit((480, 640)))
+    model.save(tmp_path)
+    benchmark(type(model).load, tmp_path)
+
+
+@sizes
+@models
+def bench_measure(benchmark, use, shape):
+    presses, reference = unit(shape)
+    model = fitted(use, presses, reference)
+    model.measure(presses[0].frame, reference)
+    benchmark(model.measure, presses[1].frame, reference)
+
+
+@models
+def bench_measure_at_every_pixel(benchmark, use, monkeypatch):
+    presses, reference = unit((480, 640))
+    model = fitted(use, presses, reference)
+    monkeypatch.setattr(slope_field, "EXACT_PIXELS", reference.pixels.size)
+    benchmark.pedantic(model.measure, (presses[1].frame, reference), rounds=5, warmup_rounds=1)
+
+
+def bench_smoothing(benchmark):
+    presses, _ = unit((480, 640))
+    pixels = presses[0].frame.pixels
+    benchmark(Smoothing().apply, pixels, None, np.empty_like(pixels))
+
+
+def bench_sines_to_slopes(benchmark):
+    sines = np.random.default_rng(0).uniform(-0.4, 0.4, (3, 480, 640)).astype(np.float32)
+    benchmark(lambda: planes_to_gradient(sines[0].copy(), sines[1].copy(), sines[2]))

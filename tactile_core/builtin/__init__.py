@@ -16,7 +16,10 @@ def tactile_cameras() -> Mapping[str, str]:
 @hookimpl
 def tactile_illuminations() -> Mapping[str, str]:
     """Illuminations of the core."""
-    return {"constant": "tactile_core.builtin.constant:ConstantIllumination"}
+    return {
+        "constant": "tactile_core.builtin.constant:ConstantIllumination",
+        "sequential": "tactile_core.builtin.sequential:SequentialIllumination",
+    }
 
 
 @hookimpl

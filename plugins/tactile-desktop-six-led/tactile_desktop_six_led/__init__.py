@@ -1,0 +1,1 @@
+"""The desktop rig (Johnson, Cole, Raj, Adelson 2011) for tactile-core."""

@@ -1,0 +1,58 @@
+"""``core.sequential``: lights fired one after another, an exposure for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Self
+
+from pydantic import BaseModel, Field, model_validator
+
+from tactile_core.builtin.constant import Light
+from tactile_core.device import Options
+from tactile_core.illumination import Exposure, Illumination
+
+FEWEST_LIGHTS = 3
+"""Two unknowns of the normal and the albedo need three measurements (photometric stereo)."""
+
+
+class SequentialOptions(Options):
+    """The lamps in the order in which they fire."""
+
+    lights: tuple[Light, ...] = Field(
+        min_length=FEWEST_LIGHTS, description="The lamps, in the order in which they fire."
+    )
+
+    @model_validator(mode="after")
+    def _lights_differ(self) -> Self:
+        names = [light.name for light in self.lights]
+        if len(set(names)) < len(names):
+            raise ValueError("two lights have one name")
+        return self
+
+
+class SequentialIllumination(Illumination):
+    """One lamp shines in each exposure; its name is the channel that the exposure measures."""
+
+    Options: ClassVar[type[BaseModel]] = SequentialOptions
+
+    def __init__(self, options: SequentialOptions) -> None:
+        super().__init__(options)
+        self._names = tuple(light.name for light in options.lights)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the lamps."""
+        return self._names
+
+    def exposures(self) -> tuple[Exposure, ...]:
+        """One per lamp."""
+        return tuple(Exposure({name: 1.0}, (name,)) for name in self._names)
+
+    def _open(self) -> None:
+        """Nothing to acquire: a rig's plugin switches real lamps."""
+
+    def _close(self) -> None:
+        """Nothing to release."""
+
+    def _set(self, levels: Mapping[str, float]) -> None:
+        """Nothing to switch."""

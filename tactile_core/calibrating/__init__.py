@@ -13,7 +13,13 @@ import numpy as np
 from tactile_core import __version__
 from tactile_core.acquisition import average
 from tactile_core.bundle import Bundle, Manifest, check_serial, now
-from tactile_core.calibrating.presses import FoundPress, find_grid, find_presses, used
+from tactile_core.calibrating.presses import (
+    FoundPress,
+    find_grid,
+    find_presses,
+    untouched_press,
+    used,
+)
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import InputError
@@ -135,11 +141,15 @@ def calibrate(
     cls: type[Calibration] = resolve("calibration", component.use)
     options = cls.Options.model_validate(component.options)
 
+    resting = [untouched_press(good, untouched)] if good[0].in_grid else []
+
     def fit(samples: Sequence[Press]) -> Calibration:
-        return cls.fit(samples, untouched, options)
+        return cls.fit([*samples, *resting], untouched, options)
 
     progress.stage("scoring on held-out presses", 0.6)
-    score = cross_validate(good, untouched, fit, relocate=labels is None, progress=progress)
+    score = cross_validate(
+        good, untouched, fit, relocate=labels is None and target is None, progress=progress
+    )
     progress.stage("fitting", 0.15)
     fitted = fit([press.training() for press in good])
     progress.fraction(1.0)

@@ -24,6 +24,9 @@ from tactile_core.quantities import Bool, Frame, Gradients, Reference
 TRUSTED_BALL_FRACTION = 0.75
 """Nearer its equator the skin has lifted off the ball while the sphere pretends otherwise."""
 
+TRUSTED_GRID_FRACTION = 0.85
+"""Balls that stand in a grid are pressed in deep; beyond it lie attached shadows."""
+
 TRUSTED_CONTACT_FRACTION = 0.95
 SCORED_CONTACT_FRACTION = 0.8
 REST_DISTANCE_BALLS = 3.5
@@ -42,8 +45,8 @@ class FoundPress:
     frame : Frame
     circle : Circle
     ball_radius_px : float
-    near_px : (x, y) or None
-        Where to look for one ball of a grid; None where the frame shows a single ball.
+    in_grid : bool
+        One of many balls in the frame, whose place a target tells.
     """
 
     file: str
@@ -51,11 +54,13 @@ class FoundPress:
     image: PressImage
     circle: Circle
     ball_radius_px: float
-    near_px: tuple[float, float] | None = None
+    in_grid: bool = False
 
     @property
     def scored_radius_px(self) -> float:
         """Pixels within it count in a score."""
+        if self.in_grid:
+            return SCORED_CONTACT_FRACTION * self.ball_radius_px
         return min(
             SCORED_CONTACT_FRACTION * self.circle.contact_radius_px, 0.9 * self.ball_radius_px
         )
@@ -86,13 +91,17 @@ class FoundPress:
         return np.sqrt(np.maximum(square, 0)) * self.frame.mm_per_px
 
     def training(self) -> Press:
-        """Pixels to fit on: those that surely lie on the ball, and some that surely rest."""
+        """Pixels to fit on: those that surely lie on the ball, and some that surely rest.
+
+        Nothing surely rests between the balls of a grid; see :func:`untouched_press`.
+        """
+        trusted = TRUSTED_GRID_FRACTION if self.in_grid else TRUSTED_BALL_FRACTION
         radius = min(
-            TRUSTED_BALL_FRACTION * self.ball_radius_px,
+            trusted * self.ball_radius_px,
             TRUSTED_CONTACT_FRACTION * self.circle.contact_radius_px,
         )
         rows, columns, slopes = self.true_gradients(self.skin(radius))
-        rest = ~self.disc(REST_DISTANCE_BALLS * self.ball_radius_px)
+        rest = ~self.disc(np.inf if self.in_grid else REST_DISTANCE_BALLS * self.ball_radius_px)
         if self.frame.marks is not None:
             rest &= ~self.frame.marks
         rest_rows, rest_columns = np.nonzero(rest)
@@ -158,9 +167,23 @@ def find_grid(
     image = press_image(frame, reference)
     circles = refine_grid(image, centres_px, ball_radius_px)
     return [
-        FoundPress(file, frame, image, circle, ball_radius_px, (float(x), float(y)))
-        for circle, (x, y) in zip(circles, centres_px, strict=True)
+        FoundPress(file, frame, image, circle, ball_radius_px, in_grid=True) for circle in circles
     ]
+
+
+def untouched_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
+    """Resting pixels for a frame full of balls: of the reference, as many as of presses alone."""
+    frame = presses[0].frame
+    height, width = reference.pixels.shape[:2]
+    count = int(REST_SHARE * sum(len(press.training().rows) for press in presses))
+    rng = np.random.default_rng(0)
+    return Press(
+        frame=replace(frame, pixels=reference.pixels, marks=reference.marks),
+        rows=rng.integers(0, height, count).astype(np.int32),
+        columns=rng.integers(0, width, count).astype(np.int32),
+        gradients=np.zeros((count, 2), np.float32),
+        name="reference",
+    )
 
 
 def press_image(frame: Frame, reference: Reference) -> PressImage:
@@ -185,7 +208,7 @@ def light_of(presses: Sequence[FoundPress]) -> Light:
 
 def relocated(press: FoundPress, light: Light) -> FoundPress:
     """Find a held-out press's circle anew, with a light that has never seen it."""
-    circle = locate(press.image, light, press.ball_radius_px, press.near_px)
+    circle = locate(press.image, light, press.ball_radius_px)
     return replace(press, circle=circle)
 
 

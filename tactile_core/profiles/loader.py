@@ -104,11 +104,11 @@ def profile_hash(profile: Profile) -> str:
 
     SHA-256, shortened to 16 digits, of the image section with its defaults, of the illumination
     as written, and of the gel's coating and marks, as JSON with sorted keys. 19 and 19.0 are one
-    number.
+    number. The scale is left out: a recording may tell its own, and a bundle compares it apart.
     """
     gel = profile.gel.model_dump(mode="json", include={"coating", "markers"})
     matters = {
-        "image": profile.image.model_dump(mode="json"),
+        "image": profile.image.model_dump(mode="json", exclude={"mm_per_px"}),
         "illumination": profile.illumination.model_dump(mode="json"),
         "gel": gel,
     }

@@ -130,14 +130,41 @@ def test_nothing_but_untouched_frames_gives_no_circle(bench: Bench) -> None:
     assert not any(circle.used for circle in bench.find([bench.image(None, s) for s in range(4)]))
 
 
-def test_a_grid_is_refined_from_rough_centres(bench: Bench) -> None:
-    spots = [(30.0, 30.0), (80.0, 31.0), (130.0, 29.0), (30.5, 90.0), (80.0, 90.0), (131.0, 90.0)]
+def grid_of(bench: Bench, spots: np.ndarray, ball_mm: float) -> PressImage:
     changes = [
-        bench.image(BallPress(spot, BALL_MM, 0.4)).pixels.astype(float) - bench.reference
-        for spot in spots
+        bench.image(BallPress((x, y), ball_mm, 0.18 * ball_mm)).pixels.astype(float)
+        - bench.reference
+        for x, y in spots
     ]
-    frame = changed(bench, bench.reference + sum(changes))
-    rough = np.array(spots) + np.random.default_rng(4).uniform(-1.5, 1.5, (6, 2))
-    found = refine_grid(frame, rough, bench.ball_px)
-    off = np.hypot(*(np.array([c.centre_px for c in found]) - spots).T)
-    assert np.median(off) < 0.4
+    return changed(bench, bench.reference + sum(changes))
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "ball_mm", "wrong_px", "left_px"),
+    [(3, 2, BALL_MM, 1.5, 0.5), (6, 5, 0.55 * BALL_MM, 1.0, 0.5)],
+    ids=["a few balls", "many balls"],
+)
+def test_a_grid_is_refined_from_rough_centres(
+    bench: Bench, columns: int, rows: int, ball_mm: float, wrong_px: float, left_px: float
+) -> None:
+    x, y = np.meshgrid(np.linspace(25, 135, columns), np.linspace(25, 95, rows))
+    rng = np.random.default_rng(4)
+    spots = np.column_stack([x.ravel(), y.ravel()]) + rng.uniform(-0.5, 0.5, (x.size, 2))
+    rough = spots + rng.uniform(-wrong_px, wrong_px, spots.shape)
+    ball_px = ball_mm / 2 / bench.lab.profile.image.mm_per_px
+    circles = refine_grid(grid_of(bench, spots, ball_mm), rough, ball_px)
+    off = np.hypot(*(np.array([c.centre_px for c in circles]) - spots).T)
+    true_px = BallPress((0, 0), ball_mm, 0.18 * ball_mm).contact_radius_mm / ball_mm * 2 * ball_px
+    assert all(circle.used for circle in circles)
+    assert np.median(off) < left_px
+    assert abs(circles[0].contact_radius_px / true_px - 1) < 0.15
+
+
+def test_a_ball_that_is_not_in_the_frame_is_left_out_of_the_grid(bench: Bench) -> None:
+    spots = np.array([(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 60.0, 90.0, 120.0)])
+    frame = grid_of(bench, spots, 0.5 * BALL_MM)
+    told = np.concatenate([spots, [(400.0, 50.0)]])
+    *circles, absent = refine_grid(frame, told, 0.5 * bench.ball_px)
+    assert all(circle.used for circle in circles)
+    assert not absent.used
+    assert "outside" in absent.why

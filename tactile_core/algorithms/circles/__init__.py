@@ -4,7 +4,8 @@ A ball's slope is odd about its centre, so to first order the colour change is t
 negative peak of its self-convolution starts the search (``symmetry``). On the ball the normal is
 (p − c) / R exactly, so the change is linear in an unknown light once the centres are known: light
 and centres are fitted in turn, over all presses (``light``, ``finder``). The contact's border is
-where the slope leaves the ball (``border``).
+where the slope leaves the ball (``border``). A grid of balls comes with centres, which are only
+refined (``grid``).
 """
 
 from tactile_core.algorithms.circles.finder import (
@@ -12,8 +13,8 @@ from tactile_core.algorithms.circles.finder import (
     find_circles,
     fit_light,
     locate,
-    refine_grid,
 )
+from tactile_core.algorithms.circles.grid import refine_grid
 from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import PressImage
 

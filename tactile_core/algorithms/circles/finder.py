@@ -117,35 +117,6 @@ def find_circles(
     return [_circle(changes[i], fits.get(i), starts[i], whys[i], ball) for i in range(len(images))]
 
 
-def refine_grid(
-    image: PressImage, centres_px: NDArray[np.float64], ball_radius_px: float
-) -> list[Circle]:
-    """Refine the circles of many balls in one frame, from centres good to a few pixels.
-
-    Parameters
-    ----------
-    image : PressImage
-    centres_px : (N, 2) float
-    ball_radius_px : float
-    """
-    scale = working_scale(ball_radius_px)
-    ball = ball_radius_px * scale
-    change = change_of(image, scale)
-    starts = change.to_working(np.asarray(centres_px, float))
-    changes = [change] * len(starts)
-    fits = {i: _Fit(start, 0.5 * ball) for i, start in enumerate(starts)}
-    orders = orders_for(len(fits))
-    _alternate(changes, fits, ball, (min(2, orders[0]), min(1, orders[1])))
-    for fitted in fits.values():
-        fitted.trusted = 0.7 * ball
-    light = _alternate(changes, fits, ball, orders)
-    both = [(start, 1.0) for start in starts]
-    whys = _outliers(changes, fits, both, light, ball)
-    for fitted in fits.values():
-        fitted.contact = contact_radius(change, light, fitted.centre, ball)
-    return [_circle(change, fits[i], both[i], whys.get(i, ""), ball) for i in fits]
-
-
 def fit_light(
     images: Sequence[PressImage], circles: Sequence[Circle], ball_radius_px: float
 ) -> Light:
@@ -163,25 +134,11 @@ def fit_light(
     return fit(samples, shape, scale, orders_for(len(samples)))
 
 
-def locate(
-    image: PressImage,
-    light: Light,
-    ball_radius_px: float,
-    near_px: tuple[float, float] | None = None,
-) -> Circle:
-    """Find the circle of one press with a light that was fitted to others.
-
-    Parameters
-    ----------
-    near_px : (x, y), optional
-        Where to start, for one ball of a grid; by default the press's own symmetry tells.
-    """
+def locate(image: PressImage, light: Light, ball_radius_px: float) -> Circle:
+    """Find the circle of one press with a light that was fitted to others."""
     ball = ball_radius_px * light.scale
     change = change_of(image, light.scale)
-    if near_px is None:
-        centre, _ = odd_centre(change, ball)
-    else:
-        centre = change.to_working(np.asarray(near_px))
+    centre, _ = odd_centre(change, ball)
     for share in (0.5, 0.6, 0.8):
         centre, _ = _refined(change, light, centre, ball, share * ball)
     fitted = _Fit(centre, 0.8 * ball, contact=contact_radius(change, light, centre, ball))

@@ -1,0 +1,153 @@
+"""Circles of many balls in one frame, from centres that somebody drew."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.circles.finder import MOST_MISFIT, SMALLEST_CONTACT, Circle
+from tactile_core.algorithms.circles.press import PressImage
+from tactile_core.algorithms.photometric import Smoothing, place, relative_change
+from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
+
+Float = NDArray[np.float64]
+Float32 = NDArray[np.float32]
+
+_BLUR_BALLS = 0.1
+_SAMPLES = 12_000
+_FEWEST = 30
+_REACHES = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
+"""The centres are refined on more and more of the balls, in ball radii, while they touch."""
+_FARTHEST_STEP = 0.25
+_MANY_BALLS = 12
+"""With fewer, terms of the place would follow the centres as they were drawn, and even terms their
+common shift: then the sines are odd in the change, and blind to the place."""
+_STEP = 0.05
+_FALLEN = 0.88
+"""Beyond the contact the slope falls behind the ball's by more than this."""
+
+
+def refine_grid(image: PressImage, centres_px: Float, ball_radius_px: float) -> list[Circle]:
+    """Refine the circles of many balls in one frame, from centres good to a fifth of the radius.
+
+    One polynomial of colour and place is fitted to the sines (p − c) / R of all balls together, and
+    each ball's centre then is where the fitted sines vanish, in turn: what is drawn a little to the
+    left on one ball is drawn to the right on another, so the polynomial sides with neither.
+
+    Parameters
+    ----------
+    image : PressImage
+    centres_px : (N, 2) float
+        x, y.
+    ball_radius_px : float
+        Radius of the balls themselves.
+
+    Returns
+    -------
+    list of Circle, in the order of the centres
+    """
+    grid = _Grid(image, np.asarray(centres_px, float), ball_radius_px)
+    contact = 1.0
+    for planned in _REACHES:
+        reach = min(planned, max(contact, SMALLEST_CONTACT))
+        light = grid.fitted(reach)
+        misfits = grid.move(light, reach)
+        contact = grid.contact(light, reach)
+    usual = float(np.median(misfits[np.isfinite(misfits)])) if np.isfinite(misfits).any() else 0.0
+    circles = []
+    for centre, misfit in zip(grid.centres, misfits, strict=True):
+        why = ""
+        if not np.isfinite(misfit):
+            why = "it lies outside the image"
+        elif misfit > MOST_MISFIT * usual:
+            why = "its colours are not those of the other balls"
+        elif contact < SMALLEST_CONTACT:
+            why = "the contact is too small to calibrate on; press deeper"
+        circles.append(
+            Circle(
+                (float(centre[0]), float(centre[1])),
+                contact * ball_radius_px,
+                not why,
+                why,
+                0.0 if why else 1.0,
+            )
+        )
+    return circles
+
+
+class _Grid:
+    """The balls of a frame while their centres are refined."""
+
+    def __init__(self, image: PressImage, centres: Float, radius: float) -> None:
+        smoothing = Smoothing.of(image.marks, _BLUR_BALLS * radius)
+        change = relative_change(
+            smoothing.apply(image.pixels, image.marks),
+            np.asarray(smoothing.apply(image.reference, image.marks), np.float32),
+            full_scale=image.full_scale,
+        )
+        self._features = change
+        if len(centres) >= _MANY_BALLS:
+            self._features = np.concatenate([change, place(change.shape[:2])], axis=2)
+        self._skin = np.ones(change.shape[:2], bool) if image.marks is None else ~image.marks
+        self._radius = radius
+        self.centres = centres.copy()
+
+    def _disc(self, centre: Float, reach: float) -> tuple[Float32, Float]:
+        """Features and (N, 2) place in ball radii of the skin within ``reach`` of a centre."""
+        height, width = self._skin.shape
+        radius = reach * self._radius
+        sides = zip(centre, (width, height), strict=True)
+        box = [np.clip([v - radius, v + radius + 2], 0, side) for v, side in sides]
+        (left, right), (top, bottom) = (limits.astype(int) for limits in box)
+        y, x = np.mgrid[top:bottom, left:right]
+        offset = (np.stack([x, y], -1) - centre) / self._radius
+        inside = (np.hypot(offset[..., 0], offset[..., 1]) < reach) & self._skin[y, x]
+        return self._features[y[inside], x[inside]], offset[inside]
+
+    def fitted(self, reach: float) -> PolynomialFit:
+        """Sines as a polynomial of colour and, for many balls, place."""
+        discs = [self._disc(centre, reach) for centre in self.centres]
+        features = np.concatenate([f for f, _ in discs])
+        offsets = np.concatenate([o for _, o in discs])
+        pick = np.random.default_rng(0).permutation(len(features))[:_SAMPLES]
+        seen, sines = features[pick], offsets[pick].astype(np.float32)
+        if len(self.centres) >= _MANY_BALLS:
+            return fit_polynomial(seen, sines, order=2, ridge=1e-3)
+        # Seen from the other side of its centre a ball changes the other way.
+        return fit_polynomial(
+            np.concatenate([seen, -seen]), np.concatenate([sines, -sines]), order=1, ridge=1e-3
+        )
+
+    def move(self, light: PolynomialFit, reach: float) -> Float:
+        """Put each centre where its sines vanish; (N,) misfit of each ball, inf where unseen."""
+        misfits = np.full(len(self.centres), np.inf)
+        for i, centre in enumerate(self.centres):
+            features, offsets = self._disc(centre, reach)
+            if len(features) < _FEWEST:
+                continue
+            sines = light(features).astype(np.float64)
+            spread = offsets - offsets.mean(0)
+            scale = float((spread * sines).sum() / (spread * spread).sum())
+            shift = offsets.mean(0) - sines.mean(0) / (scale if abs(scale) > 0.1 else 1.0)
+            misfits[i] = np.sqrt(((sines - scale * (offsets - shift)) ** 2).sum(1).mean())
+            self.centres[i] = centre + self._radius * np.clip(
+                shift, -_FARTHEST_STEP, _FARTHEST_STEP
+            )
+        return misfits
+
+    def contact(self, light: PolynomialFit, reach: float) -> float:
+        """Radius to which the skin follows the balls as it does within ``reach``; ball radii."""
+        discs = [self._disc(centre, 1.0) for centre in self.centres]
+        offsets = np.concatenate([o for _, o in discs])
+        sines = np.concatenate([light(f) for f, _ in discs])
+        place_ = np.hypot(offsets[:, 0], offsets[:, 1])
+        along = (sines * offsets).sum(1) / np.maximum(place_, 1e-6)
+        inside = place_ < reach
+        usual = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
+        last = SMALLEST_CONTACT - _STEP
+        for ring in np.arange(SMALLEST_CONTACT, 1.0, _STEP):
+            near = np.abs(place_ - ring) < _STEP / 2
+            if near.any() and np.median(along[near]) < _FALLEN * usual * ring:
+                break
+            last = float(ring)
+        return last + _STEP / 2

@@ -145,8 +145,9 @@ class _Grid:
         inside = place_ < reach
         usual = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
         last = SMALLEST_CONTACT - _STEP
+        width = max(_STEP / 2, 0.75 / self._radius)
         for ring in np.arange(SMALLEST_CONTACT, 1.0, _STEP):
-            near = np.abs(place_ - ring) < _STEP / 2
+            near = np.abs(place_ - ring) < width
             if near.any() and np.median(along[near]) < _FALLEN * usual * ring:
                 break
             last = float(ring)

@@ -71,10 +71,13 @@ class ColourTable:
     axis : Axis
     sines : (B, B, B) complex64
         Sine of the slope along x + i · along y; the axes are the channels in order.
+    points : int
+        On about so many points of an image the dependence on the place is to be added.
     """
 
     axis: Axis
     sines: Complex64
+    points: int = 1_200
 
     def bins(self, change: Float32) -> NDArray[np.uint8]:
         """Nearest entry of each channel for (..., 3) changes."""

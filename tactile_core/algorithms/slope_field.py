@@ -32,9 +32,6 @@ Model = Callable[[Float32], Float32]
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
 
-COARSE_PIXELS = 1_200
-"""About so many points has the coarse grid."""
-
 _NO_ALPHA = np.uint32(0x00FFFFFF)
 
 
@@ -82,7 +79,7 @@ class SlopeField:
             self._base = base
             self._place = place((h, w)).reshape(-1, 2)
             return
-        self._coarse = coarse_size(h, w)
+        self._coarse = coarse_size(h, w, self._table.points)
         self._base = self._averaged(base)
         self._place = self._averaged(place((h, w))).reshape(-1, 2)
         self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
@@ -90,8 +87,10 @@ class SlopeField:
         self._flat = self._table.flat()
         self._scratch = _Scratch((h, w))
 
-    def measure(self, pixels: NDArray[Any], marks: Bool | None = None) -> tuple[Float32, Float32]:
-        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes.
+    def measure(
+        self, pixels: NDArray[Any], marks: Bool | None = None
+    ) -> tuple[Float32, Float32, None]:
+        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes; a regression knows no doubt.
 
         Parameters
         ----------
@@ -103,7 +102,7 @@ class SlopeField:
         if self._table is None:
             smoothed = self._smoothing.apply(pixels, marks)
             both = to_gradient(self._from_model(smoothed)).reshape(h, w, 2)
-            return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1])
+            return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
         out = self._scratch.smoothed if pixels.dtype == np.uint8 else None
         smoothed = self._smoothing.apply(pixels, marks, out)
         sines = np.empty((h, w), np.float32), np.empty((h, w), np.float32)
@@ -115,7 +114,7 @@ class SlopeField:
             cv2.resize(missing, (w, h), dst=spare, interpolation=cv2.INTER_LINEAR)
             cv2.add(plane, spare, dst=plane)
         planes_to_gradient(*sines, spare)
-        return sines
+        return *sines, None
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
         """Means of a whole image over the cells of the coarse grid."""
@@ -161,12 +160,12 @@ class _Scratch(threading.local):
         self.plane = np.empty(shape, np.float32)
 
 
-def coarse_size(rows: int, columns: int) -> tuple[int, int]:
-    """Width and height of the coarse grid.
+def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
+    """Width and height of a coarse grid of about so many points.
 
     A step that divides both sides is preferred: averaging over whole pixels is much faster.
     """
-    ideal = max(1.0, (rows * columns / COARSE_PIXELS) ** 0.5)
+    ideal = max(1.0, (rows * columns / points) ** 0.5)
     steps = range(max(1, round(0.6 * ideal)), round(1.6 * ideal) + 1)
     step = min(steps, key=lambda s: (rows % s + columns % s > 0, abs(s - ideal)))
     return max(1, columns // step), max(1, rows // step)

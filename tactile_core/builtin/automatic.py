@@ -37,9 +37,10 @@ class Automatic(Calibration):
     def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Calibration:
         """Fit ``core.polynomial`` or ``core.mlp``."""
         assert isinstance(options, AutomaticOptions)
+        blur = options.model_dump(include=set(SlopeOptions.model_fields), exclude_unset=True)
         if len(samples) < options.presses_for_network:
-            return Polynomial.fit(samples, reference, PolynomialOptions(blur_px=options.blur_px))
-        return Mlp.fit(samples, reference, MlpOptions(blur_px=options.blur_px))
+            return Polynomial.fit(samples, reference, PolynomialOptions(**blur))
+        return Mlp.fit(samples, reference, MlpOptions(**blur))
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:
         """Never called: what was fitted is another model."""

@@ -12,10 +12,13 @@ from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
 from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
+from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.builtin.slope_calibration import (
     Arrays,
     SlopeCalibration,
     SlopeOptions,
+    blur_of,
+    faithful,
     samples_of,
     shape_of,
 )
@@ -73,11 +76,15 @@ class LookupTable(SlopeCalibration):
                 f"core.lookup_table is a table over three channels and the frames have {shape[2]}; "
                 f"use core.mlp or core.polynomial"
             )
-        features, sines = samples_of(samples, reference, blur_px=options.blur_px, most=60_000)
+        blur_px = blur_of(options, samples)
+        features, sines = samples_of(samples, reference, blur_px=blur_px, most=60_000)
         table = _filled(features[:, :3], sines, options.bins)
         missing = sines - table.nearest(features[:, :3])
         around = fit_polynomial(features, missing, order=2, ridge=1e-3)
-        return cls(TableModel(table, around), table, shape, options.blur_px)
+        model = TableModel(table, around)
+        if takes_table(shape):
+            table = faithful(table, model, samples, reference, blur_px) or table
+        return cls(model, table, shape, blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         return self._model.around.arrays()

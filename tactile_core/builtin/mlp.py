@@ -17,6 +17,7 @@ from tactile_core.builtin.slope_calibration import (
     SlopeCalibration,
     SlopeOptions,
     baked,
+    blur_of,
     samples_of,
     shape_of,
 )
@@ -66,7 +67,8 @@ class Mlp(SlopeCalibration):
     def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Mlp:
         """Fit on presses of a known ball; takes a second or two."""
         assert isinstance(options, MlpOptions)
-        features, sines = samples_of(samples, reference, blur_px=options.blur_px)
+        blur_px = blur_of(options, samples)
+        features, sines = samples_of(samples, reference, blur_px=blur_px)
         seen = _flickering(features, options.gain_noise, options.seed)
         members = [
             train(
@@ -80,8 +82,8 @@ class Mlp(SlopeCalibration):
             for member in range(options.members)
         ]
         model = Ensemble(tuple(members))
-        table = baked(model, features, reference)
-        return cls(model, table, shape_of(reference), options.blur_px)
+        table = baked(model, features, samples, reference, blur_px)
+        return cls(model, table, shape_of(reference), blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         members = self._model.members

@@ -15,6 +15,7 @@ from tactile_core.builtin.slope_calibration import (
     SlopeCalibration,
     SlopeOptions,
     baked,
+    blur_of,
     samples_of,
     shape_of,
 )
@@ -40,10 +41,11 @@ class Polynomial(SlopeCalibration):
     def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Polynomial:
         """Fit on presses of a known ball."""
         assert isinstance(options, PolynomialOptions)
-        features, sines = samples_of(samples, reference, blur_px=options.blur_px)
+        blur_px = blur_of(options, samples)
+        features, sines = samples_of(samples, reference, blur_px=blur_px)
         model = fit_polynomial(features, sines, order=options.order, ridge=options.ridge)
-        table = baked(model, features, reference)
-        return cls(model, table, shape_of(reference), options.blur_px)
+        table = baked(model, features, samples, reference, blur_px)
+        return cls(model, table, shape_of(reference), blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         return self._model.arrays()

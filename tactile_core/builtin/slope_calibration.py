@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
@@ -24,6 +25,13 @@ MOST_SAMPLES = 12_000
 """More pixels cost time and teach nothing: neighbours in a press are alike."""
 
 FEWEST_SAMPLES = 50
+POINTS = (1_200, 4_800, 19_200)
+"""Points of the coarse grid that are tried, one after another."""
+
+FAITHFUL_SINE = 0.0175
+"""Largest mean distance of table and model, 1°: half of what the best models err."""
+
+_PRESSES_COMPARED = 4
 SATURATED_FRACTION = 0.988
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -38,12 +46,36 @@ class SlopeOptions(device.Options):
         le=20,
         description="Smoothing against the grain of the coating, standard deviation.",
     )
+    blur_mm: float | None = Field(
+        default=None, ge=0, description="The same on the gel, for cameras of other scales."
+    )
+
+    @model_validator(mode="after")
+    def _one_blur(self) -> Self:
+        if {"blur_px", "blur_mm"} <= self.model_fields_set and self.blur_mm is not None:
+            raise ValueError("give blur_px or blur_mm, not both")
+        return self
+
+    def blur_at(self, mm_per_px: float) -> float:
+        """Standard deviation in px of an image of this scale, 20 at the most."""
+        return self.blur_px if self.blur_mm is None else min(20.0, self.blur_mm / mm_per_px)
+
+
+class Prepared(Protocol):
+    """A model prepared for one reference."""
+
+    def measure(
+        self, pixels: NDArray[Any], marks: Bool | None
+    ) -> tuple[Float32, Float32, Bool | None]:
+        """Slopes along x and y of (H, W, K) pixels, and where they are sure, if that is known."""
+        ...
 
 
 class SlopeCalibration(Calibration):
     """A calibration that is a model of (relative change, place) → sines, perhaps with a table.
 
-    Subclasses write ``fit``, ``_arrays`` and ``_model_from``.
+    Subclasses write ``fit``, ``_arrays`` and ``_model_from``, and ``_prepare`` where they have a
+    faster way over a whole image.
     """
 
     USE: ClassVar[str]
@@ -57,7 +89,7 @@ class SlopeCalibration(Calibration):
     ) -> None:
         self._model, self._table = model, table
         self._shape, self._blur_px = shape, blur_px
-        self._prepared: tuple[Reference, SlopeField] | None = None
+        self._prepared: tuple[Reference, Prepared] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_prepared": None}
@@ -85,8 +117,13 @@ class SlopeCalibration(Calibration):
                 f"the frame's full scale is {frame.full_scale:g} and the reference's "
                 f"{reference.full_scale:g}; record both with the same bit depth"
             )
-        gx, gy = self._field(reference).measure(frame.pixels, frame.marks)
-        return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
+        if self._prepared is None or self._prepared[0] is not reference:
+            self._prepared = reference, self._prepare(reference)
+        gx, gy, sure = self._prepared[1].measure(frame.pixels, frame.marks)
+        valid = _measurable(frame)
+        if sure is not None:
+            valid &= sure
+        return Gradients(gx, gy, valid, frame.mm_per_px, frame.timestamp_s)
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
@@ -100,6 +137,7 @@ class SlopeCalibration(Calibration):
             arrays |= {
                 "table": self._table.sines,
                 "table_axis": np.array([axis.per_unit, axis.first]),
+                "table_points": np.array(self._table.points),
             }
         np.savez(directory / "model.npz", **arrays)
 
@@ -136,18 +174,21 @@ class SlopeCalibration(Calibration):
         """Rebuild what ``_arrays`` gave."""
         raise NotImplementedError
 
-    def _field(self, reference: Reference) -> SlopeField:
-        if self._prepared is None or self._prepared[0] is not reference:
-            field = SlopeField(
-                self._model,
-                self._table,
-                reference.pixels,
-                reference.marks,
-                full_scale=reference.full_scale,
-                blur_px=self._blur_px,
-            )
-            self._prepared = reference, field
-        return self._prepared[1]
+    def _prepare(self, reference: Reference) -> Prepared:
+        """What measures whole images against one reference."""
+        return SlopeField(
+            self._model,
+            self._table,
+            reference.pixels,
+            reference.marks,
+            full_scale=reference.full_scale,
+            blur_px=self._blur_px,
+        )
+
+
+def blur_of(options: SlopeOptions, samples: Sequence[Press]) -> float:
+    """Smoothing in px at the scale of the presses."""
+    return options.blur_at(samples[0].frame.mm_per_px) if samples else options.blur_px
 
 
 def samples_of(
@@ -194,12 +235,57 @@ def samples_of(
     return np.concatenate(features), np.concatenate(sines)
 
 
-def baked(model: Model, features: Float32, reference: Reference) -> ColourTable | None:
+def baked(
+    model: Model,
+    features: Float32,
+    presses: Sequence[Press],
+    reference: Reference,
+    blur_px: float,
+) -> ColourTable | None:
     """Table of a model for the colours that were seen; None where none is needed."""
     height, width, channels = reference.pixels.shape
     if not takes_table((height, width, channels)):
         return None
-    return bake(model, Axis.spanning(features[:, :3]), aspect=height / width)
+    table = bake(model, Axis.spanning(features[:, :3]), aspect=height / width)
+    return faithful(table, model, presses, reference, blur_px)
+
+
+def faithful(
+    table: ColourTable,
+    model: Model,
+    presses: Sequence[Press],
+    reference: Reference,
+    blur_px: float,
+) -> ColourTable | None:
+    """The table with as many points as keep it near its model on some presses; None if none do.
+
+    How fast the light varies over the gel, and how large the presses are, decides.
+    """
+    sampler = Sampler(
+        reference.pixels, reference.marks, full_scale=reference.full_scale, blur_px=blur_px
+    )
+    some = presses[:: max(1, len(presses) // _PRESSES_COMPARED)][:_PRESSES_COMPARED]
+    for points in POINTS:
+        candidate = replace(table, points=points)
+        field = SlopeField(
+            model,
+            candidate,
+            reference.pixels,
+            reference.marks,
+            full_scale=reference.full_scale,
+            blur_px=blur_px,
+        )
+        apart = []
+        for press in some:
+            at = press.rows, press.columns
+            gx, gy, _ = field.measure(press.frame.pixels, press.frame.marks)
+            exact = model(sampler.features(press.frame.pixels, press.frame.marks, *at))
+            fast = to_sines(np.stack([gx[at], gy[at]], axis=1))
+            apart.append(np.linalg.norm(fast - exact, axis=1))
+        print("POINTS", points, np.concatenate(apart).mean(), np.median(np.concatenate(apart)))
+        if np.concatenate(apart).mean() < FAITHFUL_SINE:
+            return candidate
+    return None
 
 
 def shape_of(reference: Reference) -> tuple[int, int, int]:
@@ -213,16 +299,19 @@ def _table_from(arrays: Arrays) -> ColourTable:
     sines = np.asarray(arrays["table"], np.complex64)
     if sines.ndim != 3 or len(set(sines.shape)) != 1:
         raise ValueError("a table is a cube")
-    return ColourTable(Axis(float(per_unit), int(first), len(sines)), sines)
+    axis = Axis(float(per_unit), int(first), len(sines))
+    return ColourTable(axis, sines, int(arrays["table_points"]))
 
 
-def _valid(frame: Frame) -> Bool:
+def _measurable(frame: Frame) -> Bool:
     """Where two channels are below saturation and no mark hides the skin."""
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
     ceiling = SATURATED_FRACTION * frame.full_scale
     channels = frame.pixels.shape[2]
     # The brightest value is found ten times faster than where it is, and is rarely full.
-    if cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))[1] >= ceiling:
+    planar = frame.pixels.transpose(2, 0, 1)
+    stored = planar if planar.flags.c_contiguous else frame.pixels
+    if cv2.minMaxLoc(stored.reshape(len(stored), -1))[1] >= ceiling:
         usable = sum((frame.pixels[..., k] < ceiling).view(np.uint8) for k in range(channels))
         valid &= np.asarray(usable >= min(2, channels))
     if frame.marks is not None:

@@ -1,0 +1,147 @@
+"""Calibrated photometric stereo: a light field over the image, and each lamp's own response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+Float = NDArray[np.float64]
+
+DIMMEST = 0.01
+"""Smallest ratio to the untouched sensor that is told from darkness."""
+
+_SAMPLES = 3_000
+_GAIN = 0.03
+_ROUNDS = 12
+_HUBER = 0.05
+_RIDGE = 0.03
+_TINY = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class LightField:
+    """Normals from K lamps that shine one after another.
+
+    A matte skin under lamp k has the brightness ratio I_k / I⁰_k to its untouched state. Raised to
+    an exponent of the lamp's own, which undoes its concave response, the K ratios are linear in the
+    normal times the albedo (Woodham 1980), with lamp directions that vary over the image. Inverted:
+
+        b = (0, 0, 1) + M(x, y) · ((I / I⁰) ^ exponent − 1),   normal = b / |b|
+
+    The albedo drops out with the length of b, and so does what brightens all lamps alike.
+
+    Attributes
+    ----------
+    exponents : (K,) float32
+    across : (2, 6, K) float32
+        Rows of M for the components along x and y (uphill), quadratic in the place.
+    facing : (3, K) float32
+        Row of M for the component towards the camera, linear in the place.
+    """
+
+    exponents: Float32
+    across: Float32
+    facing: Float32
+
+    def __call__(self, features: Float32) -> Float32:
+        """(N, 2) sines from (N, K + 2) relative changes and place."""
+        change, spot = features[:, :-2], features[:, -2:]
+        b = self.directions(self.response(change).T, spot)
+        return np.asarray((b[:2] / np.linalg.norm(b, axis=0)).T, np.float32)
+
+    def response(self, change: Float32) -> Float32:
+        """(..., K) linear responses minus those of the untouched skin, from relative changes."""
+        return np.asarray(np.maximum(change + 1, DIMMEST) ** self.exponents - 1, np.float32)
+
+    def directions(self, response: Float32, spot: Float32) -> Float32:
+        """(3, N) unnormalised normals from (K, N) responses at (N, 2) places."""
+        b = np.einsum("jkn,kn->jn", self.rows(spot), response)
+        b[2] += 1
+        return np.asarray(b, np.float32)
+
+    def rows(self, spot: Float32) -> Float32:
+        """M at (N, 2) places: (3, K, N)."""
+        terms = place_terms(spot).T
+        across = self.across.transpose(0, 2, 1) @ terms
+        facing = self.facing.T @ terms[: len(self.facing)]
+        return np.asarray(np.concatenate([across, facing[None]]), np.float32)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """What :meth:`from_arrays` takes, by name."""
+        return {"exponents": self.exponents, "across": self.across, "facing": self.facing}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """Rebuild a field from its arrays; a missing one is a KeyError."""
+        return cls(arrays["exponents"], arrays["across"], arrays["facing"])
+
+
+def place_terms(spot: Float32) -> Float32:
+    """(N, 6) terms 1, x, y, x², xy, y² of (N, 2) places."""
+    x, y = spot[:, 0], spot[:, 1]
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+
+
+def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> LightField:
+    """Fit response and light field to pixels of known slope.
+
+    The error of the normal is minimised, not that of the intensities: intensities weigh all slopes
+    alike and leave a bias in each. Starts from the field that is linear in the change.
+
+    Parameters
+    ----------
+    features : (N, K + 2) float32
+        Relative change of each lamp, and place.
+    sines : (N, 2) float32
+        Sine of the slope along x and y, uphill.
+    seed : int
+        Same seed, same sample.
+
+    Returns
+    -------
+    LightField
+    """
+    from scipy.optimize import least_squares
+
+    pick = np.random.default_rng(seed).permutation(len(features))[:_SAMPLES]
+    # The same pixels a little brighter: their normals are the same, so the albedo must drop out.
+    rng = np.random.default_rng(seed)
+    gain = np.concatenate([np.ones(len(pick)), 1 + _GAIN * rng.standard_normal(len(pick))])
+    pick = np.concatenate([pick, pick])
+    change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
+    terms, known = place_terms(features[pick, -2:]).astype(np.float64), sines[pick]
+    lamps = change.shape[1]
+    logs = np.log(np.maximum(change + 1, DIMMEST))
+    start = _linear_start(change, terms, known)
+
+    def error(parameters: Float) -> Float:
+        field = _unpacked(parameters, lamps)
+        response = np.exp(logs * field.exponents) - 1
+        x, y = np.einsum("nt,jtk,nk->jn", terms, field.across, response, optimize=True)
+        z = 1 + np.einsum("nt,tk,nk->n", terms[:, :3], field.facing, response, optimize=True)
+        length = np.sqrt(x * x + y * y + z * z)
+        missed = np.stack([x / length, y / length], axis=1) - known
+        size = np.linalg.norm(missed, axis=1, keepdims=True)
+        missed /= np.sqrt(np.maximum(1, size / _HUBER))
+        return np.concatenate([missed.ravel(), _RIDGE * (parameters - start)])
+
+    found = least_squares(error, start, max_nfev=_ROUNDS).x
+    return _unpacked(found.astype(np.float32), lamps)
+
+
+def _linear_start(change: Float, terms: Float, known: Float32) -> Float:
+    design = (terms[:, :, None] * change[:, None, :]).reshape(len(terms), -1)
+    normal = design.T @ design + _TINY * len(design) * np.eye(design.shape[1])
+    across = np.linalg.solve(normal, design.T @ known)
+    lamps = change.shape[1]
+    return np.concatenate([np.ones(lamps), across.T.ravel(), np.zeros(3 * lamps)])
+
+
+def _unpacked(parameters: NDArray[Any], lamps: int) -> LightField:
+    exponents, across, facing = np.split(parameters, [lamps, 13 * lamps])
+    return LightField(exponents, across.reshape(2, 6, lamps), facing.reshape(3, lamps))

@@ -1,0 +1,162 @@
+"""A light field prepared for one reference: slopes of whole images in a few milliseconds."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place
+from tactile_desktop_six_led.light_field import DIMMEST, LightField
+from tactile_desktop_six_led.redundancy import Redundancy
+
+Float32 = NDArray[np.float32]
+Bool = NDArray[np.bool_]
+
+_LEAST_FACING = np.float32(0.2)
+"""Of a skin that faces the camera with 1; less makes slopes without bound."""
+
+_STEP = 4
+"""Every so many pixels lamps are checked against each other; shadows are larger."""
+
+_FEW = np.s_[:, _STEP // 2 :: _STEP, _STEP // 2 :: _STEP]
+
+_BYTES = 256
+
+
+class StereoField:
+    """Photometric stereo of one unit against one reference.
+
+    What depends on the place alone is multiplied out once: with the responses of the untouched
+    skin folded into M, a frame costs a table look-up per lamp and 3 K multiply-adds per pixel.
+
+    Parameters
+    ----------
+    field : LightField
+    redundancy : Redundancy
+    reference : (H, W, K) float32
+        The untouched sensor.
+    marks : (H, W) bool or None
+        Marks of the reference.
+    full_scale, blur_px : float
+        Largest intensity; standard deviation of the smoothing.
+    """
+
+    def __init__(
+        self,
+        field: LightField,
+        redundancy: Redundancy,
+        reference: Float32,
+        marks: Bool | None,
+        *,
+        full_scale: float,
+        blur_px: float,
+    ) -> None:
+        self._field, self._redundancy = field, redundancy
+        self._smoothing = Smoothing.of(marks, blur_px)
+        base = np.asarray(self._smoothing.apply(reference, marks), np.float32)
+        base = np.ascontiguousarray(base.transpose(2, 0, 1))
+        self._base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
+        lamps, height, width = base.shape
+        self._place = place((height, width)).reshape(-1, 2)
+        # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, of which the second factor joins M.
+        exponents = field.exponents[:, None, None]
+        self._untouched = self._base**-exponents
+        self._few_untouched = np.ascontiguousarray(self._untouched[_FEW])
+        rows = field.rows(self._place).reshape(3, lamps, height, width)
+        self._constant = -rows.sum(1)
+        self._constant[2] += 1
+        self._weights = rows * self._untouched
+        self._dimmest = np.float32(DIMMEST * full_scale)
+        levels = np.maximum(np.arange(_BYTES, dtype=np.float32), self._dimmest)
+        self._tables = [np.asarray(levels**e, np.float32) for e in field.exponents]
+        self._scratch = _Scratch(lamps, height, width)
+
+    def measure(
+        self, pixels: NDArray[Any], marks: Bool | None = None
+    ) -> tuple[Float32, Float32, Bool]:
+        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes, and where the lamps agree on them.
+
+        Parameters
+        ----------
+        pixels : (H, W, K) uint8, uint16 or float32
+        marks : (H, W) bool, optional
+        """
+        powers = self._powers(self._smoothed(pixels, marks))
+        b = self._directions(powers)
+        sure = np.ones(b.shape[1:], np.bool_)
+        suspects = self._suspects(powers)
+        if len(suspects):
+            self._mend(suspects, powers, b, sure)
+        facing = np.maximum(b[2], _LEAST_FACING)
+        return np.asarray(cv2.divide(b[0], facing)), np.asarray(cv2.divide(b[1], facing)), sure
+
+    def _smoothed(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
+        if marks is not None:
+            return _planes(self._smoothing.apply(pixels, marks))
+        return [self._smoothing.apply(plane, None) for plane in _planes(pixels)]
+
+    def _suspects(self, powers: Float32) -> NDArray[np.intp]:
+        """Flat indices of pixels near which the lamps do not fit together."""
+        _, height, width = powers.shape
+        response = powers[_FEW] * self._few_untouched
+        response -= 1
+        misfit = self._redundancy.misfit(response.reshape(len(response), -1))
+        odd = (misfit > self._redundancy.tolerance).reshape(response.shape[1:])
+        if not odd.any():
+            return np.empty(0, np.intp)
+        near = cv2.dilate(odd.view(np.uint8), np.ones((3, 3), np.uint8))
+        size = _STEP * near.shape[1], _STEP * near.shape[0]
+        whole = np.zeros((height, width), np.uint8)
+        grown = cv2.resize(near, size, interpolation=cv2.INTER_NEAREST)[:height, :width]
+        whole[: grown.shape[0], : grown.shape[1]] = grown
+        return np.flatnonzero(whole)
+
+    def _mend(self, suspects: NDArray[np.intp], powers: Float32, b: Float32, sure: Bool) -> None:
+        """Write the normals of those suspects that are inconsistent into b."""
+        lamps = len(powers)
+        response = powers.reshape(lamps, -1)[:, suspects]
+        response = response * self._untouched.reshape(lamps, -1)[:, suspects] - 1
+        odd = self._redundancy.misfit(response) > self._redundancy.tolerance
+        at = suspects[odd]
+        mended, sure.ravel()[at] = self._redundancy.mended(response[:, odd])
+        b.reshape(3, -1)[:, at] = self._field.directions(mended, self._place[at])
+
+    def _powers(self, planes: list[NDArray[Any]]) -> Float32:
+        """(K, H, W) intensities to their lamp's exponent; valid until the thread's next call."""
+        powers = self._scratch.powers
+        for plane, exponent, table, power in zip(
+            planes, self._field.exponents, self._tables, powers, strict=True
+        ):
+            if plane.dtype == np.uint8:
+                cv2.LUT(plane, table, dst=power)
+            else:
+                np.power(np.maximum(plane, self._dimmest), exponent, out=power)
+        return powers
+
+    def _directions(self, powers: Float32) -> Float32:
+        """(3, H, W) unnormalised normals; valid until the thread's next call."""
+        b = self._scratch.directions
+        np.copyto(b, self._constant)
+        for component, weights in zip(b, self._weights, strict=True):
+            for power, weight in zip(powers, weights, strict=True):
+                cv2.accumulateProduct(power, weight, component)
+        return b
+
+
+class _Scratch(threading.local):
+    """Buffers of one thread: fresh megabytes for every frame would cost more than the work."""
+
+    def __init__(self, lamps: int, height: int, width: int) -> None:
+        self.powers = np.empty((lamps, height, width), np.float32)
+        self.directions = np.empty((3, height, width), np.float32)
+
+
+def _planes(pixels: NDArray[Any]) -> list[NDArray[Any]]:
+    """The channels as (H, W) planes; no copy where they already lie one after another."""
+    if pixels.transpose(2, 0, 1).flags.c_contiguous:
+        return list(pixels.transpose(2, 0, 1))
+    return [np.asarray(plane) for plane in cv2.split(pixels)]

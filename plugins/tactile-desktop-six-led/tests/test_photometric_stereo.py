@@ -1,0 +1,257 @@
+"""Six lamps in turn, rendered with a known response, albedo and light field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.sines import to_gradient
+from tactile_core.calibration import Press
+from tactile_core.errors import CalibrationError
+from tactile_core.plugins import resolve
+from tactile_core.quantities import Frame, Gradients, Reference
+from tactile_desktop_six_led.light_field import fit_light_field
+from tactile_desktop_six_led.photometric_stereo import PhotometricStereo
+from tactile_desktop_six_led.redundancy import fit_redundancy
+
+SHAPE = (120, 160)
+
+BALL_PX = 22.0
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Lamps near the gel, so that their directions differ over it, and a concave response."""
+
+    azimuths_deg: tuple[float, ...] = (-90, -150, 150, 90, 30, -30)
+    gamma: float = 0.8
+
+    def frame(
+        self,
+        slopes: NDArray[np.float64],
+        *,
+        gain: NDArray[np.float64] | float = 1.0,
+        albedo: NDArray[np.float64] | float = 1.0,
+        full_scale: float = 255.0,
+        seed: int | None = None,
+    ) -> Frame:
+        """What the camera sees of (H, W, 2) slopes."""
+        normal = np.dstack([-slopes, np.ones(SHAPE)])
+        normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+        y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
+        planes = []
+        for azimuth in np.radians(self.azimuths_deg):
+            lamp = 300 * np.array([np.cos(azimuth), np.sin(azimuth)])
+            to_lamp = np.dstack([lamp[0] + 80 - x, lamp[1] + 60 - y, np.full(SHAPE, 600.0)])
+            to_lamp /= np.linalg.norm(to_lamp, axis=2, keepdims=True)
+            planes.append(np.maximum((normal * to_lamp).sum(2), 0.02))
+        light = (np.stack(planes, 2) * np.asarray(albedo)[..., None]) ** self.gamma
+        level = 0.75 * full_scale * light * gain
+        if seed is not None:
+            noise = np.random.default_rng(seed).normal(0, 0.004 * full_scale, level.shape)
+            level = level + noise
+        dtype = np.uint8 if full_scale == 255 else np.uint16
+        pixels = np.clip(np.rint(level), 0, full_scale).astype(dtype)
+        names = tuple(f"lamp{k}" for k in range(pixels.shape[2]))
+        return Frame(pixels, names, 0.01, full_scale=full_scale)
+
+    def reference(self, full_scale: float = 255.0) -> Reference:
+        frame = self.frame(np.zeros((*SHAPE, 2)), full_scale=full_scale)
+        return Reference(frame.pixels.astype(np.float32), frame.channels, full_scale=full_scale)
+
+    def press(self, centre: tuple[float, float], full_scale: float = 255.0, seed: int = 0) -> Press:
+        slopes, on_ball = ball(centre)
+        frame = self.frame(slopes, full_scale=full_scale, seed=seed)
+        rows, columns = np.nonzero(on_ball)
+        return Press(
+            frame,
+            rows.astype(np.int32),
+            columns.astype(np.int32),
+            slopes[on_ball].astype(np.float32),
+        )
+
+    def presses(self, full_scale: float = 255.0) -> list[Press]:
+        centres = [(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 80.0, 130.0)]
+        return [self.press(centre, full_scale, seed) for seed, centre in enumerate(centres)]
+
+
+def ball(
+    centre: tuple[float, float], reach: float = 0.85
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """(H, W, 2) slopes of a ball, and where it touches."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    sines = np.dstack([centre[0] - x, centre[1] - y]) / BALL_PX
+    radius = np.hypot(sines[..., 0], sines[..., 1])
+    sines[radius >= reach] = 0
+    return to_gradient(sines.astype(np.float32)).astype(np.float64), radius < reach
+
+
+def error_deg(measured: Gradients, slopes: NDArray[np.float64], where: NDArray[np.bool_]) -> float:
+    a = np.dstack([measured.x, measured.y, np.ones(SHAPE)])[where]
+    b = np.dstack([slopes, np.ones(SHAPE)])[where]
+    cosine = (a * b).sum(1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean())
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return Rig()
+
+
+@pytest.fixture(scope="module")
+def fitted(rig: Rig) -> PhotometricStereo:
+    return fit(rig.presses(), rig.reference())
+
+
+def fit(presses: list[Press], reference: Reference, **options: float) -> PhotometricStereo:
+    settings = PhotometricStereo.Options.model_validate({"blur_px": 0, **options})
+    return PhotometricStereo.fit(presses, reference, settings)
+
+
+SPOT = (100.0, 52.0)
+
+
+def test_the_model_is_found_by_its_name() -> None:
+    assert resolve("calibration", "desktop_six_led.photometric_stereo") is PhotometricStereo
+
+
+def test_an_unseen_ball_is_measured_within_a_degree(rig: Rig, fitted: PhotometricStereo) -> None:
+    slopes, on_ball = ball(SPOT)
+    measured = fitted.measure(rig.frame(slopes, seed=99), rig.reference())
+    assert error_deg(measured, slopes, on_ball) < 1.0
+    assert error_deg(measured, slopes, ~on_ball) < 0.7
+
+
+def test_slopes_steeper_than_pressed_follow_the_same_law(rig: Rig) -> None:
+    shallow = []
+    for press in rig.presses():
+        gentle = np.hypot(press.gradients[:, 0], press.gradients[:, 1]) < np.tan(np.radians(35))
+        shallow.append(
+            replace(
+                press,
+                rows=press.rows[gentle],
+                columns=press.columns[gentle],
+                gradients=press.gradients[gentle],
+            )
+        )
+    slopes, on_ball = ball(SPOT)
+    steep = on_ball & (np.hypot(slopes[..., 0], slopes[..., 1]) > np.tan(np.radians(45)))
+    measured = fit(shallow, rig.reference()).measure(rig.frame(slopes), rig.reference())
+    assert error_deg(measured, slopes, steep) < 3.0
+
+
+def test_a_paler_skin_and_brighter_lamps_change_little(rig: Rig, fitted: PhotometricStereo) -> None:
+    slopes, on_ball = ball(SPOT)
+    plain = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
+    for changed in (rig.frame(slopes, gain=1.03), rig.frame(slopes, albedo=0.95)):
+        measured = fitted.measure(changed, rig.reference())
+        assert error_deg(measured, slopes, on_ball) < plain + 0.1
+
+
+@pytest.mark.parametrize("lamp", range(6))
+@pytest.mark.parametrize("level", [10, 250], ids=["cast shadow", "highlight"])
+def test_what_spoils_one_lamp_is_rejected(
+    rig: Rig, fitted: PhotometricStereo, lamp: int, level: int
+) -> None:
+    slopes, _ = ball(SPOT)
+    frame = rig.frame(slopes)
+    pixels = frame.pixels.copy()
+    patch = np.zeros(SHAPE, np.bool_)
+    patch[35:75, 85:120] = True
+    pixels[patch, lamp] = level
+    measured = fitted.measure(replace(frame, pixels=pixels), rig.reference())
+    assert error_deg(measured, slopes, patch) < 1.5
+    assert measured.valid[patch].mean() > 0.95
+
+
+def test_two_spoilt_lamps_of_six_are_rejected() -> None:
+    rng = np.random.default_rng(1)
+    combinations = np.linalg.qr(rng.normal(size=(6, 3)))[0]
+    clean = (combinations @ rng.normal(size=(3, 400))).astype(np.float32)
+    redundancy = fit_redundancy(clean + rng.normal(0, 1e-3, clean.shape).astype(np.float32))
+    spoilt = clean.copy()
+    spoilt[1] += 1.0
+    spoilt[4] -= 0.2
+    mended, sure = redundancy.mended(spoilt)
+    assert sure.mean() > 0.7
+    assert np.abs(mended - clean)[:, sure].max() < 0.1
+
+
+def test_with_four_lamps_a_spoilt_one_is_seen_but_not_named() -> None:
+    four = Rig((0, 90, 180, 270))
+    fitted = fit(four.presses(), four.reference())
+    frame = four.frame(np.zeros((*SHAPE, 2)))
+    pixels = frame.pixels.copy()
+    pixels[20:60, 20:60, 0] = 10
+    measured = fitted.measure(replace(frame, pixels=pixels), four.reference())
+    assert not measured.valid[25:55, 25:55].any()
+    assert measured.valid[70:].all()
+
+
+def test_three_lamps_are_enough_and_two_are_not() -> None:
+    slopes, on_ball = ball(SPOT)
+    three = Rig((0, 120, 240))
+    fitted = fit(three.presses(), three.reference())
+    measured = fitted.measure(three.frame(slopes), three.reference())
+    assert error_deg(measured, slopes, on_ball) < 1.5
+    two = Rig((0, 120))
+    with pytest.raises(CalibrationError, match="needs 3 lamps and there are 2"):
+        fit(two.presses(), two.reference())
+
+
+def test_the_whole_image_is_measured_as_the_model_says(rig: Rig, fitted: PhotometricStereo) -> None:
+    press = rig.press(SPOT)
+    measured = fitted.measure(press.frame, rig.reference())
+    change = press.frame.pixels[press.rows, press.columns].astype(np.float32)
+    change = change / rig.reference().pixels[press.rows, press.columns] - 1
+    height, width = SHAPE
+    spot = np.stack([press.columns - (width - 1) / 2, press.rows - (height - 1) / 2], 1)
+    features = np.concatenate([change, spot / (width / 2)], 1).astype(np.float32)
+    expected = to_gradient(fitted._model(features))
+    found = np.stack([measured.x, measured.y], 2)[press.rows, press.columns]
+    assert np.abs(found - expected).max() < 2e-3
+
+
+def test_planes_stored_one_after_another_and_sixteen_bits_measure_alike(
+    rig: Rig, fitted: PhotometricStereo
+) -> None:
+    slopes, _ = ball(SPOT)
+    frame = rig.frame(slopes)
+    first = fitted.measure(frame, rig.reference())
+    planar = np.ascontiguousarray(frame.pixels.transpose(2, 0, 1)).transpose(1, 2, 0)
+    again = fitted.measure(replace(frame, pixels=planar), rig.reference())
+    assert np.array_equal(first.x, again.x)
+    deep = replace(frame, pixels=frame.pixels.astype(np.uint16) * 257, full_scale=65535.0)
+    reference = rig.reference()
+    reference = replace(reference, pixels=reference.pixels * 257, full_scale=65535.0)
+    sixteen = fitted.measure(deep, reference)
+    assert np.abs(sixteen.x - first.x).max() < 1e-3
+
+
+def test_what_is_saved_measures_the_same(
+    rig: Rig, fitted: PhotometricStereo, tmp_path: Path
+) -> None:
+    fitted.save(tmp_path)
+    again = PhotometricStereo.load(tmp_path)
+    frame = rig.press(SPOT).frame
+    before, after = (model.measure(frame, rig.reference()) for model in (fitted, again))
+    assert np.array_equal(before.x, after.x)
+    assert np.array_equal(before.valid, after.valid)
+
+
+def test_the_response_of_the_lamps_is_found(rig: Rig) -> None:
+    rng = np.random.default_rng(0)
+    slopes = rng.uniform(-0.8, 0.8, (3000, 2))
+    normal = np.concatenate([-slopes, np.ones((3000, 1))], 1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    azimuths = np.radians(rig.azimuths_deg)
+    lamps = np.stack([np.cos(azimuths), np.sin(azimuths), np.full(6, 1.8)]) / np.hypot(1, 1.8)
+    light = (normal @ lamps) ** rig.gamma
+    change = light / lamps[2] ** rig.gamma - 1
+    features = np.concatenate([change, rng.uniform(-1, 1, (3000, 2))], 1).astype(np.float32)
+    field = fit_light_field(features, (-normal[:, :2]).astype(np.float32))
+    assert field(features) == pytest.approx(-normal[:, :2], abs=0.01)

@@ -16,10 +16,10 @@ Bool = NDArray[np.bool_]
 _NORMAL = 3
 """A normal times an albedo: as many lamps are needed, the rest are redundant."""
 
-_MOST_SPOILT = 2
+_TINY = 1e-6
 _ROUNDS = 5
 _CONSISTENT = 0.8
-_MARGIN = 4.0
+_MARGIN = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,24 +49,40 @@ class Redundancy:
 
     def mended(self, response: Float32) -> tuple[Float32, Bool]:
         """(K, N) responses with spoilt lamps replaced, and (N,) bool: which are consistent now."""
+        redundant = len(self.combinations)
+        mended = self._without_one(response) if redundant > 1 else response.copy()
+        bad = np.flatnonzero(self.misfit(mended) > self.tolerance)
+        if redundant > 2 and len(bad):
+            mended[:, bad] = self._without_two(response[:, bad])
+            bad = bad[self.misfit(mended[:, bad]) > self.tolerance]
+        sure = np.ones(response.shape[1], np.bool_)
+        sure[bad] = False
+        return mended, sure
+
+    def _without_one(self, response: Float32) -> Float32:
+        """(K, N) responses in which the lamp is replaced that mends most."""
+        along = self.combinations.T @ (self.combinations @ response)
+        length = np.maximum((self.combinations**2).sum(0), _TINY)
+        lamp = np.argmax(along * along / length[:, None], axis=0)
+        pixel = np.arange(len(lamp))
         mended = response.copy()
-        lamps, redundant = len(response), len(self.combinations)
-        for spoilt in range(1, min(_MOST_SPOILT, redundant - 1) + 1):
-            bad = np.flatnonzero(self.misfit(mended) > self.tolerance)
-            if not len(bad):
-                break
-            left = self.combinations @ response[:, bad]
-            best = np.full(len(bad), np.inf, np.float32)
-            for guess in combinations(range(lamps), spoilt):
-                columns = self.combinations[:, guess]
-                change = np.linalg.pinv(columns) @ left
-                missing = left - columns @ change
-                rest = np.einsum("cn,cn->n", missing, missing)
-                better = np.flatnonzero(rest < best)
-                best[better] = rest[better]
-                mended[:, bad[better]] = response[:, bad[better]]
-                mended[np.ix_(list(guess), bad[better])] -= change[:, better]
-        return mended, self.misfit(mended) <= self.tolerance
+        mended[lamp, pixel] -= along[lamp, pixel] / length[lamp]
+        return mended
+
+    def _without_two(self, response: Float32) -> Float32:
+        """(K, N) responses in which the two lamps are replaced that mend most."""
+        left = self.combinations @ response
+        pairs = list(combinations(range(len(response)), 2))
+        # What is left shrinks by its projection onto the span of the two lamps.
+        spans = [np.linalg.qr(self.combinations[:, pair])[0].T @ left for pair in pairs]
+        best = np.argmax([(span * span).sum(0) for span in spans], axis=0)
+        mended = response.copy()
+        for number, pair in enumerate(pairs):
+            here = np.flatnonzero(best == number)
+            change = np.linalg.pinv(self.combinations[:, pair]) @ left[:, here]
+            for lamp, row in zip(pair, change, strict=True):
+                mended[lamp, here] -= row
+        return mended
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """What :meth:`from_arrays` takes, by name."""

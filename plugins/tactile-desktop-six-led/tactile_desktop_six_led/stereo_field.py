@@ -88,9 +88,9 @@ class StereoField:
         powers = self._powers(self._smoothed(pixels, marks))
         b = self._directions(powers)
         sure = np.ones(b.shape[1:], np.bool_)
-        suspects = self._suspects(powers)
-        if len(suspects):
-            self._mend(suspects, powers, b, sure)
+        odd = self._odd(powers)
+        if len(odd):
+            self._mend(odd, b, sure)
         facing = np.maximum(b[2], _LEAST_FACING)
         return np.asarray(cv2.divide(b[0], facing)), np.asarray(cv2.divide(b[1], facing)), sure
 
@@ -99,31 +99,26 @@ class StereoField:
             return _planes(self._smoothing.apply(pixels, marks))
         return [self._smoothing.apply(plane, None) for plane in _planes(pixels)]
 
-    def _suspects(self, powers: Float32) -> NDArray[np.intp]:
-        """Flat indices of pixels near which the lamps do not fit together."""
-        _, height, width = powers.shape
-        response = powers[_FEW] * self._few_untouched
-        response -= 1
-        misfit = self._redundancy.misfit(response.reshape(len(response), -1))
-        odd = (misfit > self._redundancy.tolerance).reshape(response.shape[1:])
-        if not odd.any():
+    def _odd(self, powers: Float32) -> NDArray[np.intp]:
+        """Flat indices of pixels on which the lamps do not agree."""
+        few = powers[_FEW] * self._few_untouched
+        few -= 1
+        # Most frames have no shadow anywhere, and few pixels tell that.
+        if not self._disagree(few).any():
             return np.empty(0, np.intp)
-        near = cv2.dilate(odd.view(np.uint8), np.ones((3, 3), np.uint8))
-        size = _STEP * near.shape[1], _STEP * near.shape[0]
-        whole = np.zeros((height, width), np.uint8)
-        grown = cv2.resize(near, size, interpolation=cv2.INTER_NEAREST)[:height, :width]
-        whole[: grown.shape[0], : grown.shape[1]] = grown
-        return np.flatnonzero(whole)
+        response = np.multiply(powers, self._untouched, out=self._scratch.response)
+        response -= 1
+        return np.flatnonzero(self._disagree(response))
 
-    def _mend(self, suspects: NDArray[np.intp], powers: Float32, b: Float32, sure: Bool) -> None:
-        """Write the normals of those suspects that are inconsistent into b."""
-        lamps = len(powers)
-        response = powers.reshape(lamps, -1)[:, suspects]
-        response = response * self._untouched.reshape(lamps, -1)[:, suspects] - 1
-        odd = self._redundancy.misfit(response) > self._redundancy.tolerance
-        at = suspects[odd]
-        mended, sure.ravel()[at] = self._redundancy.mended(response[:, odd])
-        b.reshape(3, -1)[:, at] = self._field.directions(mended, self._place[at])
+    def _disagree(self, response: Float32) -> Bool:
+        misfit = self._redundancy.misfit(response.reshape(len(response), -1))
+        return np.asarray(misfit > self._redundancy.tolerance)
+
+    def _mend(self, odd: NDArray[np.intp], b: Float32, sure: Bool) -> None:
+        """Write the normals of odd pixels, with spoilt lamps replaced, into b."""
+        response = self._scratch.response.reshape(len(self._untouched), -1)[:, odd]
+        mended, sure.ravel()[odd] = self._redundancy.mended(response)
+        b.reshape(3, -1)[:, odd] = self._field.directions(mended, self._place[odd])
 
     def _powers(self, planes: list[NDArray[Any]]) -> Float32:
         """(K, H, W) intensities to their lamp's exponent; valid until the thread's next call."""
@@ -152,6 +147,7 @@ class _Scratch(threading.local):
 
     def __init__(self, lamps: int, height: int, width: int) -> None:
         self.powers = np.empty((lamps, height, width), np.float32)
+        self.response = np.empty((lamps, height, width), np.float32)
         self.directions = np.empty((3, height, width), np.float32)
 
 

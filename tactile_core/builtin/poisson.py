@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field, NonNegativeFloat
 
 from tactile_core import device
@@ -11,6 +12,12 @@ from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest import rest_plane
 from tactile_core.estimator import Estimator, SensorContext
 from tactile_core.quantities import Gradients, HeightMap
+
+DriftSlope = Annotated[
+    NonNegativeFloat,
+    Field(description="Tilt of the whole map up to which it counts as drift; 0: the level alone."),
+]
+DRIFT_SLOPE = 0.05
 
 
 class Poisson(Estimator):
@@ -30,10 +37,7 @@ class Poisson(Estimator):
             default="neumann",
             description="neumann: the border is free; dirichlet: the skin is at rest there.",
         )
-        drift_slope: NonNegativeFloat = Field(
-            default=0.05,
-            description="Tilt of the whole map up to which it counts as drift; 0: the level alone.",
-        )
+        drift_slope: DriftSlope = DRIFT_SLOPE
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
@@ -47,8 +51,19 @@ class Poisson(Estimator):
         solver = PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=self._boundary)
         height_mm = solver.solve(gx, gy)
         if self._boundary == "neumann":
-            plane = rest_plane(
-                height_mm, gx, gy, mm_per_px=mm_per_px, drift_slope=self._drift_slope
-            )
-            height_mm = plane.removed_from(height_mm, mm_per_px)
+            return above_rest(height_mm, gradients, self._drift_slope)
         return HeightMap(height_mm, gradients.valid, mm_per_px, gradients.timestamp_s)
+
+
+def above_rest(height_mm: NDArray[Any], gradients: Gradients, drift_slope: float) -> HeightMap:
+    """Return the (H, W) height that was integrated from these slopes, with the skin at rest at 0.
+
+    See :func:`tactile_core.algorithms.rest.rest_plane`.
+    """
+    mm_per_px = gradients.mm_per_px
+    plane = rest_plane(
+        height_mm, gradients.x, gradients.y, mm_per_px=mm_per_px, drift_slope=drift_slope
+    )
+    return HeightMap(
+        plane.removed_from(height_mm, mm_per_px), gradients.valid, mm_per_px, gradients.timestamp_s
+    )

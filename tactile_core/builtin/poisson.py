@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from dataclasses import replace
+from typing import Annotated, Literal
 
-from numpy.typing import NDArray
 from pydantic import BaseModel, Field, NonNegativeFloat
 
 from tactile_core import device
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest import rest_plane
 from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.quantities import Gradients, HeightMap
+from tactile_core.quantities import Float32, Gradients, HeightMap
 
 DriftSlope = Annotated[
     NonNegativeFloat,
@@ -49,21 +49,25 @@ class Poisson(Estimator):
         """Return the height, 0 at rest and positive where pressed."""
         gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
         solver = PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=self._boundary)
-        height_mm = solver.solve(gx, gy)
+        height = height_map(solver.solve(gx, gy), gradients, self.context)
         if self._boundary == "neumann":
-            return above_rest(height_mm, gradients, self._drift_slope)
-        return HeightMap(height_mm, gradients.valid, mm_per_px, gradients.timestamp_s)
+            return above_rest(height, gradients, self._drift_slope)
+        return height
 
 
-def above_rest(height_mm: NDArray[Any], gradients: Gradients, drift_slope: float) -> HeightMap:
-    """Return the (H, W) height that was integrated from these slopes, with the skin at rest at 0.
+def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
+    """Return an (H, W) height that was integrated from these slopes as a quantity."""
+    return HeightMap(
+        height_mm, gradients.valid, gradients.mm_per_px, gradients.timestamp_s, context.rest_mm
+    )
+
+
+def above_rest(height: HeightMap, gradients: Gradients, drift_slope: float) -> HeightMap:
+    """Return the height that was integrated from these slopes, with the untouched skin at 0.
 
     See :func:`tactile_core.algorithms.rest.rest_plane`.
     """
-    mm_per_px = gradients.mm_per_px
     plane = rest_plane(
-        height_mm, gradients.x, gradients.y, mm_per_px=mm_per_px, drift_slope=drift_slope
+        height.mm, gradients.x, gradients.y, mm_per_px=height.mm_per_px, drift_slope=drift_slope
     )
-    return HeightMap(
-        plane.removed_from(height_mm, mm_per_px), gradients.valid, mm_per_px, gradients.timestamp_s
-    )
+    return replace(height, mm=plane.removed_from(height.mm, height.mm_per_px))

@@ -25,7 +25,8 @@ class RobustPoisson(Estimator):
 
         outlier_slope: NonNegativeFloat = Field(
             default=0.02,
-            description="Misfit of slope and surface from which on it pulls no harder; 0: L1.",
+            description="Misfit of slope and surface from which on it pulls no harder: about the "
+            "error of a good slope (0.02 for 1°, 0.1 for a coarse fingertip); 0: L1.",
         )
         rounds: PositiveInt = Field(
             default=8, description="Rounds, each as long as core.poisson or a little longer."

@@ -54,8 +54,9 @@ def integrate_robustly(
     valid : (H, W) bool, optional
         False where a slope was filled in: there it counts a tenth.
     outlier_slope : float
-        Misfit between a slope and the surface from which on it is an outlier; 0 makes all of
-        them outliers: the sum of the misfits' sizes (L1).
+        Misfit between a slope and the surface from which on it is an outlier: about the error of
+        a good slope, 0.02 for 1°. Far below that error the noise of good slopes is no longer
+        averaged; 0 makes all of them outliers: the sum of the misfits' sizes (L1).
     rounds : int
         Each takes as long as ``integrate``, or a little longer.
 

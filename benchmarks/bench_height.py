@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.markers import marker_mask
-from tactile_core.algorithms.poisson import PoissonSolver, integrate
+from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
 from tactile_core.algorithms.poisson.laplacian import Boundary, CosineLaplacian, DftLaplacian
 from tactile_core.algorithms.rest import rest_plane
 
@@ -70,6 +70,13 @@ def test_inverse_laplacian(benchmark: Any, shape: tuple[int, int], kind: Any) ->
 def test_poisson_with_marks_masked(benchmark: Any) -> None:
     gx, gy = slopes((480, 640))
     benchmark(integrate, gx, gy, mm_per_px=MM_PER_PX, mask=~dots((480, 640)))
+
+
+@sizes
+@pytest.mark.parametrize("marked", [False, True], ids=["all_valid", "marked"])
+def test_robust_poisson(benchmark: Any, shape: tuple[int, int], marked: bool) -> None:
+    valid = ~dots(shape) if marked else None
+    benchmark(integrate_robustly, *slopes(shape), mm_per_px=MM_PER_PX, valid=valid)
 
 
 @sizes

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from abc import ABC
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 from pydantic import BaseModel
 
+from tactile_core.algorithms.dome import rest_height
 from tactile_core.device import Options
 from tactile_core.profiles.model import Gel, ImageSection
-from tactile_core.quantities import Reference
+from tactile_core.quantities import Float32, Reference
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,18 @@ class SensorContext:
     image: ImageSection
     gel: Gel
     reference: Reference | None = None
+
+    @cached_property
+    def rest_mm(self) -> Float32 | None:
+        """(H, W) z of the untouched skin in the sensor frame, 0 at the apex; None if flat."""
+        if self.gel.radius_mm is None:
+            return None
+        image = self.image
+        return rest_height(
+            (image.height_px, image.width_px),
+            mm_per_px=image.mm_per_px,
+            radius_mm=self.gel.radius_mm,
+        )
 
 
 class Estimator(ABC):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,7 +67,7 @@ def write_reading(reading: Reading, directory: Path, formats: Collection[str]) -
         from tactile_core.formats.ply import write_ply
 
         written.append(_beside(stem, ".ply"))
-        write_ply(written[-1], _finite(height.mm), height.mm_per_px)
+        write_ply(written[-1], replace(height, mm=_finite(height.mm)).points_mm)
     return written
 
 

@@ -146,6 +146,9 @@ class Reference(Quantity):
 class Gradients(Quantity):
     """Slope of the height map, dimensionless (mm per mm).
 
+    Heights are measured from the rest surface, and so are slopes: on a domed gel they are those
+    of the skin less those of the dome.
+
     Attributes
     ----------
     x, y : (H, W) float32
@@ -162,7 +165,7 @@ class Gradients(Quantity):
 
     @property
     def normals(self) -> Float32:
-        """(H, W, 3) unit normals of the indented surface, +z towards the viewer (the camera)."""
+        """(H, W, 3) unit normals of the height map, +z towards the viewer (the camera)."""
         n = np.dstack([-self.x, -self.y, np.ones_like(self.x)])
         return np.asarray(n / np.linalg.norm(n, axis=2, keepdims=True), np.float32)
 
@@ -178,23 +181,37 @@ class HeightMap(Quantity):
     Attributes
     ----------
     mm : (H, W) float32
-        Millimetres; positive where pressed, 0 at the rest surface.
+        Millimetres; positive where pressed, 0 at the rest surface, be it flat or domed.
     valid : (H, W) bool
         False where the gradient beneath was filled in.
+    rest_mm : (H, W) float32 or None
+        z of the rest surface in the sensor frame, 0 at a dome's apex; None where it is flat.
     """
 
     mm: Float32
     valid: Bool
     mm_per_px: float
     timestamp_s: float = 0.0
+    rest_mm: Float32 | None = None
+
+    @property
+    def points_mm(self) -> Float32:
+        """(H, W, 3) where the skin is in the sensor frame: x, y, and z = rest − height."""
+        y, x = ((np.arange(n) - (n - 1) / 2) * self.mm_per_px for n in self.mm.shape)
+        points = np.empty((*self.mm.shape, 3), np.float32)
+        points[..., 0] = x
+        points[..., 1] = y[:, None]
+        points[..., 2] = -self.mm if self.rest_mm is None else self.rest_mm - self.mm
+        return points
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """``height_mm``, ``valid`` and the scale ``mm_per_px``."""
-        return {
+        """``height_mm``, ``valid``, the scale ``mm_per_px`` and, of a dome, ``rest_mm``."""
+        arrays = {
             "height_mm": self.mm,
             "valid": self.valid,
             "mm_per_px": np.asarray(self.mm_per_px),
         }
+        return arrays if self.rest_mm is None else arrays | {"rest_mm": self.rest_mm}
 
     def summary(self) -> Mapping[str, Any]:
         """The largest height."""

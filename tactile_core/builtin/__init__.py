@@ -39,4 +39,5 @@ def tactile_estimators() -> Mapping[str, str]:
     return {
         "contact": "tactile_core.builtin.contact:Contact",
         "poisson": "tactile_core.builtin.poisson:Poisson",
+        "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
     }

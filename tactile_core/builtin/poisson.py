@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import replace
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat
 
@@ -10,7 +11,13 @@ from tactile_core import device
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest import rest_plane
 from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.quantities import Gradients, HeightMap
+from tactile_core.quantities import Float32, Gradients, HeightMap
+
+DriftSlope = Annotated[
+    NonNegativeFloat,
+    Field(description="Tilt of the whole map up to which it counts as drift; 0: the level alone."),
+]
+DRIFT_SLOPE = 0.05
 
 
 class Poisson(Estimator):
@@ -30,10 +37,7 @@ class Poisson(Estimator):
             default="neumann",
             description="neumann: the border is free; dirichlet: the skin is at rest there.",
         )
-        drift_slope: NonNegativeFloat = Field(
-            default=0.05,
-            description="Tilt of the whole map up to which it counts as drift; 0: the level alone.",
-        )
+        drift_slope: DriftSlope = DRIFT_SLOPE
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
@@ -45,10 +49,25 @@ class Poisson(Estimator):
         """Return the height, 0 at rest and positive where pressed."""
         gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
         solver = PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=self._boundary)
-        height_mm = solver.solve(gx, gy)
+        height = height_map(solver.solve(gx, gy), gradients, self.context)
         if self._boundary == "neumann":
-            plane = rest_plane(
-                height_mm, gx, gy, mm_per_px=mm_per_px, drift_slope=self._drift_slope
-            )
-            height_mm = plane.removed_from(height_mm, mm_per_px)
-        return HeightMap(height_mm, gradients.valid, mm_per_px, gradients.timestamp_s)
+            return above_rest(height, gradients, self._drift_slope)
+        return height
+
+
+def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
+    """Return an (H, W) height that was integrated from these slopes as a quantity."""
+    return HeightMap(
+        height_mm, gradients.valid, gradients.mm_per_px, gradients.timestamp_s, context.rest_mm
+    )
+
+
+def above_rest(height: HeightMap, gradients: Gradients, drift_slope: float) -> HeightMap:
+    """Return the height that was integrated from these slopes, with the untouched skin at 0.
+
+    See :func:`tactile_core.algorithms.rest.rest_plane`.
+    """
+    plane = rest_plane(
+        height.mm, gradients.x, gradients.y, mm_per_px=height.mm_per_px, drift_slope=drift_slope
+    )
+    return replace(height, mm=plane.removed_from(height.mm, height.mm_per_px))

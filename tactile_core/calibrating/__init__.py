@@ -208,7 +208,13 @@ def _found(
 
         given = read_labels(labels)
     found = find_presses(
-        files, frames, reference, radius_mm / scale, labels=given, progress=progress
+        files,
+        frames,
+        reference,
+        radius_mm / scale,
+        dome_radius_px=_dome_radius_px(profile),
+        labels=given,
+        progress=progress,
     )
     return found, radius_mm
 
@@ -245,7 +251,14 @@ def _on_target(
     grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))
     centres = geometry.map_points(grid.centres_px, camera_size_px)
     radius_px = grid.radius_mm / profile.image.mm_per_px
-    return find_grid(files[0], frames[0], reference, radius_px, centres), grid.radius_mm
+    dome_px = _dome_radius_px(profile)
+    found = find_grid(files[0], frames[0], reference, radius_px, centres, dome_px)
+    return found, grid.radius_mm
+
+
+def _dome_radius_px(profile: Profile) -> float | None:
+    radius_mm = profile.gel.radius_mm
+    return None if radius_mm is None else radius_mm / profile.image.mm_per_px
 
 
 def _channel_azimuths(presses: Sequence[FoundPress], reference: Reference) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ from tactile_core.algorithms.circles import (
     locate,
     refine_grid,
 )
+from tactile_core.algorithms.dome import cap, flat_equivalent
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.progress import Progress
@@ -44,9 +45,12 @@ class FoundPress:
         The image's name, for people.
     frame : Frame
     circle : Circle
+        Its centre is where the ball touched first: where the slope is that at rest.
     ball_radius_px : float
     in_grid : bool
         One of many balls in the frame, whose place a target tells.
+    dome_radius_px : float or None
+        Radius of a domed gel at rest; None for a flat one.
     """
 
     file: str
@@ -55,6 +59,12 @@ class FoundPress:
     circle: Circle
     ball_radius_px: float
     in_grid: bool = False
+    dome_radius_px: float | None = None
+
+    @property
+    def flat_equivalent_px(self) -> float:
+        """Radius of the ball that would press a flat gel so."""
+        return flat_equivalent(self.ball_radius_px, self.dome_radius_px)
 
     @property
     def scored_radius_px(self) -> float:
@@ -77,18 +87,33 @@ class FoundPress:
         return disc if self.frame.marks is None else disc & ~self.frame.marks
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows, columns and (N, 2) slopes of the ball's surface over a mask."""
+        """Rows, columns and (N, 2) slopes of the skin on the ball, less those at rest."""
         rows, columns = np.nonzero(mask)
-        offset = np.stack([columns, rows], 1) - np.asarray(self.circle.centre_px)
-        depth_px = np.sqrt(np.maximum(self.ball_radius_px**2 - (offset**2).sum(1), 1.0))
-        return rows, columns, (-offset / depth_px[:, None]).astype(np.float32)
+        slopes = np.zeros((len(rows), 2))
+        for centre_px, radius_px in self._spheres():
+            offset = np.stack([columns, rows], 1) - centre_px
+            depth_px = np.sqrt(np.maximum(radius_px**2 - (offset**2).sum(1), 1.0))
+            slopes -= offset / depth_px[:, None]
+        return rows, columns, slopes.astype(np.float32)
 
     def true_height_mm(self, mask: Bool) -> np.ndarray:
-        """(N,) height of the ball over a mask, up to a constant."""
+        """(N,) height of the skin on the ball above rest over a mask, up to a constant."""
         rows, columns = np.nonzero(mask)
-        x0, y0 = self.circle.centre_px
-        square = self.ball_radius_px**2 - (columns - x0) ** 2 - (rows - y0) ** 2
-        return np.sqrt(np.maximum(square, 0)) * self.frame.mm_per_px
+        height_px = np.zeros(len(rows))
+        for (x0, y0), radius_px in self._spheres():
+            height_px += cap((columns - x0) ** 2 + (rows - y0) ** 2, radius_px)
+        return height_px * self.frame.mm_per_px
+
+    def _spheres(self) -> list[tuple[np.ndarray, float]]:
+        """Centres (x, y) and radii in px of the spheres whose caps add up to the height."""
+        touch = np.asarray(self.circle.centre_px)
+        if self.dome_radius_px is None:
+            return [(touch, self.ball_radius_px)]
+        h, w = self.frame.pixels.shape[:2]
+        apex = np.array([w - 1, h - 1]) / 2
+        # both centres and the point where the spheres touch lie on one line
+        ball = apex + (touch - apex) * (1 + self.ball_radius_px / self.dome_radius_px)
+        return [(ball, self.ball_radius_px), (apex, self.dome_radius_px)]
 
     def training(self) -> Press:
         """Pixels to fit on: those that surely lie on the ball, and some that surely rest.
@@ -136,6 +161,7 @@ def find_presses(
     reference: Reference,
     ball_radius_px: float,
     *,
+    dome_radius_px: float | None = None,
     labels: Mapping[str, Circle] | None = None,
     progress: Progress | None = None,
 ) -> list[FoundPress]:
@@ -144,14 +170,14 @@ def find_presses(
     if labels is None:
         circles = find_circles(
             images,
-            ball_radius_px=ball_radius_px,
+            ball_radius_px=flat_equivalent(ball_radius_px, dome_radius_px),
             progress=progress.fraction if progress else None,
         )
     else:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
         circles = [labels.get(frame.source, missing) for frame in frames]
     return [
-        FoundPress(file, frame, image, circle, ball_radius_px)
+        FoundPress(file, frame, image, circle, ball_radius_px, dome_radius_px=dome_radius_px)
         for file, frame, image, circle in zip(files, frames, images, circles, strict=True)
     ]
 
@@ -162,12 +188,15 @@ def find_grid(
     reference: Reference,
     ball_radius_px: float,
     centres_px: np.ndarray,
+    dome_radius_px: float | None = None,
 ) -> list[FoundPress]:
     """Refine the circles of a grid of balls in one frame."""
     image = press_image(frame, reference)
-    circles = refine_grid(image, centres_px, ball_radius_px)
+    touching_px = flat_equivalent(ball_radius_px, dome_radius_px)
+    circles = refine_grid(image, centres_px, touching_px)
     return [
-        FoundPress(file, frame, image, circle, ball_radius_px, in_grid=True) for circle in circles
+        FoundPress(file, frame, image, circle, ball_radius_px, True, dome_radius_px)
+        for circle in circles
     ]
 
 
@@ -202,13 +231,13 @@ def light_of(presses: Sequence[FoundPress]) -> Light:
     return fit_light(
         [press.image for press in presses],
         [press.circle for press in presses],
-        presses[0].ball_radius_px,
+        presses[0].flat_equivalent_px,
     )
 
 
 def relocated(press: FoundPress, light: Light) -> FoundPress:
     """Find a held-out press's circle anew, with a light that has never seen it."""
-    circle = locate(press.image, light, press.ball_radius_px)
+    circle = locate(press.image, light, press.flat_equivalent_px)
     return replace(press, circle=circle)
 
 

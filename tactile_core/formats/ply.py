@@ -12,7 +12,7 @@ from tactile_core.formats.files import write_atomically
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
 
 
-def write_ply(path: Path, height_mm: NDArray[np.float32], mm_per_px: float) -> None:
+def write_ply(path: Path, points_mm: NDArray[np.float32]) -> None:
     """Write the skin as a mesh, in mm in the sensor frame.
 
     The origin is the image centre, x right, y down, z away from the camera, so that a height is a
@@ -22,10 +22,8 @@ def write_ply(path: Path, height_mm: NDArray[np.float32], mm_per_px: float) -> N
     ----------
     path : Path
         The file; it is replaced when it exists.
-    height_mm : (H, W) float32
-        Finite; at least 2 × 2.
-    mm_per_px : float
-        Distance of neighbouring vertices.
+    points_mm : (H, W, 3) float32
+        :attr:`~tactile_core.quantities.HeightMap.points_mm`. Finite; at least 2 × 2.
 
     Raises
     ------
@@ -34,9 +32,10 @@ def write_ply(path: Path, height_mm: NDArray[np.float32], mm_per_px: float) -> N
     OSError
         The disk is full or refuses; nothing half-written is left.
     """
-    if height_mm.ndim != 2 or min(height_mm.shape) < 2:
-        raise ValueError(f"a mesh needs an (H, W) map of 2 × 2 or more, not {height_mm.shape}")
-    vertices, faces = _vertices(height_mm, mm_per_px), _faces(*height_mm.shape)
+    rows, columns, _ = points_mm.shape
+    if min(rows, columns) < 2:
+        raise ValueError(f"a mesh needs a map of 2 × 2 points or more, not {rows} × {columns}")
+    vertices, faces = points_mm.astype("<f4", copy=False).reshape(-1, 3), _faces(rows, columns)
     header = (
         "ply\n"
         "format binary_little_endian 1.0\n"
@@ -48,15 +47,6 @@ def write_ply(path: Path, height_mm: NDArray[np.float32], mm_per_px: float) -> N
         "end_header\n"
     )
     write_atomically(path, b"".join([header.encode("ascii"), vertices.tobytes(), faces.tobytes()]))
-
-
-def _vertices(height_mm: NDArray[np.float32], mm_per_px: float) -> NDArray[np.float32]:
-    rows, columns = height_mm.shape
-    vertices = np.empty((rows, columns, 3), "<f4")
-    vertices[..., 0] = (np.arange(columns) - (columns - 1) / 2) * mm_per_px
-    vertices[..., 1] = ((np.arange(rows) - (rows - 1) / 2) * mm_per_px)[:, None]
-    vertices[..., 2] = -height_mm
-    return vertices.reshape(-1, 3)
 
 
 def _faces(rows: int, columns: int) -> NDArray[np.void]:

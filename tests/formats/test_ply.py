@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.formats.ply import write_ply
+from tactile_core.quantities import HeightMap
 
 
 def parse(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -30,9 +31,13 @@ def parse(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces["f1"]
 
 
+def points(height_mm: np.ndarray) -> np.ndarray:
+    return HeightMap(height_mm, np.ones(height_mm.shape, bool), 0.5).points_mm
+
+
 def test_vertices_lie_where_the_skin_is(tmp_path: Path) -> None:
     height = np.random.default_rng(0).normal(size=(4, 6)).astype(np.float32)
-    write_ply(tmp_path / "a.ply", height, 0.5)
+    write_ply(tmp_path / "a.ply", points(height))
     vertices, _ = parse(tmp_path / "a.ply")
     np.testing.assert_array_equal(vertices[:, 2], -height.ravel())
     np.testing.assert_allclose(vertices[:, :2].mean(0), 0, atol=1e-6)
@@ -41,7 +46,7 @@ def test_vertices_lie_where_the_skin_is(tmp_path: Path) -> None:
 
 
 def test_triangles_cover_the_map_once_and_face_the_camera(tmp_path: Path) -> None:
-    write_ply(tmp_path / "a.ply", np.zeros((4, 6), np.float32), 0.5)
+    write_ply(tmp_path / "a.ply", points(np.zeros((4, 6), np.float32)))
     vertices, faces = parse(tmp_path / "a.ply")
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     area = np.cross(b - a, c - a) / 2
@@ -52,4 +57,4 @@ def test_triangles_cover_the_map_once_and_face_the_camera(tmp_path: Path) -> Non
 
 def test_a_map_without_an_area_has_no_mesh(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="2 × 2"):
-        write_ply(tmp_path / "a.ply", np.zeros((1, 6), np.float32), 0.5)
+        write_ply(tmp_path / "a.ply", points(np.zeros((1, 6), np.float32)))

@@ -408,6 +408,7 @@ def test_the_fingerprint_is_of_what_a_calibration_depends_on() -> None:
     assert changed(image={"rotate_deg": 180})
     assert changed(gel={"markers": None})
     assert changed(gel={"coating": "semi_specular"})
+    assert changed(gel={"shape": "dome", "radius_mm": 30})
     light = {"azimuth_deg": 90, "elevation_deg": 19.0}
     rest = [{"name": n, "azimuth_deg": a, "elevation_deg": 19} for n, a in [("g", 210), ("b", 330)]]
     assert changed(illumination={"lights": [{"name": "r", **light}, *rest]})

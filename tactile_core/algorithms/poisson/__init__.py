@@ -7,5 +7,6 @@ a surface whose slopes average to its differences comes back exactly, at every s
 """
 
 from tactile_core.algorithms.poisson.integration import PoissonSolver, integrate
+from tactile_core.algorithms.poisson.robust import integrate_robustly
 
-__all__ = ["PoissonSolver", "integrate"]
+__all__ = ["PoissonSolver", "integrate", "integrate_robustly"]

@@ -1,0 +1,54 @@
+"""Height from slopes of which some are wrong, measured from the rest surface."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
+
+from tactile_core import device
+from tactile_core.algorithms.poisson import integrate_robustly
+from tactile_core.builtin.poisson import DRIFT_SLOPE, DriftSlope, above_rest, height_map
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.quantities import Gradients, HeightMap
+
+
+class RobustPoisson(Estimator):
+    """Integrates the slopes so that outliers, shadows and marks hardly bend the height.
+
+    In place of ``core.poisson`` where slopes contradict each other: an attached shadow on one
+    flank, highlights, dust, marks. It takes about ten times as long. The border is free, and rest
+    is found as in :class:`~tactile_core.builtin.poisson.Poisson`; see
+    :func:`tactile_core.algorithms.poisson.integrate_robustly` for the method.
+    """
+
+    class Options(device.Options):
+        """Options of the step."""
+
+        outlier_slope: NonNegativeFloat = Field(
+            default=0.02,
+            description="Misfit of slope and surface from which on it pulls no harder: about the "
+            "error of a good slope (0.02 for 1°, 0.1 for a coarse fingertip); 0: L1.",
+        )
+        rounds: PositiveInt = Field(
+            default=8, description="Rounds, each as long as core.poisson or a little longer."
+        )
+        drift_slope: DriftSlope = DRIFT_SLOPE
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        assert isinstance(options, self.Options)
+        self._outlier_slope = options.outlier_slope
+        self._rounds = options.rounds
+        self._drift_slope = options.drift_slope
+
+    def estimate(self, gradients: Gradients) -> HeightMap:
+        """Return the height, 0 at rest and positive where pressed."""
+        height_mm = integrate_robustly(
+            gradients.x,
+            gradients.y,
+            mm_per_px=gradients.mm_per_px,
+            valid=gradients.valid,
+            outlier_slope=self._outlier_slope,
+            rounds=self._rounds,
+        )
+        height = height_map(height_mm, gradients, self.context)
+        return above_rest(height, gradients, self._drift_slope)

@@ -1,26 +1,31 @@
-"""Calibrate one physical unit: find the presses, fit, score on held-out ones, bundle."""
+"""Calibrate one physical unit: find what is known, fit, score on what is held out, bundle."""
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
 from tactile_core import __version__
 from tactile_core.acquisition import average
+from tactile_core.algorithms.background import smooth_background
 from tactile_core.bundle import Bundle, Manifest, check_serial, now
+from tactile_core.calibrating.height_target import HeightTarget, is_height_map
+from tactile_core.calibrating.map_block import MapBlock, blocks
 from tactile_core.calibrating.presses import (
     FoundPress,
     find_grid,
     find_presses,
+    finder_anew,
     untouched_press,
     used,
 )
-from tactile_core.calibrating.scoring import Score, cross_validate
+from tactile_core.calibrating.scoring import S, Score, cross_validate
+from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import InputError
 from tactile_core.marks import MarkFinder
@@ -34,15 +39,45 @@ from tactile_core.sensor import played_back, read_frames
 
 BALL_TOLERANCE = 0.01
 
+_STAND_IN = (
+    "no picture of the untouched sensor is given, so the press's own large-scale light stands in "
+    "for it; shapes as large as the image cannot be told from it"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Known(Generic[S]):
+    """What a calibration is fitted and scored on.
+
+    Attributes
+    ----------
+    surfaces : sequence of KnownSurface
+        All that were found, those of no use too.
+    basis : str
+        What they are, for people.
+    ball_diameter_mm : float or None
+    resting : tuple of Press
+        Samples of skin at rest, to fit on beside them.
+    anew : callable, optional
+        As in :func:`~tactile_core.calibrating.scoring.cross_validate`.
+    """
+
+    surfaces: Sequence[S]
+    basis: str
+    ball_diameter_mm: float | None = None
+    resting: tuple[Press, ...] = ()
+    anew: Callable[[Sequence[S]], Callable[[S], S]] | None = None
+
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
     """A bundle that is ready to save, and how it came about."""
 
     bundle: Bundle
-    presses: tuple[FoundPress, ...]
+    presses: tuple[KnownSurface, ...]
     score: Score | None
     notes: tuple[str, ...] = ()
+    basis: str = ""
 
     def save(self, directory: Path) -> None:
         """Write the bundle with its report, whole or not at all."""
@@ -58,10 +93,10 @@ class Calibrated:
             "presses": [
                 {
                     "file": press.file,
-                    "centre_px": [round(float(v), 3) for v in press.circle.centre_px],
-                    "contact_radius_px": round(float(press.circle.contact_radius_px), 3),
-                    "used": press.circle.used,
-                    "why": press.circle.why,
+                    "centre_px": [round(float(v), 3) for v in press.centre_px],
+                    "contact_radius_px": round(float(press.radius_px), 3),
+                    "used": press.used,
+                    "why": press.why,
                 }
                 for press in self.presses
             ],
@@ -71,11 +106,11 @@ class Calibrated:
 
     def coverage(self) -> dict[str, float]:
         """Steepest slope that was pressed, and the share of the image that some press covered."""
-        good = [press for press in self.presses if press.circle.used]
+        good = [press for press in self.presses if press.used]
         seen = np.zeros(good[0].frame.pixels.shape[:2], bool)
         steepest = 0.0
         for press in good:
-            seen |= press.disc(press.circle.contact_radius_px)
+            seen |= press.area()
             slopes = press.training().gradients
             steepest = max(steepest, float(np.hypot(slopes[:, 0], slopes[:, 1]).max()))
         return {
@@ -87,30 +122,36 @@ class Calibrated:
 def calibrate(
     profile: Profile | str | Path,
     presses: Path,
-    reference: Path,
+    reference: Path | None = None,
     *,
     ball_diameter_mm: float | None = None,
     labels: Path | None = None,
     target: Path | None = None,
+    rows: slice | None = None,
     model: str | None = None,
     serial: str = "",
     progress: Progress | None = None,
 ) -> Calibrated:
-    """Fit and score a calibration from recorded presses of a ball.
+    """Fit and score a calibration from presses of a ball or of a surface that is known.
 
     Parameters
     ----------
     profile : Profile, str or Path
     presses : Path
-        A recording in which each observation shows the ball pressed somewhere.
-    reference : Path
-        A recording of the untouched sensor.
+        A recording in which each observation shows the ball pressed somewhere; with a target, the
+        one observation that shows it.
+    reference : Path, optional
+        A recording of the untouched sensor. A height map does without: where none is given, or it
+        is the press itself, the press's own large-scale light stands in.
     ball_diameter_mm : float
         Not needed with a ``target``, whose radius rules.
     labels : Path, optional
         CSV of circles that overrule the automatic ones.
     target : Path, optional
-        A grid of balls: YAML with ``radius`` and circle centres.
+        A grid of balls: YAML with ``radius`` and circle centres; or a height map (``.tmd``) of the
+        very surface in the press.
+    rows : slice, optional
+        Rows of the height map that may be used.
     model : str, optional
         ``plugin.name`` of a calibration instead of the profile's.
     serial : str
@@ -124,32 +165,36 @@ def calibrate(
     progress = progress or Silent()
     if serial:
         check_serial(serial)
+    if rows is not None and not is_height_map(target):
+        raise InputError("--rows chooses rows of a height map; give it as --target, a .tmd file")
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
     files = _file_names(presses, frames)
-    untouched = average(list(read_frames(base, reference)))
+    untouched, stand_in = _untouched(base, frames, reference, target)
     finder = MarkFinder.of(base, untouched)
     if finder is not None:
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
         frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
-    found, radius_mm = _found(
-        base, presses, files, frames, untouched, ball_diameter_mm, labels, target, progress
-    )
-    good = used(found)
     component = base.calibration if model is None else Component(use=model)
     cls: type[Calibration] = resolve("calibration", component.use)
     options = cls.Options.model_validate(component.options)
-
-    resting = [untouched_press(good, untouched)] if good[0].in_grid else []
+    # Any model may smooth its images; the truth has to be as smooth as what it sees.
+    blur_px = float(getattr(options, "blur_px", 0.0))
+    known: Known[Any] = (
+        _map_rows(target, frames, rows, blur_px)
+        if target is not None and is_height_map(target)
+        else _balls(
+            base, presses, files, frames, untouched, ball_diameter_mm, labels, target, progress
+        )
+    )
+    good = [surface for surface in known.surfaces if surface.used]
 
     def fit(samples: Sequence[Press]) -> Calibration:
-        return cls.fit([*samples, *resting], untouched, options)
+        return cls.fit([*samples, *known.resting], untouched, options)
 
     progress.stage("scoring on held-out presses", 0.6)
-    score = cross_validate(
-        good, untouched, fit, relocate=labels is None and target is None, progress=progress
-    )
+    score = cross_validate(good, untouched, fit, anew=known.anew, progress=progress)
     progress.stage("fitting", 0.15)
     fitted = fit([press.training() for press in good])
     progress.fraction(1.0)
@@ -165,13 +210,74 @@ def calibrate(
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
-        ball_diameter_mm=2 * radius_mm,
+        ball_diameter_mm=known.ball_diameter_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
-    return Calibrated(Bundle(manifest, fitted, untouched), tuple(found), score, notes)
+    if stand_in:
+        notes += (_STAND_IN,)
+    return Calibrated(
+        Bundle(manifest, fitted, untouched), tuple(known.surfaces), score, notes, known.basis
+    )
+
+
+def _untouched(
+    profile: Profile, frames: list[Frame], reference: Path | None, target: Path | None
+) -> tuple[Reference, bool]:
+    """Return the untouched sensor, and whether it is only a stand-in made from the press."""
+    if reference is not None:
+        untouched = average(list(read_frames(profile, reference)))
+        if not (is_height_map(target) and np.array_equal(untouched.pixels, frames[0].pixels)):
+            return untouched, False
+    elif not is_height_map(target):
+        raise InputError("what does the untouched sensor look like? give --reference, a recording")
+    press = frames[0]
+    return replace(average([press]), pixels=smooth_background(press.pixels, press.marks)), True
+
+
+def _map_rows(
+    target: Path, frames: list[Frame], rows: slice | None, blur_px: float
+) -> Known[MapBlock]:
+    _check_single(frames)
+    read = HeightTarget.read(target, frames[0], rows=rows, blur_px=blur_px)
+    if rows is None:
+        return Known(blocks(read), target.name)
+    end = "" if rows.stop is None else rows.stop
+    return Known(blocks(read), f"rows {rows.start or 0}:{end} of {target.name}")
+
+
+def _balls(
+    profile: Profile,
+    presses: Path,
+    files: list[str],
+    frames: list[Frame],
+    reference: Reference,
+    ball_diameter_mm: float | None,
+    labels: Path | None,
+    target: Path | None,
+    progress: Progress,
+) -> Known[FoundPress]:
+    found, radius_mm = _found(
+        profile, presses, files, frames, reference, ball_diameter_mm, labels, target, progress
+    )
+    good = used(found)
+    return Known(
+        found,
+        f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
+        ball_diameter_mm=2 * radius_mm,
+        resting=(untouched_press(good, reference),) if good[0].in_grid else (),
+        anew=finder_anew if labels is None and target is None else None,
+    )
+
+
+def _check_single(frames: list[Frame]) -> None:
+    if len(frames) != 1:
+        raise InputError(
+            f"a target describes one observation and {len(frames)} were given; give --presses the "
+            f"one image or scan that shows it"
+        )
 
 
 def _file_names(path: Path, frames: list[Frame]) -> list[str]:
@@ -233,11 +339,7 @@ def _on_target(
                 f"{target} says a ball of {2 * grid.radius_mm:g} mm and --ball-diameter-mm "
                 f"{ball_diameter_mm:g}; leave the option out or correct it"
             )
-    if len(frames) != 1:
-        raise InputError(
-            f"a target describes one observation and {len(frames)} were given; give --presses the "
-            f"one image or scan that shows the grid"
-        )
+    _check_single(frames)
     camera_size_px = open_recording(
         presses, images_per_observation=len(frames[0].exposure_times_s)
     ).size_px
@@ -248,18 +350,13 @@ def _on_target(
     return find_grid(files[0], frames[0], reference, radius_px, centres), grid.radius_mm
 
 
-def _channel_azimuths(presses: Sequence[FoundPress], reference: Reference) -> tuple[float, ...]:
+def _channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:
     """Azimuth from which each channel's light comes, degrees from x towards y.
 
     To first order a channel brightens where the surface turns towards its lamp, and a surface of
     slope g has the normal (−g, 1).
     """
-    slopes, changes = [], []
-    for press in presses:
-        sample = press.training()
-        at = (sample.rows, sample.columns)
-        slopes.append(sample.gradients)
-        changes.append(press.frame.pixels[at].astype(np.float64) - reference.pixels[at])
+    slopes, changes = zip(*(press.lighting(reference) for press in presses), strict=True)
     response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
     azimuths = np.degrees(np.arctan2(-response[1], -response[0]))
     return tuple(round(float(a), 1) for a in azimuths)

@@ -21,6 +21,7 @@ from tactile_core.calibrating.presses import (
     find_grid,
     find_presses,
     finder_anew,
+    resting,
     untouched_press,
     used,
 )
@@ -38,6 +39,10 @@ from tactile_core.recording import open_recording
 from tactile_core.sensor import played_back, read_frames
 
 BALL_TOLERANCE = 0.01
+
+RESTING_PIXELS = 300
+"""Beside a height map's rows: enough to hold the model level in places that the rows leave out, and
+too few to draw its slopes towards nought."""
 
 _STAND_IN = (
     "no picture of the untouched sensor is given, so the press's own large-scale light stands in "
@@ -182,7 +187,7 @@ def calibrate(
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_px = float(getattr(options, "blur_px", 0.0))
     known: Known[Any] = (
-        _map_rows(target, frames, rows, blur_px)
+        _map_rows(target, frames, untouched, rows, blur_px)
         if target is not None and is_height_map(target)
         else _balls(
             base, presses, files, frames, untouched, ball_diameter_mm, labels, target, progress
@@ -238,14 +243,14 @@ def _untouched(
 
 
 def _map_rows(
-    target: Path, frames: list[Frame], rows: slice | None, blur_px: float
+    target: Path, frames: list[Frame], untouched: Reference, rows: slice | None, blur_px: float
 ) -> Known[MapBlock]:
     _check_single(frames)
     read = HeightTarget.read(target, frames[0], rows=rows, blur_px=blur_px)
-    if rows is None:
-        return Known(blocks(read), target.name)
-    end = "" if rows.stop is None else rows.stop
-    return Known(blocks(read), f"rows {rows.start or 0}:{end} of {target.name}")
+    part = target.name
+    if rows is not None:
+        part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
+    return Known(blocks(read), part, resting=(resting(frames[0], untouched, RESTING_PIXELS),))
 
 
 def _balls(

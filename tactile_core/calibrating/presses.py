@@ -208,9 +208,13 @@ def find_grid(
 
 def untouched_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
     """Resting pixels for a frame full of balls: of the reference, as many as of presses alone."""
-    frame = presses[0].frame
-    height, width = reference.pixels.shape[:2]
     count = int(REST_SHARE * sum(len(press.training().rows) for press in presses))
+    return resting(presses[0].frame, reference, count)
+
+
+def resting(frame: Frame, reference: Reference, count: int) -> Press:
+    """Pixels of the reference, all over the image, as a frame of skin at rest."""
+    height, width = reference.pixels.shape[:2]
     rng = np.random.default_rng(0)
     return Press(
         frame=replace(frame, pixels=reference.pixels, marks=reference.marks),

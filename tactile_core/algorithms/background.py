@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
 
-_ROUNDS = 10
+_ROUNDS = 8
+_FIRST_ROUNDS = 4
 _LEAST_SIGMA = 0.03
 """Of log intensity: the grain of a coating, below which nothing is worth telling apart."""
 
@@ -51,25 +52,36 @@ def smooth_background(
     planes = []
     for k in range(channels):
         logarithm = np.log(np.maximum(pixels[..., k][seen].astype(np.float64), least))
-        planes.append(np.exp(terms @ _cauchy_fit(few, logarithm)))
+        planes.append(np.exp(terms @ _cauchy_fit(few, logarithm, degree)))
     return np.stack(planes, axis=2).astype(np.float32)
+
+
+def _powers(degree: int) -> list[tuple[int, int]]:
+    """Exponents of x and y, by total degree."""
+    return [(total - j, j) for total in range(degree + 1) for j in range(total + 1)]
 
 
 def _terms(height: int, width: int, degree: int) -> NDArray[np.float64]:
     """(H, W, T) products of powers of the place, which runs from −1 to 1."""
     x = np.linspace(-1, 1, width)[None, :]
     y = np.linspace(-1, 1, height)[:, None]
-    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    return np.stack([x**i * y**j for i, j in powers], axis=2)
+    return np.stack([x**i * y**j for i, j in _powers(degree)], axis=2)
 
 
-def _cauchy_fit(terms: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+def _cauchy_fit(terms: NDArray[Any], values: NDArray[Any], degree: int) -> NDArray[Any]:
+    """Coefficients, one degree after another.
+
+    Each degree starts from the weights of the one below, which is too stiff to follow relief: so
+    what stands out there stays out, even near the border.
+    """
     weight = np.ones_like(values)
-    coefficients: NDArray[Any] = np.zeros(terms.shape[1])
-    for _ in range(_ROUNDS):
-        root = np.sqrt(weight)
-        coefficients = np.linalg.lstsq(terms * root[:, None], values * root, rcond=None)[0]
-        residual = np.abs(values - terms @ coefficients)
-        sigma = max(_LEAST_SIGMA, 1.4826 * float(np.median(residual)))
-        weight = 1 / (1 + np.square(residual / sigma))
+    coefficients: NDArray[Any] = np.zeros(0)
+    for highest in range(degree + 1):
+        some = terms[:, : len(_powers(highest))]
+        for _ in range(_ROUNDS if highest == degree else _FIRST_ROUNDS):
+            root = np.sqrt(weight)
+            coefficients = np.linalg.lstsq(some * root[:, None], values * root, rcond=None)[0]
+            residual = np.abs(values - some @ coefficients)
+            sigma = max(_LEAST_SIGMA, 1.4826 * float(np.median(residual)))
+            weight = 1 / (1 + np.square(residual / sigma))
     return coefficients

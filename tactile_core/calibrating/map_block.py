@@ -15,7 +15,7 @@ from tactile_core.errors import InputError
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 MOST_BLOCKS = 5
-ROWS_PER_BLOCK = 32
+ROWS_PER_BLOCK = 20
 
 _MOST_PIXELS = 5_000
 _SLOPE_BIN_DEG = 2.5

@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Generic
+from typing import Any
 
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.acquisition import average
-from tactile_core.algorithms.background import smooth_background
 from tactile_core.bundle import Bundle, Manifest, check_serial, now
-from tactile_core.calibrating.height_target import HeightTarget, is_height_map
-from tactile_core.calibrating.map_block import MapBlock, blocks
-from tactile_core.calibrating.presses import (
-    FoundPress,
-    find_grid,
-    find_presses,
-    finder_anew,
-    resting,
-    untouched_press,
-    used,
-)
-from tactile_core.calibrating.scoring import S, Score, cross_validate
+from tactile_core.calibrating.height_target import is_height_map
+from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
+from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import InputError
@@ -34,44 +23,8 @@ from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.progress import Progress, Silent
-from tactile_core.quantities import Frame, Reference
-from tactile_core.recording import open_recording
+from tactile_core.quantities import Reference
 from tactile_core.sensor import played_back, read_frames
-
-BALL_TOLERANCE = 0.01
-
-RESTING_PIXELS = 300
-"""Beside a height map's rows: enough to hold the model level in places that the rows leave out, and
-too few to draw its slopes towards nought."""
-
-_STAND_IN = (
-    "no picture of the untouched sensor is given, so the press's own large-scale light stands in "
-    "for it; shapes as large as the image cannot be told from it"
-)
-
-
-@dataclass(frozen=True, eq=False)
-class Known(Generic[S]):
-    """What a calibration is fitted and scored on.
-
-    Attributes
-    ----------
-    surfaces : sequence of KnownSurface
-        All that were found, those of no use too.
-    basis : str
-        What they are, for people.
-    ball_diameter_mm : float or None
-    resting : tuple of Press
-        Samples of skin at rest, to fit on beside them.
-    anew : callable, optional
-        As in :func:`~tactile_core.calibrating.scoring.cross_validate`.
-    """
-
-    surfaces: Sequence[S]
-    basis: str
-    ball_diameter_mm: float | None = None
-    resting: tuple[Press, ...] = ()
-    anew: Callable[[Sequence[S]], Callable[[S], S]] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +128,7 @@ def calibrate(
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
-    files = _file_names(presses, frames)
-    untouched, stand_in = _untouched(base, frames, reference, target)
+    untouched, stand_in = untouched_sensor(base, frames, reference, target)
     finder = MarkFinder.of(base, untouched)
     if finder is not None:
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
@@ -187,10 +139,17 @@ def calibrate(
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_px = float(getattr(options, "blur_px", 0.0))
     known: Known[Any] = (
-        _map_rows(target, frames, untouched, rows, blur_px)
+        rows_of_map(target, frames[0], untouched, rows, blur_px)
         if target is not None and is_height_map(target)
-        else _balls(
-            base, presses, files, frames, untouched, ball_diameter_mm, labels, target, progress
+        else balls(
+            base,
+            presses,
+            frames,
+            untouched,
+            ball_diameter_mm=ball_diameter_mm,
+            labels=labels,
+            target=target,
+            progress=progress,
         )
     )
     good = [surface for surface in known.surfaces if surface.used]
@@ -221,138 +180,8 @@ def calibrate(
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
-    if stand_in:
-        notes += (_STAND_IN,)
-    return Calibrated(
-        Bundle(manifest, fitted, untouched), tuple(known.surfaces), score, notes, known.basis
-    )
-
-
-def _untouched(
-    profile: Profile, frames: list[Frame], reference: Path | None, target: Path | None
-) -> tuple[Reference, bool]:
-    """Return the untouched sensor, and whether it is only a stand-in made from the press."""
-    if reference is not None:
-        untouched = average(list(read_frames(profile, reference)))
-        if not (is_height_map(target) and np.array_equal(untouched.pixels, frames[0].pixels)):
-            return untouched, False
-    elif not is_height_map(target):
-        raise InputError("what does the untouched sensor look like? give --reference, a recording")
-    press = frames[0]
-    return replace(average([press]), pixels=smooth_background(press.pixels, press.marks)), True
-
-
-def _map_rows(
-    target: Path, frames: list[Frame], untouched: Reference, rows: slice | None, blur_px: float
-) -> Known[MapBlock]:
-    _check_single(frames)
-    read = HeightTarget.read(target, frames[0], rows=rows, blur_px=blur_px)
-    part = target.name
-    if rows is not None:
-        part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
-    return Known(blocks(read), part, resting=(resting(frames[0], untouched, RESTING_PIXELS),))
-
-
-def _balls(
-    profile: Profile,
-    presses: Path,
-    files: list[str],
-    frames: list[Frame],
-    reference: Reference,
-    ball_diameter_mm: float | None,
-    labels: Path | None,
-    target: Path | None,
-    progress: Progress,
-) -> Known[FoundPress]:
-    found, radius_mm = _found(
-        profile, presses, files, frames, reference, ball_diameter_mm, labels, target, progress
-    )
-    good = used(found)
-    return Known(
-        found,
-        f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
-        ball_diameter_mm=2 * radius_mm,
-        resting=(untouched_press(good, reference),) if good[0].in_grid else (),
-        anew=finder_anew if labels is None and target is None else None,
-    )
-
-
-def _check_single(frames: list[Frame]) -> None:
-    if len(frames) != 1:
-        raise InputError(
-            f"a target describes one observation and {len(frames)} were given; give --presses the "
-            f"one image or scan that shows it"
-        )
-
-
-def _file_names(path: Path, frames: list[Frame]) -> list[str]:
-    """Name of each frame's image file; of its observation where that is no single file."""
-    count = len(frames[0].exposure_times_s) if frames else 1
-    recording = open_recording(path, images_per_observation=count)
-    single = {files.name: files.paths[0].name for files in recording.files if count == 1}
-    return [single.get(frame.source, frame.source) for frame in frames]
-
-
-def _found(
-    profile: Profile,
-    presses: Path,
-    files: list[str],
-    frames: list[Frame],
-    reference: Reference,
-    ball_diameter_mm: float | None,
-    labels: Path | None,
-    target: Path | None,
-    progress: Progress,
-) -> tuple[list[FoundPress], float]:
-    scale = profile.image.mm_per_px
-    progress.stage("finding the circles", 0.25)
-    if target is not None:
-        return _on_target(profile, presses, files, frames, reference, ball_diameter_mm, target)
-    if ball_diameter_mm is None:
-        raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
-    if not ball_diameter_mm > 0:
-        raise InputError(f"a ball of {ball_diameter_mm:g} mm? --ball-diameter-mm must be positive")
-    radius_mm = ball_diameter_mm / 2
-    given: Mapping[str, Any] | None = None
-    if labels is not None:
-        from tactile_core.formats.labels import read_labels
-
-        given = read_labels(labels)
-    found = find_presses(
-        files, frames, reference, radius_mm / scale, labels=given, progress=progress
-    )
-    return found, radius_mm
-
-
-def _on_target(
-    profile: Profile,
-    presses: Path,
-    files: list[str],
-    frames: list[Frame],
-    reference: Reference,
-    ball_diameter_mm: float | None,
-    target: Path,
-) -> tuple[list[FoundPress], float]:
-    from tactile_core.formats.target import read_target
-    from tactile_core.geometry import ImageGeometry
-
-    grid = read_target(target)
-    if ball_diameter_mm is not None:
-        off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
-        if off > BALL_TOLERANCE:
-            raise InputError(
-                f"{target} says a ball of {2 * grid.radius_mm:g} mm and --ball-diameter-mm "
-                f"{ball_diameter_mm:g}; leave the option out or correct it"
-            )
-    _check_single(frames)
-    camera_size_px = open_recording(
-        presses, images_per_observation=len(frames[0].exposure_times_s)
-    ).size_px
-    geometry = ImageGeometry(profile.image)
-    grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))
-    centres = geometry.map_points(grid.centres_px, camera_size_px)
-    radius_px = grid.radius_mm / profile.image.mm_per_px
-    return find_grid(files[0], frames[0], reference, radius_px, centres), grid.radius_mm
+    bundle = Bundle(manifest, fitted, untouched)
+    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis)
 
 
 def _channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:

@@ -282,7 +282,6 @@ def faithful(
             exact = model(sampler.features(press.frame.pixels, press.frame.marks, *at))
             fast = to_sines(np.stack([gx[at], gy[at]], axis=1))
             apart.append(np.linalg.norm(fast - exact, axis=1))
-        print("POINTS", points, np.concatenate(apart).mean(), np.median(np.concatenate(apart)))
         if np.concatenate(apart).mean() < FAITHFUL_SINE:
             return candidate
     return None

@@ -1,9 +1,9 @@
-"""Calibrate one physical unit: find the presses, fit, score on held-out ones, bundle."""
+"""Calibrate one physical unit: find what is known, fit, score on what is held out, bundle."""
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,16 +11,11 @@ from typing import Any
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.acquisition import average
 from tactile_core.bundle import Bundle, Manifest, check_serial, now
-from tactile_core.calibrating.presses import (
-    FoundPress,
-    find_grid,
-    find_presses,
-    untouched_press,
-    used,
-)
+from tactile_core.calibrating.height_target import is_height_map
+from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.calibrating.scoring import Score, cross_validate
+from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import InputError
 from tactile_core.marks import MarkFinder
@@ -28,11 +23,8 @@ from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.progress import Progress, Silent
-from tactile_core.quantities import Frame, Reference
-from tactile_core.recording import open_recording
+from tactile_core.quantities import Reference
 from tactile_core.sensor import played_back, read_frames
-
-BALL_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +32,10 @@ class Calibrated:
     """A bundle that is ready to save, and how it came about."""
 
     bundle: Bundle
-    presses: tuple[FoundPress, ...]
+    presses: tuple[KnownSurface, ...]
     score: Score | None
     notes: tuple[str, ...] = ()
+    basis: str = ""
 
     def save(self, directory: Path) -> None:
         """Write the bundle with its report, whole or not at all."""
@@ -58,10 +51,10 @@ class Calibrated:
             "presses": [
                 {
                     "file": press.file,
-                    "centre_px": [round(float(v), 3) for v in press.circle.centre_px],
-                    "contact_radius_px": round(float(press.circle.contact_radius_px), 3),
-                    "used": press.circle.used,
-                    "why": press.circle.why,
+                    "centre_px": [round(float(v), 3) for v in press.centre_px],
+                    "contact_radius_px": round(float(press.radius_px), 3),
+                    "used": press.used,
+                    "why": press.why,
                 }
                 for press in self.presses
             ],
@@ -71,11 +64,11 @@ class Calibrated:
 
     def coverage(self) -> dict[str, float]:
         """Steepest slope that was pressed, and the share of the image that some press covered."""
-        good = [press for press in self.presses if press.circle.used]
+        good = [press for press in self.presses if press.used]
         seen = np.zeros(good[0].frame.pixels.shape[:2], bool)
         steepest = 0.0
         for press in good:
-            seen |= press.disc(press.circle.contact_radius_px)
+            seen |= press.area()
             slopes = press.training().gradients
             steepest = max(steepest, float(np.hypot(slopes[:, 0], slopes[:, 1]).max()))
         return {
@@ -87,30 +80,36 @@ class Calibrated:
 def calibrate(
     profile: Profile | str | Path,
     presses: Path,
-    reference: Path,
+    reference: Path | None = None,
     *,
     ball_diameter_mm: float | None = None,
     labels: Path | None = None,
     target: Path | None = None,
+    rows: slice | None = None,
     model: str | None = None,
     serial: str = "",
     progress: Progress | None = None,
 ) -> Calibrated:
-    """Fit and score a calibration from recorded presses of a ball.
+    """Fit and score a calibration from presses of a ball or of a surface that is known.
 
     Parameters
     ----------
     profile : Profile, str or Path
     presses : Path
-        A recording in which each observation shows the ball pressed somewhere.
-    reference : Path
-        A recording of the untouched sensor.
+        A recording in which each observation shows the ball pressed somewhere; with a target, the
+        one observation that shows it.
+    reference : Path, optional
+        A recording of the untouched sensor. A height map does without: where none is given, or it
+        is the press itself, the press's own large-scale light stands in.
     ball_diameter_mm : float
         Not needed with a ``target``, whose radius rules.
     labels : Path, optional
         CSV of circles that overrule the automatic ones.
     target : Path, optional
-        A grid of balls: YAML with ``radius`` and circle centres.
+        A grid of balls: YAML with ``radius`` and circle centres; or a height map (``.tmd``) of the
+        very surface in the press.
+    rows : slice, optional
+        Rows of the height map that may be used.
     model : str, optional
         ``plugin.name`` of a calibration instead of the profile's.
     serial : str
@@ -124,32 +123,43 @@ def calibrate(
     progress = progress or Silent()
     if serial:
         check_serial(serial)
+    if rows is not None and not is_height_map(target):
+        raise InputError("--rows chooses rows of a height map; give it as --target, a .tmd file")
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
-    files = _file_names(presses, frames)
-    untouched = average(list(read_frames(base, reference)))
+    untouched, stand_in = untouched_sensor(base, frames, reference, target)
     finder = MarkFinder.of(base, untouched)
     if finder is not None:
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
         frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
-    found, radius_mm = _found(
-        base, presses, files, frames, untouched, ball_diameter_mm, labels, target, progress
-    )
-    good = used(found)
     component = base.calibration if model is None else Component(use=model)
     cls: type[Calibration] = resolve("calibration", component.use)
     options = cls.Options.model_validate(component.options)
-
-    resting = [untouched_press(good, untouched)] if good[0].in_grid else []
+    # Any model may smooth its images; the truth has to be as smooth as what it sees.
+    blur_at = getattr(options, "blur_at", None)
+    blur_px = 0.0 if blur_at is None else float(blur_at(base.image.mm_per_px))
+    known: Known[Any] = (
+        rows_of_map(target, frames[0], untouched, rows, blur_px)
+        if target is not None and is_height_map(target)
+        else balls(
+            base,
+            presses,
+            frames,
+            untouched,
+            ball_diameter_mm=ball_diameter_mm,
+            labels=labels,
+            target=target,
+            progress=progress,
+        )
+    )
+    good = [surface for surface in known.surfaces if surface.used]
 
     def fit(samples: Sequence[Press]) -> Calibration:
-        return cls.fit([*samples, *resting], untouched, options)
+        return cls.fit([*samples, *known.resting], untouched, options)
 
     progress.stage("scoring on held-out presses", 0.6)
-    score = cross_validate(
-        good, untouched, fit, relocate=labels is None and target is None, progress=progress
-    )
+    score = cross_validate(good, untouched, fit, anew=known.anew, progress=progress)
     progress.stage("fitting", 0.15)
     fitted = fit([press.training() for press in good])
     progress.fraction(1.0)
@@ -165,114 +175,23 @@ def calibrate(
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
-        ball_diameter_mm=2 * radius_mm,
+        ball_diameter_mm=known.ball_diameter_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
-    return Calibrated(Bundle(manifest, fitted, untouched), tuple(found), score, notes)
+    bundle = Bundle(manifest, fitted, untouched)
+    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis)
 
 
-def _file_names(path: Path, frames: list[Frame]) -> list[str]:
-    """Name of each frame's image file; of its observation where that is no single file."""
-    count = len(frames[0].exposure_times_s) if frames else 1
-    recording = open_recording(path, images_per_observation=count)
-    single = {files.name: files.paths[0].name for files in recording.files if count == 1}
-    return [single.get(frame.source, frame.source) for frame in frames]
-
-
-def _found(
-    profile: Profile,
-    presses: Path,
-    files: list[str],
-    frames: list[Frame],
-    reference: Reference,
-    ball_diameter_mm: float | None,
-    labels: Path | None,
-    target: Path | None,
-    progress: Progress,
-) -> tuple[list[FoundPress], float]:
-    scale = profile.image.mm_per_px
-    progress.stage("finding the circles", 0.25)
-    if target is not None:
-        return _on_target(profile, presses, files, frames, reference, ball_diameter_mm, target)
-    if ball_diameter_mm is None:
-        raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
-    if not ball_diameter_mm > 0:
-        raise InputError(f"a ball of {ball_diameter_mm:g} mm? --ball-diameter-mm must be positive")
-    radius_mm = ball_diameter_mm / 2
-    given: Mapping[str, Any] | None = None
-    if labels is not None:
-        from tactile_core.formats.labels import read_labels
-
-        given = read_labels(labels)
-    found = find_presses(
-        files,
-        frames,
-        reference,
-        radius_mm / scale,
-        dome_radius_px=_dome_radius_px(profile),
-        labels=given,
-        progress=progress,
-    )
-    return found, radius_mm
-
-
-def _on_target(
-    profile: Profile,
-    presses: Path,
-    files: list[str],
-    frames: list[Frame],
-    reference: Reference,
-    ball_diameter_mm: float | None,
-    target: Path,
-) -> tuple[list[FoundPress], float]:
-    from tactile_core.formats.target import read_target
-    from tactile_core.geometry import ImageGeometry
-
-    grid = read_target(target)
-    if ball_diameter_mm is not None:
-        off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
-        if off > BALL_TOLERANCE:
-            raise InputError(
-                f"{target} says a ball of {2 * grid.radius_mm:g} mm and --ball-diameter-mm "
-                f"{ball_diameter_mm:g}; leave the option out or correct it"
-            )
-    if len(frames) != 1:
-        raise InputError(
-            f"a target describes one observation and {len(frames)} were given; give --presses the "
-            f"one image or scan that shows the grid"
-        )
-    camera_size_px = open_recording(
-        presses, images_per_observation=len(frames[0].exposure_times_s)
-    ).size_px
-    geometry = ImageGeometry(profile.image)
-    grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))
-    centres = geometry.map_points(grid.centres_px, camera_size_px)
-    radius_px = grid.radius_mm / profile.image.mm_per_px
-    dome_px = _dome_radius_px(profile)
-    found = find_grid(files[0], frames[0], reference, radius_px, centres, dome_px)
-    return found, grid.radius_mm
-
-
-def _dome_radius_px(profile: Profile) -> float | None:
-    radius_mm = profile.gel.radius_mm
-    return None if radius_mm is None else radius_mm / profile.image.mm_per_px
-
-
-def _channel_azimuths(presses: Sequence[FoundPress], reference: Reference) -> tuple[float, ...]:
+def _channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:
     """Azimuth from which each channel's light comes, degrees from x towards y.
 
     To first order a channel brightens where the surface turns towards its lamp, and a surface of
     slope g has the normal (−g, 1).
     """
-    slopes, changes = [], []
-    for press in presses:
-        sample = press.training()
-        at = (sample.rows, sample.columns)
-        slopes.append(sample.gradients)
-        changes.append(press.frame.pixels[at].astype(np.float64) - reference.pixels[at])
+    slopes, changes = zip(*(press.lighting(reference) for press in presses), strict=True)
     response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
     azimuths = np.degrees(np.arctan2(-response[1], -response[0]))
     return tuple(round(float(a), 1) for a in azimuths)

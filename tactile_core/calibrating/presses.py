@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from tactile_core.algorithms.dome import cap, flat_equivalent
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.progress import Progress
-from tactile_core.quantities import Bool, Frame, Gradients, Reference
+from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 TRUSTED_BALL_FRACTION = 0.75
 """Nearer its equator the skin has lifted off the ball while the sphere pretends otherwise."""
@@ -67,6 +67,26 @@ class FoundPress:
         return flat_equivalent(self.ball_radius_px, self.dome_radius_px)
 
     @property
+    def used(self) -> bool:
+        """Whether the press is good enough to fit on."""
+        return self.circle.used
+
+    @property
+    def why(self) -> str:
+        """Why it is not."""
+        return self.circle.why
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Centre of the circle, x and y."""
+        return self.circle.centre_px
+
+    @property
+    def radius_px(self) -> float:
+        """Radius of the contact."""
+        return self.circle.contact_radius_px
+
+    @property
     def scored_radius_px(self) -> float:
         """Pixels within it count in a score."""
         if self.in_grid:
@@ -96,13 +116,28 @@ class FoundPress:
             slopes -= offset / depth_px[:, None]
         return rows, columns, slopes.astype(np.float32)
 
-    def true_height_mm(self, mask: Bool) -> np.ndarray:
-        """(N,) height of the skin on the ball above rest over a mask, up to a constant."""
+    def area(self) -> Bool:
+        """(H, W) bool: the contact."""
+        return self.disc(self.circle.contact_radius_px)
+
+    def scored(self) -> Bool:
+        """(H, W) bool: pixels that count in a score."""
+        return self.skin(self.scored_radius_px)
+
+    def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
+        """(N,) measured height minus that of the skin on the ball over a mask, up to a constant."""
         rows, columns = np.nonzero(mask)
         height_px = np.zeros(len(rows))
         for (x0, y0), radius_px in self._spheres():
             height_px += cap((columns - x0) ** 2 + (rows - y0) ** 2, radius_px)
-        return height_px * self.frame.mm_per_px
+        error = height_mm[mask] - height_px * self.frame.mm_per_px
+        return np.asarray(error - error.mean())
+
+    def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes of the pixels to fit on, and how their intensities changed."""
+        sample = self.training()
+        at = sample.rows, sample.columns
+        return sample.gradients, self.frame.pixels[at].astype(np.float64) - reference.pixels[at]
 
     def _spheres(self) -> list[tuple[np.ndarray, float]]:
         """Centres (x, y) and radii in px of the spheres whose caps add up to the height."""
@@ -142,7 +177,7 @@ class FoundPress:
 
     def normal_errors_deg(self, measured: Gradients) -> np.ndarray:
         """Angle between measured and true normal of each scored pixel, degrees."""
-        rows, columns, true = self.true_gradients(self.skin(self.scored_radius_px))
+        rows, columns, true = self.true_gradients(self.scored())
         slopes = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
         return angles_deg(slopes, true)
 
@@ -202,9 +237,13 @@ def find_grid(
 
 def untouched_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
     """Resting pixels for a frame full of balls: of the reference, as many as of presses alone."""
-    frame = presses[0].frame
-    height, width = reference.pixels.shape[:2]
     count = int(REST_SHARE * sum(len(press.training().rows) for press in presses))
+    return resting(presses[0].frame, reference, count)
+
+
+def resting(frame: Frame, reference: Reference, count: int) -> Press:
+    """Pixels of the reference, all over the image, as a frame of skin at rest."""
+    height, width = reference.pixels.shape[:2]
     rng = np.random.default_rng(0)
     return Press(
         frame=replace(frame, pixels=reference.pixels, marks=reference.marks),
@@ -239,6 +278,12 @@ def relocated(press: FoundPress, light: Light) -> FoundPress:
     """Find a held-out press's circle anew, with a light that has never seen it."""
     circle = locate(press.image, light, press.flat_equivalent_px)
     return replace(press, circle=circle)
+
+
+def finder_anew(presses: Sequence[FoundPress]) -> Callable[[FoundPress], FoundPress]:
+    """Find circles anew by the light of these presses alone."""
+    light = light_of(presses)
+    return lambda press: relocated(press, light)
 
 
 def used(presses: Sequence[FoundPress]) -> list[FoundPress]:

@@ -1,4 +1,4 @@
-"""The bundle's ``report.html``: circles found, coverage, measured against true pitch and yaw."""
+"""The bundle's ``report.html``: what was known, coverage, measured against true pitch and yaw."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core import html
-from tactile_core.calibrating.presses import FoundPress
+from tactile_core.calibrating.surface import KnownSurface
 
 if TYPE_CHECKING:
     from tactile_core.calibrating import Calibrated
@@ -27,15 +27,15 @@ _MOST_PICTURES = 24
 def write_report(result: Calibrated, folder: Path) -> None:
     """Write ``report.html`` into a bundle's folder."""
     manifest = result.bundle.manifest
-    good = [press for press in result.presses if press.circle.used]
+    good = [press for press in result.presses if press.used]
     parts = [
         html.table(
             ["what", "value"],
             [
                 ("model", manifest.model),
                 ("serial", manifest.serial or "—"),
-                ("ball", f"{manifest.ball_diameter_mm:g} mm"),
-                ("presses", f"{len(good)} used of {len(result.presses)}"),
+                ("fitted on", result.basis),
+                ("used", f"{len(good)} of {len(result.presses)}"),
                 *((f"coverage: {k}", v) for k, v in result.coverage().items()),
                 *(
                     (f"light of {name} comes from", f"{azimuth:.0f}°")
@@ -48,13 +48,13 @@ def write_report(result: Calibrated, folder: Path) -> None:
     ]
     if result.score is not None:
         parts += _score_parts(result.score)
-    parts += [html.heading("Where the ball touched"), html.figure(_coverage(good), "coverage")]
-    parts += [html.heading("Circles found")]
+    parts += [html.heading("What was covered"), html.figure(_coverage(good), "coverage")]
+    parts += [html.heading("What was known")]
     parts += [
-        html.figure(_overlay(press), f"{press.file} {press.circle.why}".strip())
+        html.figure(_overlay(press), f"{press.file} {press.why}".strip())
         for press in result.presses[:_MOST_PICTURES]
     ]
-    refused = [(press.file, press.circle.why) for press in result.presses if not press.circle.used]
+    refused = [(press.file, press.why) for press in result.presses if not press.used]
     if refused:
         parts += [html.heading("Left out"), html.table(["press", "why"], refused)]
     title = f"Calibration of {manifest.profile} {manifest.serial}".strip()
@@ -108,23 +108,26 @@ def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) ->
     return canvas
 
 
-def _overlay(press: FoundPress) -> Rgb:
+def _overlay(press: KnownSurface) -> Rgb:
     picture = _rgb(press)
     scale = max(1, round(240 / picture.shape[0]))
     size = picture.shape[1] * scale, picture.shape[0] * scale
     picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR), np.uint8)
-    x, y = ((c + 0.5) * scale - 0.5 for c in press.circle.centre_px)
-    colour = _FOUND if press.circle.used else _REFUSED
-    radius = max(1.0, press.circle.contact_radius_px * scale)
-    cv2.circle(picture, (round(x), round(y)), round(radius), colour, 1, cv2.LINE_AA)
+    x, y = ((c + 0.5) * scale - 0.5 for c in press.centre_px)
+    colour = _FOUND if press.used else _REFUSED
+    area = cv2.resize(press.area().view(np.uint8) * np.uint8(255), size)
+    edges, _ = cv2.findContours(
+        (area > 127).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+    )
+    cv2.drawContours(picture, edges, -1, colour, 1, cv2.LINE_AA)
     cv2.drawMarker(picture, (round(x), round(y)), colour, cv2.MARKER_CROSS, 8, 1, cv2.LINE_AA)
     return picture
 
 
-def _coverage(presses: list[FoundPress]) -> Rgb:
+def _coverage(presses: list[KnownSurface]) -> Rgb:
     count = np.zeros(presses[0].frame.pixels.shape[:2], np.float32)
     for press in presses:
-        count += press.disc(press.circle.contact_radius_px)
+        count += press.area()
     shades = (255 * count / max(count.max(), 1)).astype(np.uint8)
     picture = cv2.applyColorMap(shades, cv2.COLORMAP_VIRIDIS)[..., ::-1]
     factor = 240 / picture.shape[0]
@@ -133,7 +136,7 @@ def _coverage(presses: list[FoundPress]) -> Rgb:
     )
 
 
-def _rgb(press: FoundPress) -> Rgb:
+def _rgb(press: KnownSurface) -> Rgb:
     pixels = press.frame.pixels
     scaled = (pixels.astype(np.float32) * (255 / press.frame.full_scale)).clip(0, 255)
     picture = scaled.astype(np.uint8)

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.calibrating.presses import (
-    FoundPress,
-    angles_deg,
-    light_of,
-    relocated,
-)
+from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press
 from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Gradients, HeightMap, Reference
 
 FOLDS = 5
+
+S = TypeVar("S", bound=KnownSurface)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +29,13 @@ class Score:
     presses : int
         How many were scored.
     mean_deg, median_deg, p90_deg : float
-        Angle between measured and true normals, over pixels within 0.8 of the contact radius.
+        Angle between measured and true normals, over pixels within 0.8 of the contact radius, or
+        over all of a height map.
     predict_flat_deg : float
         The mean error of saying "flat" everywhere: what the others are to be compared with.
     height_rmse_mm : float
-        Of the integrated height against the ball, over the same pixels, up to a constant.
+        Of the integrated height against the true one, over the same pixels, up to what no slope
+        tells: a constant, and a height map's tilt.
     samples : (N, 4) float32
         Measured and true slope of a sample of pixels, for the report.
     """
@@ -63,25 +63,25 @@ class Score:
 
 
 def cross_validate(
-    presses: Sequence[FoundPress],
+    presses: Sequence[S],
     reference: Reference,
     fit: Callable[[Sequence[Press]], Calibration],
     *,
-    relocate: bool = True,
+    anew: Callable[[Sequence[S]], Callable[[S], S]] | None = None,
     progress: Progress | None = None,
 ) -> Score | None:
     """Score a way of fitting by leaving presses out, fold by fold.
 
     Parameters
     ----------
-    presses : sequence of FoundPress
+    presses : sequence of KnownSurface
         Those that are used.
     reference : Reference
     fit : callable
         Fits a calibration on some presses.
-    relocate : bool
-        Find each held-out circle anew with a light fitted to the other presses alone; False where
-        the circles are given by labels.
+    anew : callable, optional
+        From the other presses alone, how to find a held-out one again; None where its place was
+        given, as by labels or a target.
 
     Returns
     -------
@@ -95,23 +95,24 @@ def cross_validate(
     for fold in range(folds):
         train = [press for i, press in enumerate(presses) if i % folds != fold]
         model = fit([press.training() for press in train])
-        light = light_of(train) if relocate else None
+        find = None if anew is None else anew(train)
         seen: dict[int, Gradients | HeightMap] = {}
         for press in presses[fold::folds]:
-            held_out = press if light is None else relocated(press, light)
+            held_out = press if find is None else find(press)
             key = id(press.frame)
             if key not in seen:
                 seen[key] = model.measure(press.frame, reference)
             measured = seen[key]
             if not isinstance(measured, Gradients):
                 continue
-            mask = held_out.skin(held_out.scored_radius_px)
+            mask = held_out.scored()
             rows, columns, true = held_out.true_gradients(mask)
             found = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
             errors.append(angles_deg(found, true))
             flat.append(angles_deg(np.zeros_like(true), true))
             slopes.append(np.column_stack([found, true])[:: max(1, len(true) // 200)])
-            height_errors.append(_height_error(held_out, measured, mask))
+            height_mm = integrate(measured.x, measured.y, mm_per_px=measured.mm_per_px)
+            height_errors.append(held_out.height_errors_mm(height_mm, mask))
         progress.fraction((fold + 1) / folds)
     if not errors or not sum(map(len, errors)):
         return None
@@ -125,9 +126,3 @@ def cross_validate(
         height_rmse_mm=float(np.sqrt(np.mean(np.concatenate(height_errors) ** 2))),
         samples=np.concatenate(slopes).astype(np.float32),
     )
-
-
-def _height_error(press: FoundPress, measured: Gradients, mask: np.ndarray) -> np.ndarray:
-    height = integrate(measured.x, measured.y, mm_per_px=measured.mm_per_px)
-    error = height[mask] - press.true_height_mm(mask)
-    return np.asarray(error - error.mean())

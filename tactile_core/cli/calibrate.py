@@ -1,4 +1,4 @@
-"""``tactile calibrate``: fit a calibration from ball presses and write its bundle."""
+"""``tactile calibrate``: fit a calibration from presses of something known and write its bundle."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ import typer
 def calibrate(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
     presses: Annotated[Path, typer.Option(help="Recording of the ball pressed here and there.")],
-    reference: Annotated[Path, typer.Option(help="Recording of the untouched sensor.")],
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="Recording of the untouched sensor; a .tmd target does without."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the bundle; by default the user's data.")
     ] = None,
@@ -20,7 +23,10 @@ def calibrate(
     labels: Annotated[
         Path | None, typer.Option(help="CSV of circles that overrule the automatic ones.")
     ] = None,
-    target: Annotated[Path | None, typer.Option(help="YAML of a grid of balls.")] = None,
+    target: Annotated[Path | None, typer.Option(help="YAML of a grid of balls, or .tmd.")] = None,
+    rows: Annotated[
+        str | None, typer.Option(help="A:B, rows of the .tmd target that may be used.")
+    ] = None,
     model: Annotated[
         str | None, typer.Option(help="Calibration to fit, plugin.name; else the profile's.")
     ] = None,
@@ -30,6 +36,7 @@ def calibrate(
     """Fit a calibration, score it on held-out presses and write its bundle."""
     from tactile_core.bundle import check_serial, default_place
     from tactile_core.calibrating import calibrate as fit
+    from tactile_core.calibrating.height_target import parse_rows
     from tactile_core.cli.progress import Bar
     from tactile_core.profiles.loader import load_profile
 
@@ -45,6 +52,7 @@ def calibrate(
             ball_diameter_mm=ball_diameter_mm,
             labels=labels,
             target=target,
+            rows=None if rows is None else parse_rows(rows),
             model=model,
             serial=serial,
             progress=progress,
@@ -56,10 +64,9 @@ def calibrate(
         typer.echo(json.dumps(result.summary(folder)))
         return
     for press in result.presses:
-        if not press.circle.used:
-            typer.echo(f"left out {press.file}: {press.circle.why}", err=True)
-    count = result.bundle.manifest.presses_used
-    typer.echo(f"{folder}: {result.bundle.manifest.model} on {count} presses")
+        if not press.used:
+            typer.echo(f"left out {press.file}: {press.why}", err=True)
+    typer.echo(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
     if result.score is not None:
         typer.echo(
             f"held-out normal error: mean {result.score.mean_deg:.2f}°, median "

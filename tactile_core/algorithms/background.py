@@ -1,0 +1,87 @@
+"""The untouched sensor, guessed from a recording in which something already touches it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+
+_ROUNDS = 8
+_FIRST_ROUNDS = 4
+_LEAST_SIGMA = 0.03
+"""Of log intensity: the grain of a coating, below which nothing is worth telling apart."""
+
+_SAMPLES_ACROSS = 160
+
+
+def smooth_background(
+    pixels: NDArray[Any], marks: NDArray[np.bool_] | None = None, *, degree: int = 4
+) -> Float32:
+    """Large-scale light of an image: what level skin would show everywhere.
+
+    A polynomial in the place is fitted to the logarithm of each channel, with Cauchy weights, so
+    that relief, whose intensities stand out, counts for next to nothing. Only what varies as slowly
+    as the polynomial survives: a shape that fills the image would be taken for light.
+
+    Parameters
+    ----------
+    pixels : (H, W, K)
+        Intensities; most of the skin should be level.
+    marks : (H, W) bool, optional
+        Pixels that do not show the coating.
+    degree : int
+        Total degree of the polynomial.
+
+    Returns
+    -------
+    (H, W, K) float32
+        On the scale of ``pixels``, positive.
+    """
+    height, width, channels = pixels.shape
+    step = max(1, min(height, width) // _SAMPLES_ACROSS)
+    terms = _terms(height, width, degree)
+    seen = np.zeros((height, width), bool)
+    seen[step // 2 :: step, step // 2 :: step] = True
+    if marks is not None:
+        seen &= ~marks
+    few = terms[seen]
+    least = max(float(pixels.max()) / 1000, 1e-6)
+    planes = []
+    for k in range(channels):
+        logarithm = np.log(np.maximum(pixels[..., k][seen].astype(np.float64), least))
+        planes.append(np.exp(terms @ _cauchy_fit(few, logarithm, degree)))
+    return np.stack(planes, axis=2).astype(np.float32)
+
+
+def _powers(degree: int) -> list[tuple[int, int]]:
+    """Exponents of x and y, by total degree."""
+    return [(total - j, j) for total in range(degree + 1) for j in range(total + 1)]
+
+
+def _terms(height: int, width: int, degree: int) -> NDArray[np.float64]:
+    """(H, W, T) products of powers of the place, which runs from −1 to 1."""
+    x = np.linspace(-1, 1, width)[None, :]
+    y = np.linspace(-1, 1, height)[:, None]
+    return np.stack([x**i * y**j for i, j in _powers(degree)], axis=2)
+
+
+def _cauchy_fit(terms: NDArray[Any], values: NDArray[Any], degree: int) -> NDArray[Any]:
+    """Coefficients, one degree after another.
+
+    Each degree starts from the weights of the one below, which is too stiff to follow relief: so
+    what stands out there stays out, even near the border.
+    """
+    weight = np.ones_like(values)
+    coefficients: NDArray[Any] = np.zeros(0)
+    for highest in range(degree + 1):
+        some = terms[:, : len(_powers(highest))]
+        for _ in range(_ROUNDS if highest == degree else _FIRST_ROUNDS):
+            root = np.sqrt(weight)
+            coefficients = np.linalg.lstsq(some * root[:, None], values * root, rcond=None)[0]
+            residual = np.abs(values - some @ coefficients)
+            sigma = max(_LEAST_SIGMA, 1.4826 * float(np.median(residual)))
+            weight = 1 / (1 + np.square(residual / sigma))
+    return coefficients

@@ -12,7 +12,16 @@ from tactile_core.profiles.model import Markers
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.mark.parametrize("name", ["desktop_six_led", "hex_fingertip", "hex_fingertip_unmarked"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "baxter_fingertip",
+        "baxter_fingertip_flat",
+        "desktop_six_led",
+        "hex_fingertip",
+        "hex_fingertip_unmarked",
+    ],
+)
 def test_a_shipped_profile_is_sound_and_named_like_its_file(name: str) -> None:
     assert load_profile(name).name == name
     assert name in [entry.name for entry in list_profiles() if entry.origin == "shipped"]

@@ -143,7 +143,6 @@ def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both
     """
     evening = _evening(features, sines)
     colour = evened(features, evening)
-    steepness = np.hypot(sines[:, 0], sines[:, 1]).astype(np.float64)
     reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), _REACH_PERCENT))
     low, high = np.percentile(colour[:, 2], [100 - _REACH_PERCENT, _REACH_PERCENT])
     limits = np.array([_MARGIN * max(reach, 1e-3), low, max(high, low + 1e-3)], np.float32)
@@ -155,14 +154,17 @@ def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both
     turns = np.arctan2(towards[..., 1], towards[..., 0]) * (ENTRIES / (2 * np.pi)) + 128
     yaw_table = np.rint(turns).astype(np.int64).astype(np.uint8)
     yaw = yaw_table[chroma[:, 0], chroma[:, 1]]
+    # Along the yaw that will be read: where that is unsure the sine is read as small as it is.
+    angle = angle_of(yaw)
+    along = (sines[:, 0] * np.cos(angle) + sines[:, 1] * np.sin(angle)).astype(np.float64)
     offsets = chroma.astype(np.float64) - 128
     saturation = np.rint(2 * np.hypot(offsets[:, 0], offsets[:, 1])).clip(0, 255).astype(np.uint8)
     return HueDecoder(
         evening,
         limits,
         yaw_table,
-        nothing if pitch_from == "saturation" else _told(yaw, intensity, steepness),
-        nothing if pitch_from == "intensity" else _told(yaw, saturation, steepness),
+        nothing if pitch_from == "saturation" else _told(yaw, intensity, along),
+        nothing if pitch_from == "intensity" else _told(yaw, saturation, along),
     )
 
 
@@ -186,9 +188,9 @@ def _terms(places: Float32) -> Float32:
     return np.concatenate([np.ones((len(places), 1), np.float32), places], axis=1)
 
 
-def _told(yaw: Bytes, strength: Bytes, steepness: Float) -> NDArray[np.complex64]:
+def _told(yaw: Bytes, strength: Bytes, along: Float) -> NDArray[np.complex64]:
     """Precision, and sine times precision, by yaw and by how strongly the colour changed."""
-    values = np.stack([steepness, steepness**2], 1)
+    values = np.stack([along, along**2], 1)
     table = smooth_table(yaw, strength, values, np.ones(len(yaw)), periodic=True)
     mean = table[..., 0]
     precision = 1 / (np.maximum(table[..., 1] - mean**2, 0) + _SURE)

@@ -34,6 +34,9 @@ _MARGIN = 1.05
 _SURE = 2e-4
 """Variance of the sine that no reading falls below: grain, and what entries cannot resolve."""
 
+_LEVEL = 1e-6
+"""The same where the colour has not changed at all: then the saturation rules."""
+
 _SHAPES = {
     "evening": (3, 3, 3),
     "limits": (3,),
@@ -56,9 +59,13 @@ class HueDecoder:
         Largest chroma, smallest and largest intensity that the tables hold.
     yaw : (256, 256) uint8
         Yaw by both chroma axes, in 256ths of a turn from −180°.
-    by_intensity, by_saturation : (256, 256) complex64
-        By yaw and intensity or saturation: precision of the sine of the pitch (imaginary part) and
-        sine times precision (real part).
+    by_intensity : (256, 256) complex64
+        By yaw and intensity: precision of the sine of the pitch (imaginary part) and sine times
+        precision (real part).
+    by_saturation : (256, 256) complex64
+        By yaw and saturation: variance of the sine over that of the saturation (imaginary part) and
+        sine over saturation (real part), the saturation counted in 128ths of the largest. A ratio,
+        for it hardly changes towards level skin, where a mean would not follow the slope to zero.
     """
 
     evening: Float32
@@ -79,9 +86,12 @@ class HueDecoder:
     @property
     def by_chroma(self) -> NDArray[np.complex64]:
         """(256, 256) complex64: what the saturation tells, by both chroma axes."""
-        axis = np.arange(ENTRIES) - ENTRIES / 2
-        saturation = np.hypot(axis[:, None], axis) * 2
-        return self.by_saturation[self.yaw, np.clip(np.rint(saturation), 0, 255).astype(np.uint8)]
+        axis = _centred(np.arange(ENTRIES))
+        saturation = np.hypot(axis[:, None], axis)
+        ratio = self.by_saturation[self.yaw, _saturation_entry(saturation)]
+        precision = 1 / (ratio.imag * saturation**2 + _LEVEL)
+        told = ratio.real * saturation * precision + 1j * precision
+        return np.asarray(told, np.complex64)
 
     @property
     def to_entries(self) -> tuple[Float32, Float32]:
@@ -142,30 +152,44 @@ def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both
         What tells the pitch beside the yaw.
     """
     evening = _evening(features, sines)
+    # Turned so that to first order the hue is the yaw, and the saturation the sine of the pitch.
+    axes = evened(features, evening)[:, :2].astype(np.float64)
+    onto = np.linalg.lstsq(axes, sines.astype(np.float64), rcond=None)[0]
+    evening[:, :2] = np.einsum("ak,taj->tkj", onto, evening[:, :2])
     colour = evened(features, evening)
     reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), _REACH_PERCENT))
     low, high = np.percentile(colour[:, 2], [100 - _REACH_PERCENT, _REACH_PERCENT])
     limits = np.array([_MARGIN * max(reach, 1e-3), low, max(high, low + 1e-3)], np.float32)
-    nothing = np.full((ENTRIES, ENTRIES), np.complex64(1e-9j))
-    blank = HueDecoder(evening, limits, np.zeros((ENTRIES,) * 2, np.uint8), nothing, nothing)
+    silent = np.full((ENTRIES, ENTRIES), np.complex64(1e-9j))
+    blank = HueDecoder(evening, limits, np.zeros((ENTRIES,) * 2, np.uint8), silent, silent)
     chroma, intensity = blank.entries(colour)
-    # Sines are directions weighted by steepness: a level pixel has no yaw.
-    towards = smooth_table(chroma[:, 0], chroma[:, 1], sines.astype(np.float64), np.ones(len(sines)))
-    turns = np.arctan2(towards[..., 1], towards[..., 0]) * (ENTRIES / (2 * np.pi)) + 128
+    # How far the yaw is from the hue changes little towards level skin, where both are unsure.
+    offsets = _centred(chroma)
+    seen = offsets[:, 0] + 1j * offsets[:, 1]
+    turned = (sines[:, 0] + 1j * sines[:, 1]) * np.conj(seen)
+    parts = np.stack([turned.real, turned.imag], 1)
+    turn = smooth_table(chroma[:, 0], chroma[:, 1], parts, np.ones(len(parts)))
+    axis = _centred(np.arange(ENTRIES))
+    hue = np.arctan2(axis, axis[:, None])
+    turns = (hue + np.arctan2(turn[..., 1], turn[..., 0])) * (ENTRIES / (2 * np.pi)) + 128
     yaw_table = np.rint(turns).astype(np.int64).astype(np.uint8)
     yaw = yaw_table[chroma[:, 0], chroma[:, 1]]
     # Along the yaw that will be read: where that is unsure the sine is read as small as it is.
     angle = angle_of(yaw)
     along = (sines[:, 0] * np.cos(angle) + sines[:, 1] * np.sin(angle)).astype(np.float64)
-    offsets = chroma.astype(np.float64) - 128
-    saturation = np.rint(2 * np.hypot(offsets[:, 0], offsets[:, 1])).clip(0, 255).astype(np.uint8)
-    return HueDecoder(
-        evening,
-        limits,
-        yaw_table,
-        nothing if pitch_from == "saturation" else _told(yaw, intensity, along),
-        nothing if pitch_from == "intensity" else _told(yaw, saturation, along),
-    )
+    by_intensity = silent
+    if pitch_from != "saturation":
+        mean, variance = _told(yaw, intensity, along, np.ones(len(along)))
+        precision = 1 / (variance + _SURE)
+        by_intensity = np.asarray(mean * precision + 1j * precision, np.complex64)
+    by_saturation = np.full((ENTRIES, ENTRIES), np.complex64(1e9j))
+    if pitch_from != "intensity":
+        saturation = np.maximum(np.hypot(offsets[:, 0], offsets[:, 1]), 0.5)
+        ratio = along / saturation
+        entry = _saturation_entry(saturation)
+        mean, variance = _told(yaw, entry, ratio, saturation**2)
+        by_saturation = np.asarray(mean + 1j * (variance + _SURE / 64**2), np.complex64)
+    return HueDecoder(evening, limits, yaw_table, by_intensity, by_saturation)
 
 
 def _evening(features: Float32, sines: Float32) -> Float32:
@@ -181,17 +205,24 @@ def _evening(features: Float32, sines: Float32) -> Float32:
     normal += _EVENING_RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
     correction = np.linalg.solve(normal, products.T @ (usual - change)).reshape(3, 3, 3)
     correction[0] += np.eye(3)
-    return np.einsum("kc,tjc->tkj", OPPONENT, correction).astype(np.float32)
+    return np.asarray(np.einsum("kc,tjc->tkj", OPPONENT, correction), np.float32)
 
 
 def _terms(places: Float32) -> Float32:
     return np.concatenate([np.ones((len(places), 1), np.float32), places], axis=1)
 
 
-def _told(yaw: Bytes, strength: Bytes, along: Float) -> NDArray[np.complex64]:
-    """Precision, and sine times precision, by yaw and by how strongly the colour changed."""
-    values = np.stack([along, along**2], 1)
-    table = smooth_table(yaw, strength, values, np.ones(len(yaw)), periodic=True)
+def _told(yaw: Bytes, entry: Bytes, values: Float, weights: Float) -> tuple[Float32, Float32]:
+    """Mean and variance of values by yaw and by how strongly the colour changed."""
+    both = np.stack([values, values**2], 1)
+    table = smooth_table(yaw, entry, both, weights, periodic=True)
     mean = table[..., 0]
-    precision = 1 / (np.maximum(table[..., 1] - mean**2, 0) + _SURE)
-    return np.asarray(mean * precision + 1j * precision, np.complex64)
+    return mean, np.maximum(table[..., 1] - mean**2, 0)
+
+
+def _centred(entries: NDArray[Any]) -> Float:
+    return entries.astype(np.float64) - 128
+
+
+def _saturation_entry(saturation: Float) -> Bytes:
+    return np.rint(2 * saturation).clip(0, 255).astype(np.uint8)

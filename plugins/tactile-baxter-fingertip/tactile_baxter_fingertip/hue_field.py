@@ -36,8 +36,9 @@ class Light:
         base = self.smoothed(reference, marks)
         if light_blur_px:
             spread = (0, 0)
-            base = cv2.GaussianBlur(base, spread, light_blur_px, borderType=cv2.BORDER_REFLECT)
-        self.base = np.asarray(base, np.float32)
+            blurred = cv2.GaussianBlur(base, spread, light_blur_px, borderType=cv2.BORDER_REFLECT)
+            base = np.asarray(blurred, np.float32)
+        self.base = base
         self.full_scale = full_scale
 
     def smoothed(self, pixels: NDArray[Any], marks: Bool | None) -> Float32:
@@ -87,11 +88,12 @@ class HueField:
         """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
         channels = cv2.split(self._light.smoothed(pixels, marks))
         bytes_ = []
+        nothing = np.zeros(1)
         for weights, offset in zip(self._weights, self._offsets, strict=True):
             total = offset.copy()
             for channel, weight in zip(channels, weights, strict=True):
                 cv2.accumulateProduct(channel, weight, total)
-            bytes_.append(cv2.add(total, 0.0, dtype=cv2.CV_8U))
+            bytes_.append(cv2.add(total, nothing, dtype=cv2.CV_8U))
         first, second, intensity = bytes_
         chroma = _pair(first, second)
         yaw = self._yaw.take(chroma)

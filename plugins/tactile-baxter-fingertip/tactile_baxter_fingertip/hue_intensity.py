@@ -59,7 +59,7 @@ class HueIntensity(Calibration):
         blur_px: float,
         light_blur_px: float,
     ) -> None:
-        self._decoder, self._shape = decoder, shape
+        self.decoder, self._shape = decoder, shape
         self._blur_px, self._light_blur_px = blur_px, light_blur_px
         self._prepared: tuple[Reference, HueField] | None = None
 
@@ -125,7 +125,7 @@ class HueIntensity(Calibration):
             )
         if self._prepared is None or self._prepared[0] is not reference:
             light = _light(reference, self._blur_px, self._light_blur_px)
-            self._prepared = reference, HueField(self._decoder, light)
+            self._prepared = reference, HueField(self.decoder, light)
         gx, gy = self._prepared[1].measure(frame.pixels, frame.marks)
         return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
 
@@ -134,7 +134,7 @@ class HueIntensity(Calibration):
         arrays: dict[str, Any] = {
             "shape": np.array(self._shape),
             "blurs_px": np.array([self._blur_px, self._light_blur_px]),
-            **self._decoder.arrays(),
+            **self.decoder.arrays(),
         }
         np.savez_compressed(directory / "model.npz", **arrays)
 

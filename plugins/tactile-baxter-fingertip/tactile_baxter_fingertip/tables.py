@@ -45,7 +45,8 @@ def smooth_table(
     cell = (first // step).astype(np.intp) * _CELLS + second // step
 
     def sums(weight: Float) -> Float:
-        return np.bincount(cell, weight, _CELLS**2).reshape(_CELLS, _CELLS)
+        counted = np.bincount(cell, weight, _CELLS**2)
+        return np.asarray(counted.reshape(_CELLS, _CELLS), np.float64)
 
     planes = [sums(weights), *(sums(weights * column) for column in values.T)]
     known = np.zeros((_CELLS, _CELLS), bool)
@@ -56,11 +57,11 @@ def smooth_table(
         mean = np.stack(spreads, -1) / np.maximum(total, 1e-12)[..., None]
         means[~known] = mean[~known]
         known |= total * 2 * np.pi * spread**2 > _ENOUGH_SAMPLES * usual
-    means = cv2.copyMakeBorder(means, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    framed = np.asarray(cv2.copyMakeBorder(means, 1, 1, 1, 1, cv2.BORDER_REPLICATE))
     if periodic:
-        means[0], means[-1] = means[-2], means[1]
+        framed[0], framed[-1] = framed[-2], framed[1]
     size = ENTRIES + 2 * step
-    finer = cv2.resize(means, (size, size), interpolation=cv2.INTER_LINEAR)
+    finer = cv2.resize(framed, (size, size), interpolation=cv2.INTER_LINEAR)
     return np.ascontiguousarray(
         finer[step:-step, step:-step].reshape(ENTRIES, ENTRIES, -1), np.float32
     )

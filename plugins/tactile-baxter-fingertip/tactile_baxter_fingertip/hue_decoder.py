@@ -28,7 +28,7 @@ OPPONENT = np.array([[2, -1, -1], [0, 3**0.5, -(3**0.5)], [2**0.5] * 3]) / 6**0.
 """Rows: two axes of the plane of hue and saturation, and the intensity; orthonormal."""
 
 _COLOUR_ORDER = 5
-_EVENING_RIDGE = 1e-4
+_EVENING_RIDGE = 1e-2
 _REACH_PERCENT = 99.9
 _MARGIN = 1.05
 _SURE = 2e-4
@@ -38,7 +38,7 @@ _LEVEL = 1e-6
 """The same where the colour has not changed at all: then the saturation rules."""
 
 _SHAPES = {
-    "evening": (3, 3, 3),
+    "evening": (6, 3, 3),
     "limits": (3,),
     "yaw": (ENTRIES, ENTRIES),
     "by_intensity": (ENTRIES, ENTRIES),
@@ -52,8 +52,8 @@ class HueDecoder:
 
     Attributes
     ----------
-    evening : (3, 3, 3) float32
-        For the terms 1, x, y of the place (half widths from the centre): the matrix that is applied
+    evening : (6, 3, 3) float32
+        For each of :func:`place_terms`: the matrix that is applied
         to (I − I₀) / I₀; their sum gives two chroma axes and the intensity.
     limits : (3,) float32
         Largest chroma, smallest and largest intensity that the tables hold.
@@ -136,7 +136,7 @@ def angle_of(yaw: Bytes) -> Float32:
 
 def evened(features: Float32, evening: Float32) -> Float32:
     """(N, 3) chroma axes and intensity of (N, 5) changes and places, as in the mean light."""
-    change, terms = features[:, :3], _terms(features[:, 3:])
+    change, terms = features[:, :3], place_terms(features[:, 3:])
     return np.asarray(np.einsum("nt,tkj,nj->nk", terms, evening, change), np.float32)
 
 
@@ -199,17 +199,19 @@ def _evening(features: Float32, sines: Float32) -> Float32:
     nx, ny = sines.astype(np.float64).T
     slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= _COLOUR_ORDER], 1)
     usual = slope @ np.linalg.lstsq(slope, change, rcond=None)[0]
-    terms = _terms(features[:, 3:]).astype(np.float64)
+    terms = place_terms(features[:, 3:]).astype(np.float64)
     products = (terms[:, :, None] * change[:, None, :]).reshape(len(change), -1)
     normal = products.T @ products
     normal += _EVENING_RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
-    correction = np.linalg.solve(normal, products.T @ (usual - change)).reshape(3, 3, 3)
+    correction = np.linalg.solve(normal, products.T @ (usual - change)).reshape(-1, 3, 3)
     correction[0] += np.eye(3)
     return np.asarray(np.einsum("kc,tjc->tkj", OPPONENT, correction), np.float32)
 
 
-def _terms(places: Float32) -> Float32:
-    return np.concatenate([np.ones((len(places), 1), np.float32), places], axis=1)
+def place_terms(places: Float32) -> Float32:
+    """1, x, y, x², xy, y² (..., 6) of places (..., 2), in half widths from the centre."""
+    x, y = places[..., 0], places[..., 1]
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
 
 
 def _told(yaw: Bytes, entry: Bytes, values: Float, weights: Float) -> tuple[Float32, Float32]:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
+from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of, place_terms
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
 from tactile_core.algorithms.sines import planes_to_gradient
@@ -66,7 +66,7 @@ class HueField:
         self._light = light
         factors, offsets = decoder.to_entries
         h, w = light.base.shape[:2]
-        terms = np.concatenate([np.ones((h, w, 1), np.float32), place((h, w))], axis=2)
+        terms = place_terms(place((h, w)))
         floor = np.float32(DARK_FRACTION * light.full_scale)
         per_intensity = 1 / np.maximum(light.base, floor)
         self._weights: list[list[Float32]] = []

@@ -64,20 +64,23 @@ class BallPress:
 def render(profile: Profile, height_mm: NDArray[np.float64], *, seed: int = 0) -> NDArray[np.uint8]:
     """Render the (H, W, K) image of a skin of this height as the profile's camera sees it.
 
-    Deterministic by seed. Azimuths are measured from x towards y, as everywhere.
+    Deterministic by seed. A light is seen by the channels that it ``feeds``, or else by the one of
+    its own name. Azimuths are measured from x towards y, as everywhere.
     """
     image = profile.image
     gy, gx = np.gradient(height_mm, image.mm_per_px)
     norm = np.sqrt(1 + gx**2 + gy**2)
     x = np.linspace(-1, 1, image.width_px)
     y = np.linspace(-1, 1, image.height_px)[:, None]
-    planes = []
+    shades: dict[str, list[NDArray[Any]]] = {}
     for light in profile.illumination.options.get("lights", _DEFAULT_LIGHTS):
         azimuth, elevation = np.radians([light["azimuth_deg"], light["elevation_deg"]])
         lx, ly = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth)
         shading = (-gx * lx - gy * ly + np.sin(elevation)) / norm
         fade = 1 + _FADE * (x * np.cos(azimuth) + y * np.sin(azimuth))
-        planes.append(_AMBIENT + _DIRECT * fade * np.maximum(shading, 0))
+        for channel in light.get("feeds", (light["name"],)):
+            shades.setdefault(channel, []).append(fade * np.maximum(shading, 0))
+    planes = [_AMBIENT + _DIRECT * np.mean(lights, axis=0) for lights in shades.values()]
     light_level = np.stack(planes, axis=2) / 1.6
     if isinstance(profile.gel.markers, Markers):
         light_level *= np.where(dots(profile), _INK, 1.0)[..., None]

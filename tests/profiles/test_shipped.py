@@ -13,7 +13,17 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.parametrize(
-    "name", ["desktop_six_led", "hex_fingertip", "hex_fingertip_domed", "hex_fingertip_unmarked"]
+    "name",
+    [
+        "baxter_fingertip",
+        "baxter_fingertip_flat",
+        "desktop_six_led",
+        "desktop_six_led_portable",
+        "desktop_three_colour",
+        "hex_fingertip",
+        "hex_fingertip_domed",
+        "hex_fingertip_unmarked",
+    ],
 )
 def test_a_shipped_profile_is_sound_and_named_like_its_file(name: str) -> None:
     assert load_profile(name).name == name

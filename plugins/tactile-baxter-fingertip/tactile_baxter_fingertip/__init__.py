@@ -1,1 +1,19 @@
 """The four-colour fingertip of the Baxter gripper (Li et al. 2014) for tactile-core."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_illuminations() -> Mapping[str, str]:
+    """The light of the fingertip."""
+    return {"four_sides": "tactile_baxter_fingertip.four_sides:FourSides"}
+
+
+@hookimpl
+def tactile_calibrations() -> Mapping[str, str]:
+    """How the fingertip's colours were read."""
+    return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensity"}

@@ -1,0 +1,111 @@
+"""From one image to slopes: a decoder prepared for one reference."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of, place_terms
+from tactile_baxter_fingertip.tables import ENTRIES, Float32
+from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
+from tactile_core.algorithms.sines import planes_to_gradient
+
+Bool = NDArray[np.bool_]
+
+
+class Light:
+    """What the untouched sensor looks like without the grain of its coating.
+
+    Grain moves with the skin, so that the grain of the reference is not that under a press; what is
+    left of a widely smoothed reference is the light.
+    """
+
+    def __init__(
+        self,
+        reference: Float32,
+        marks: Bool | None,
+        *,
+        full_scale: float,
+        blur_px: float,
+        light_blur_px: float,
+    ) -> None:
+        self._smoothing = Smoothing.of(marks, blur_px)
+        base = self.smoothed(reference, marks)
+        if light_blur_px:
+            spread = (0, 0)
+            blurred = cv2.GaussianBlur(base, spread, light_blur_px, borderType=cv2.BORDER_REFLECT)
+            base = np.asarray(blurred, np.float32)
+        self.base = base
+        self.full_scale = full_scale
+
+    def smoothed(self, pixels: NDArray[Any], marks: Bool | None) -> Float32:
+        """(H, W, 3) float32 intensities, marks filled."""
+        # Rounding means back to bytes would add as much noise again as they have left.
+        return np.asarray(self._smoothing.apply(np.asarray(pixels, np.float32), marks), np.float32)
+
+    def features(
+        self,
+        pixels: NDArray[Any],
+        marks: Bool | None,
+        rows: NDArray[np.int32],
+        columns: NDArray[np.int32],
+    ) -> Float32:
+        """(N, 5) relative change and place of N pixels."""
+        smoothed, base = self.smoothed(pixels, marks)[rows, columns], self.base[rows, columns]
+        change = relative_change(smoothed, base, full_scale=self.full_scale)
+        return np.concatenate([change, place(pixels.shape[:2])[rows, columns]], axis=1)
+
+
+class HueField:
+    """Slopes of whole images; as :class:`HueDecoder` gives them, but by planes."""
+
+    def __init__(self, decoder: HueDecoder, light: Light) -> None:
+        self._light = light
+        factors, offsets = decoder.to_entries
+        h, w = light.base.shape[:2]
+        terms = place_terms(place((h, w)))
+        floor = np.float32(DARK_FRACTION * light.full_scale)
+        per_intensity = 1 / np.maximum(light.base, floor)
+        self._weights: list[list[Float32]] = []
+        self._offsets: list[Float32] = []
+        for k in range(3):
+            matrix = terms @ (decoder.evening[:, k] * factors[k])
+            self._offsets.append(offsets[k] - matrix.sum(2))
+            self._weights.append([np.ascontiguousarray(m) for m in np.dsplit(matrix, 3)])
+            for j, weight in enumerate(self._weights[k]):
+                weight *= per_intensity[..., j : j + 1]
+        # Both chroma bytes, and yaw and intensity, are read as one index of two bytes.
+        self._yaw = decoder.yaw.T.ravel()
+        self._by_chroma = decoder.by_chroma.T.ravel()
+        self._by_intensity = decoder.by_intensity.T.ravel()
+        angle = angle_of(np.arange(ENTRIES, dtype=np.uint8))
+        self._direction = np.exp(1j * angle).astype(np.complex64)
+
+    def measure(self, pixels: NDArray[Any], marks: Bool | None) -> tuple[Float32, Float32]:
+        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
+        channels = cv2.split(self._light.smoothed(pixels, marks))
+        bytes_ = []
+        nothing = np.zeros(1)
+        for weights, offset in zip(self._weights, self._offsets, strict=True):
+            total = offset.copy()
+            for channel, weight in zip(channels, weights, strict=True):
+                cv2.accumulateProduct(channel, weight, total)
+            bytes_.append(cv2.add(total, nothing, dtype=cv2.CV_8U))
+        first, second, intensity = bytes_
+        chroma = _pair(first, second)
+        yaw = self._yaw.take(chroma)
+        told = self._by_chroma.take(chroma)
+        told += self._by_intensity.take(_pair(yaw, intensity))
+        sines = self._direction.take(yaw)
+        sines *= told.real / told.imag
+        gx, gy = (np.ascontiguousarray(part) for part in (sines.real, sines.imag))
+        planes_to_gradient(gx, gy, np.empty_like(gx))
+        return gx, gy
+
+
+def _pair(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.uint16]:
+    """(H, W) index of two bytes."""
+    return np.asarray(cv2.merge([low, high])).view("<u2")[..., 0]

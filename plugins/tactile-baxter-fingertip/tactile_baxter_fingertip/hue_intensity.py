@@ -1,0 +1,193 @@
+"""``baxter_fingertip.hue_intensity``: yaw from hue and saturation, pitch from intensity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import cv2
+import numpy as np
+from pydantic import BaseModel, Field
+
+from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
+from tactile_baxter_fingertip.hue_field import HueField, Light
+from tactile_core.algorithms.sines import to_sines
+from tactile_core.calibration import Calibration, Press
+from tactile_core.device import Options
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.npz import read_npz
+from tactile_core.quantities import Bool, Frame, Gradients, Reference
+
+FEWEST_SAMPLES = 500
+MOST_SAMPLES = 200_000
+CHANNELS = 3
+
+
+class HueIntensityOptions(Options):
+    """Options of ``baxter_fingertip.hue_intensity``."""
+
+    blur_mm: float = Field(
+        default=0.027,
+        ge=0,
+        le=1,
+        description="Smoothing against the grain of the coating, standard deviation.",
+    )
+    light_blur_mm: float = Field(
+        default=0.11,
+        ge=0,
+        le=10,
+        description="Smoothing of the reference, whose grain is not that under a press.",
+    )
+    pitch_from: PitchFrom = Field(
+        default="both",
+        description="What tells the pitch beside the yaw: intensity as in the paper, or saturation,"
+        " or both, each where it is sure.",
+    )
+
+
+class HueIntensity(Calibration):
+    """The way of the first fingertip with four colours; see ``hue_decoder``."""
+
+    USE: ClassVar[str] = "baxter_fingertip.hue_intensity"
+    Options: ClassVar[type[BaseModel]] = HueIntensityOptions
+
+    def __init__(
+        self,
+        decoder: HueDecoder,
+        shape: tuple[int, int, int],
+        blur_px: float,
+        light_blur_px: float,
+    ) -> None:
+        self.decoder, self._shape = decoder, shape
+        self._blur_px, self._light_blur_px = blur_px, light_blur_px
+        self._prepared: tuple[Reference, HueField] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_prepared": None}
+
+    @classmethod
+    def fit(
+        cls, samples: Sequence[Press], reference: Reference, options: BaseModel
+    ) -> HueIntensity:
+        """Fit on presses of a known ball.
+
+        Raises
+        ------
+        CalibrationError
+            The images do not have three channels or the presses' size, or too few pixels slope.
+        """
+        assert isinstance(options, HueIntensityOptions)
+        height, width, channels = reference.pixels.shape
+        if channels != CHANNELS:
+            raise CalibrationError(
+                f"{cls.USE} reads hue from three channels and the frames have {channels}; use "
+                f"core.mlp or core.polynomial"
+            )
+        if not samples:
+            raise CalibrationError("0 presses hold too few pixels to fit on; record more presses")
+        scale = samples[0].frame.mm_per_px
+        blur_px, light_blur_px = options.blur_mm / scale, options.light_blur_mm / scale
+        light = _light(reference, blur_px, light_blur_px)
+        rng = np.random.default_rng(0)
+        share = MOST_SAMPLES // len(samples)
+        features, sines = [], []
+        for press in samples:
+            _check_size(f"press {press.name!r}", press.frame.pixels.shape, reference.pixels.shape)
+            pick = rng.permutation(len(press.rows))[:share]
+            at = press.rows[pick], press.columns[pick]
+            features.append(light.features(press.frame.pixels, press.frame.marks, *at))
+            sines.append(to_sines(press.gradients[pick]))
+        known = np.concatenate(sines)
+        if np.count_nonzero(known.any(axis=1)) < FEWEST_SAMPLES:
+            raise CalibrationError(
+                f"{len(samples)} presses hold too few pixels to fit on; record more presses, or "
+                f"larger ones"
+            )
+        decoder = fit_decoder(np.concatenate(features), known, options.pitch_from)
+        return cls(decoder, (height, width, channels), blur_px, light_blur_px)
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of one frame; valid where no channel is saturated and no mark hides the skin.
+
+        Raises
+        ------
+        CalibrationError
+            The frame or the reference has another size than the presses had, or they have another
+            full scale than each other.
+        """
+        _check_size("this frame", frame.pixels.shape, self._shape)
+        _check_size("this reference", reference.pixels.shape, self._shape)
+        if frame.full_scale != reference.full_scale:
+            raise CalibrationError(
+                f"the frame's full scale is {frame.full_scale:g} and the reference's "
+                f"{reference.full_scale:g}; record both with the same bit depth"
+            )
+        if self._prepared is None or self._prepared[0] is not reference:
+            light = _light(reference, self._blur_px, self._light_blur_px)
+            self._prepared = reference, HueField(self.decoder, light)
+        gx, gy = self._prepared[1].measure(frame.pixels, frame.marks)
+        return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        arrays: dict[str, Any] = {
+            "shape": np.array(self._shape),
+            "blurs_px": np.array([self._blur_px, self._light_blur_px]),
+            **self.decoder.arrays(),
+        }
+        np.savez_compressed(directory / "model.npz", **arrays)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``.
+
+        Raises
+        ------
+        CalibrationError
+            It is missing, broken or of another model.
+        """
+        path = directory / "model.npz"
+        try:
+            arrays = read_npz(path)
+            height, width, channels = (int(n) for n in arrays["shape"])
+            blur_px, light_blur_px = (float(b) for b in arrays["blurs_px"])
+            decoder = HueDecoder.from_arrays(arrays)
+        except (InputError, ValueError, LookupError, TypeError) as error:
+            raise CalibrationError(
+                f"{path} does not hold a {cls.USE} model; calibrate again"
+            ) from error
+        return cls(decoder, (height, width, channels), blur_px, light_blur_px)
+
+
+def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Light:
+    return Light(
+        reference.pixels,
+        reference.marks,
+        full_scale=reference.full_scale,
+        blur_px=blur_px,
+        light_blur_px=light_blur_px,
+    )
+
+
+def _check_size(what: str, shape: tuple[int, ...], fitted: tuple[int, ...]) -> None:
+    if shape != fitted:
+        raise CalibrationError(
+            f"the calibration belongs to images of {_size(fitted)} and {what} is {_size(shape)}; "
+            f"calibrate at the size of the input"
+        )
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]} × {shape[0]} with {shape[2]} channels"
+
+
+def _valid(frame: Frame) -> Bool:
+    """A saturated channel bends the hue, so that all three must be below."""
+    valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
+    # The brightest value is found ten times faster than where it is, and is rarely full.
+    if cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))[1] >= 0.988 * frame.full_scale:
+        valid &= ~frame.saturated.any(axis=2)
+    if frame.marks is not None:
+        valid &= ~frame.marks
+    return valid

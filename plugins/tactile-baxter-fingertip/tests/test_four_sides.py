@@ -1,0 +1,74 @@
+import pytest
+
+from tactile_baxter_fingertip.four_sides import FourSides, FourSidesOptions
+from tactile_core.plugins import resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.sim.ball import BallPress, render
+
+
+def test_the_light_is_found_by_its_name() -> None:
+    assert resolve("illumination", "baxter_fingertip.four_sides") is FourSides
+
+
+def test_one_exposure_shows_four_arrays_in_three_channels() -> None:
+    with FourSides(FourSidesOptions()) as light:
+        (exposure,) = light.exposures()
+        light.set(exposure.levels)
+    assert set(exposure.levels) == {"red", "green", "blue", "white"}
+    assert exposure.channels == light.channels == ("red", "green", "blue")
+
+
+def test_one_array_stands_on_each_side() -> None:
+    assert sorted(array.azimuth_deg % 360 for array in FourSidesOptions().lights) == [
+        0,
+        90,
+        180,
+        270,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("feeds", "why"),
+    [
+        ([["red"], ["green"], ["blue"], ["violet"]], "feeds some of"),
+        ([["red"], ["red"], ["green"], ["green"]], "no array feeds blue"),
+    ],
+)
+def test_every_channel_has_its_light(feeds: list[list[str]], why: str) -> None:
+    arrays = [{"name": f"a{i}", "azimuth_deg": 90 * i, "feeds": f} for i, f in enumerate(feeds)]
+    with pytest.raises(ValueError, match=why):
+        FourSidesOptions.model_validate({"lights": arrays})
+
+
+def test_arrays_of_one_name_are_refused() -> None:
+    arrays = [
+        {"name": "red", "azimuth_deg": a, "feeds": ["red", "green", "blue"]} for a in range(4)
+    ]
+    with pytest.raises(ValueError, match="different names"):
+        FourSidesOptions.model_validate({"lights": arrays})
+
+
+def test_the_tip_sees_what_the_paper_says() -> None:
+    profile = load_profile("baxter_fingertip")
+    assert profile.image.width_px * profile.image.mm_per_px == pytest.approx(18, abs=0.02)
+    assert profile.gel.coating == "semi_specular"
+    assert profile.gel.markers is None
+
+
+def test_the_flat_tip_differs_in_its_shape_alone() -> None:
+    domed, flat = load_profile("baxter_fingertip"), load_profile("baxter_fingertip_flat")
+    assert (domed.gel.shape, flat.gel.shape) == ("dome", "flat")
+    assert flat.gel == domed.gel.model_copy(update={"shape": "flat", "radius_mm": None})
+    assert flat.image == domed.image
+    assert flat.illumination == domed.illumination
+
+
+def test_white_is_seen_by_every_channel_of_the_virtual_tip() -> None:
+    profile = load_profile("baxter_fingertip_flat")
+    size = profile.image.height_px, profile.image.width_px
+    ball = BallPress((320, 240), 8.0, 1.0).height_mm(size, profile.image.mm_per_px)
+    image = render(profile, ball)
+    assert image.shape == (*size, 3)
+    # Left of the top the skin turns to the left, towards white.
+    level, towards_white = image[20, 20].astype(int), image[240, 280].astype(int)
+    assert (towards_white[[0, 2]] > level[[0, 2]]).all()

@@ -1,0 +1,149 @@
+import copy
+import pickle
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from four_lamps import Ball, frame_of, presses, untouched
+
+from tactile_baxter_fingertip.hue_decoder import HueDecoder
+from tactile_baxter_fingertip.hue_field import HueField, Light
+from tactile_baxter_fingertip.hue_intensity import HueIntensity, HueIntensityOptions
+from tactile_core.algorithms.sines import to_gradient
+from tactile_core.calibrating.presses import angles_deg
+from tactile_core.errors import CalibrationError
+from tactile_core.plugins import resolve
+from tactile_core.quantities import Reference
+
+UNSEEN = Ball((71.3, 64.8))
+
+
+def fitted(*, mirrored: bool = False, **options: object) -> HueIntensity:
+    return HueIntensity.fit(
+        presses(12, mirrored=mirrored),
+        untouched(mirrored=mirrored),
+        HueIntensityOptions.model_validate(options),
+    )
+
+
+@pytest.fixture(scope="module")
+def model() -> HueIntensity:
+    return fitted()
+
+
+def errors_deg(model: HueIntensity, *, mirrored: bool = False, gain: float = 1.0) -> np.ndarray:
+    """Angle between measured and true normals on a ball that the fit has not seen."""
+    frame = frame_of(UNSEEN, mirrored=mirrored, gain=gain)
+    measured = model.measure(frame, untouched(mirrored=mirrored))
+    true, on = UNSEEN.slopes()
+    return angles_deg(np.stack([measured.x[on], measured.y[on]], 1), true[on])
+
+
+def test_the_model_is_found_by_its_name() -> None:
+    assert resolve("calibration", "baxter_fingertip.hue_intensity") is HueIntensity
+
+
+def test_the_hue_tells_the_yaw(model: HueIntensity) -> None:
+    measured = model.measure(frame_of(UNSEEN), untouched())
+    true, on = UNSEEN.slopes()
+    steep = on & (np.hypot(true[..., 0], true[..., 1]) > 0.3)
+    found = np.arctan2(measured.y[steep], measured.x[steep])
+    told = np.arctan2(true[steep][:, 1], true[steep][:, 0])
+    assert np.degrees(np.abs(np.angle(np.exp(1j * (found - told))))).mean() < 2
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_normals_are_right_whichever_way_round_the_hues_run(mirrored: bool) -> None:
+    assert errors_deg(fitted(mirrored=mirrored), mirrored=mirrored).mean() < 2
+
+
+def test_intensity_or_saturation_alone_tells_less_than_both(model: HueIntensity) -> None:
+    alone = [errors_deg(fitted(pitch_from=which)).mean() for which in ("intensity", "saturation")]
+    assert errors_deg(model).mean() <= min(alone) + 0.1
+
+
+def test_untouched_skin_is_level(model: HueIntensity) -> None:
+    level = model.measure(frame_of(None), untouched())
+    assert np.hypot(level.x, level.y).max() < 0.02
+
+
+def test_more_of_all_light_changes_no_hue(model: HueIntensity) -> None:
+    assert errors_deg(model, gain=1.03).mean() < errors_deg(model).mean() + 1
+
+
+def test_whole_images_are_measured_as_pixels_are(model: HueIntensity) -> None:
+    frame, reference = frame_of(UNSEEN), untouched()
+    light = Light(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
+    decoder = model.decoder
+    rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
+    one_by_one = to_gradient(decoder(light.features(frame.pixels, None, rows, columns)))
+    gx, gy = HueField(decoder, light).measure(frame.pixels, None)
+    apart = np.hypot(gx.ravel() - one_by_one[:, 0], gy.ravel() - one_by_one[:, 1])
+    # A colour on the border between two entries may be rounded to either.
+    assert np.mean(apart > 1e-4) < 0.01
+
+
+def test_the_model_comes_back_as_it_was_saved(model: HueIntensity, tmp_path: Path) -> None:
+    model.save(tmp_path)
+    for again in (HueIntensity.load(tmp_path), pickle.loads(pickle.dumps(model))):
+        before, after = (m.measure(frame_of(UNSEEN), untouched()) for m in (model, again))
+        np.testing.assert_array_equal(after.x, before.x)
+        np.testing.assert_array_equal(after.y, before.y)
+
+
+@pytest.mark.parametrize("spoil", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"text"])
+def test_a_spoilt_file_is_refused(
+    model: HueIntensity, tmp_path: Path, spoil: Callable[[bytes], bytes]
+) -> None:
+    model.save(tmp_path)
+    path = tmp_path / "model.npz"
+    path.write_bytes(spoil(path.read_bytes()))
+    with pytest.raises(CalibrationError, match="calibrate again"):
+        HueIntensity.load(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["yaw", "evening", "by_intensity"])
+def test_a_misshapen_table_is_refused(model: HueIntensity, name: str) -> None:
+    arrays = model.decoder.arrays()
+    with pytest.raises(ValueError, match=name):
+        HueDecoder.from_arrays({**arrays, name: arrays[name][:2]})
+
+
+def test_another_size_is_refused(model: HueIntensity) -> None:
+    frame, reference = frame_of(UNSEEN), untouched()
+    with pytest.raises(CalibrationError, match="this frame is 160 × 50"):
+        model.measure(replace(frame, pixels=frame.pixels[:50]), reference)
+    with pytest.raises(CalibrationError, match="this reference is 160 × 50"):
+        model.measure(frame, replace(reference, pixels=reference.pixels[:50]))
+
+
+def test_grey_images_have_no_hue() -> None:
+    grey = Reference(untouched().pixels[..., :1], ("grey",))
+    with pytest.raises(CalibrationError, match="three channels"):
+        HueIntensity.fit(presses(1), grey, HueIntensityOptions())
+
+
+def test_presses_that_all_rest_are_refused() -> None:
+    press = presses(1)[0]
+    level = replace(press, gradients=np.zeros_like(press.gradients))
+    for samples in ([], [level]):
+        with pytest.raises(CalibrationError, match="too few pixels"):
+            HueIntensity.fit(samples, untouched(), HueIntensityOptions())
+
+
+def test_a_clipped_channel_has_no_hue(model: HueIntensity) -> None:
+    frame = frame_of(UNSEEN)
+    pixels = copy.copy(frame.pixels)
+    pixels[5, 7, 1] = 255
+    valid = model.measure(replace(frame, pixels=pixels), untouched()).valid
+    assert not valid[5, 7]
+    assert valid.sum() == valid.size - 1
+
+
+def test_bit_depths_are_not_mixed(model: HueIntensity) -> None:
+    frame = frame_of(UNSEEN)
+    deep = replace(frame, pixels=frame.pixels.astype(np.uint16) * 257, full_scale=65535.0)
+    with pytest.raises(CalibrationError, match="same bit depth"):
+        model.measure(deep, untouched())

@@ -20,7 +20,7 @@ _GAIN = 0.03
 _ROUNDS = 12
 _HUBER = 0.05
 _RIDGE = 0.03
-_TINY = 1e-5
+_TINY = 1e-4
 
 
 @dataclass(frozen=True, eq=False)

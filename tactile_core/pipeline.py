@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
+from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.chain import Chain
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
+from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
@@ -61,6 +63,7 @@ class Pipeline:
             reference = reference if reference is not None else self.bundle.reference
         self._marks = MarkFinder.of(self.profile, reference)
         self.reference = self._prepared(reference)
+        self._expected: Pattern | None = None
         self._chain = self._build_chain()
         left_out = self._left_out()
         if left_out:
@@ -83,6 +86,8 @@ class Pipeline:
         """
         start = perf_counter()
         self._check(frame.pixels.shape, "frame")
+        if in_turn(frame):
+            self._verify(frame)
         if self._marks is not None and frame.marks is None:
             frame = replace(frame, marks=self._marks.find(frame.pixels))
         given: dict[type[Quantity], Quantity] = {Frame: frame}
@@ -135,6 +140,22 @@ class Pipeline:
         if self._marks is not None and reference.marks is None:
             return replace(reference, marks=self._marks.find(reference.pixels))
         return reference
+
+    def _verify(self, frame: Frame) -> None:
+        """Refuse an observation whose exposures do not each show their own light."""
+        if self.bundle is not None and frame.channels != self.bundle.manifest.channels:
+            raise CalibrationError(
+                f"the lights fire in the order {', '.join(frame.channels)} and the bundle was made "
+                f"with {', '.join(self.bundle.manifest.channels)}; use the profile that it was "
+                f"made with or calibrate again"
+            )
+        if self._expected is None and self.reference is not None:
+            expected = None
+            if self.bundle is not None:
+                expected = pattern_of(self.bundle.reference)
+            verify(self.reference, expected, "the reference")
+            self._expected = expected or pattern_of(self.reference)
+        verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
 
     def _check(self, shape: tuple[int, ...], what: str) -> None:
         image = self.profile.image

@@ -83,7 +83,7 @@ class Frame(Quantity):
     timestamp_s, wall_time_s : float
         Host monotonic and wall-clock time at mid-observation.
     exposure_times_s : tuple of float
-        Timestamp of each exposure, in the order of the sequence.
+        Timestamp of each light's exposure, in the order of the sequence; a dark one is left out.
     raw : tuple of Image
         The exposures as the camera sent them, where they were asked to be kept.
     """

@@ -17,6 +17,7 @@ from tactile_core.calibrating.presses import FoundPress, find_grid, find_presses
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import InputError
+from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
@@ -24,7 +25,7 @@ from tactile_core.profiles.model import Component, Profile
 from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recording import open_recording
-from tactile_core.sensor import played_back, read_frames
+from tactile_core.sensor import images_per_observation, played_back, read_frames
 
 BALL_TOLERANCE = 0.01
 
@@ -121,8 +122,10 @@ def calibrate(
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
-    files = _file_names(presses, frames)
-    untouched = average(list(read_frames(base, reference)))
+    files = _file_names(base, presses, frames)
+    bare = list(read_frames(base, reference))
+    untouched = average(bare)
+    _verify([*bare, *frames], untouched)
     finder = MarkFinder.of(base, untouched)
     if finder is not None:
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
@@ -164,9 +167,16 @@ def calibrate(
     return Calibrated(Bundle(manifest, fitted, untouched), tuple(found), score, notes)
 
 
-def _file_names(path: Path, frames: list[Frame]) -> list[str]:
+def _verify(frames: Sequence[Frame], untouched: Reference) -> None:
+    expected = pattern_of(untouched)
+    for frame in frames:
+        if in_turn(frame):
+            verify(frame, expected, f"observation {frame.source or frame.sequence}")
+
+
+def _file_names(profile: Profile, path: Path, frames: list[Frame]) -> list[str]:
     """Name of each frame's image file; of its observation where that is no single file."""
-    count = len(frames[0].exposure_times_s) if frames else 1
+    count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
     single = {files.name: files.paths[0].name for files in recording.files if count == 1}
     return [single.get(frame.source, frame.source) for frame in frames]
@@ -229,7 +239,7 @@ def _on_target(
             f"one image or scan that shows the grid"
         )
     camera_size_px = open_recording(
-        presses, images_per_observation=len(frames[0].exposure_times_s)
+        presses, images_per_observation=images_per_observation(profile)
     ).size_px
     geometry = ImageGeometry(profile.image)
     grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))

@@ -22,6 +22,9 @@ from tactile_core.reading import Reading
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
 """What may come with a frame of a calibrated unit; some calibrations give height directly."""
 
+_RELEVANT_SHARE = 0.01
+"""Of a frame's intensities: fewer that are saturated or dark are filled without a word."""
+
 
 class Pipeline:
     """Turns frames into readings.
@@ -104,7 +107,7 @@ class Pipeline:
             steps=result.steps,
             latency_ms=1e3 * (perf_counter() - start),
             relative=self.reference is not None and self.reference.relative,
-            warnings=self.notes if frame.sequence == 0 else (),
+            warnings=(*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)),
         )
 
     def with_reference(self, reference: Reference) -> Pipeline:
@@ -169,3 +172,17 @@ class Pipeline:
                 f"the {what} has {shape[2]} channels and the bundle was made for "
                 f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
             )
+
+
+def _exposure_warnings(frame: Frame) -> tuple[str, ...]:
+    warnings = []
+    if frame.saturated_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
+        )
+    if frame.too_dark_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
+            f"the lights"
+        )
+    return tuple(warnings)

@@ -105,6 +105,16 @@ class Frame(Quantity):
         """(H, W, K) bool: the intensity is at the sensor's ceiling and only a lower bound."""
         return np.asarray(self.pixels >= 0.988 * self.full_scale)
 
+    @cached_property
+    def saturated_share(self) -> float:
+        """Share of the frame's intensities at the ceiling, from every fourth row and column."""
+        return float(np.mean(self.pixels[::4, ::4] >= 0.988 * self.full_scale))
+
+    @cached_property
+    def too_dark_share(self) -> float:
+        """Share of the intensities too dark to measure, from every fourth row and column."""
+        return float(np.mean(self.pixels[::4, ::4] <= 0.012 * self.full_scale))
+
     def summary(self) -> Mapping[str, Any]:
         """Sequence number, timestamp and source."""
         return {

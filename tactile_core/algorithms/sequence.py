@@ -75,7 +75,7 @@ def pattern(pixels: Array, full_scale: float) -> Pattern:
     full_scale : float
         The intensity at which a channel saturates.
     """
-    few = pixels
+    few: Any = pixels
     for axis, cells in ((0, _ROWS), (1, _COLUMNS)):
         size = few.shape[axis]
         samples = cells * _BLOCK if size >= cells * _BLOCK else min(size, cells)

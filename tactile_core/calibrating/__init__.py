@@ -28,6 +28,8 @@ from tactile_core.recording import open_recording
 from tactile_core.sensor import images_per_observation, played_back, read_frames
 
 BALL_TOLERANCE = 0.01
+AZIMUTH_TOLERANCE_DEG = 25.0
+"""A profile's azimuths are where a calibration starts; further off, something is mixed up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +148,9 @@ def calibrate(
     progress.stage("fitting", 0.15)
     fitted = fit([press.training() for press in good])
     progress.fraction(1.0)
+    azimuths = _channel_azimuths(good, untouched)
+    if in_turn(frames[0]):
+        notes = (*notes, *_misplaced(base, untouched.channels, azimuths))
     manifest = Manifest(
         profile=base.name,
         revision=base.revision,
@@ -154,7 +159,7 @@ def calibrate(
         image_size_px=(base.image.width_px, base.image.height_px),
         crop=base.image.crop,
         channels=untouched.channels,
-        channel_azimuth_deg=_channel_azimuths(good, untouched),
+        channel_azimuth_deg=azimuths,
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
@@ -263,6 +268,32 @@ def _channel_azimuths(presses: Sequence[FoundPress], reference: Reference) -> tu
     response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
     azimuths = np.degrees(np.arctan2(-response[1], -response[0]))
     return tuple(round(float(a), 1) for a in azimuths)
+
+
+def _misplaced(
+    profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
+) -> tuple[str, ...]:
+    """Warn of lamps that shine from elsewhere than the profile says."""
+    lights = profile.illumination.options.get("lights", ())
+    said = {light["name"]: float(light["azimuth_deg"]) for light in lights}
+    pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in said]
+
+    def off_deg(name: str, azimuth_deg: float) -> float:
+        return abs((azimuth_deg - said[name] + 180) % 360 - 180)
+
+    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTH_TOLERANCE_DEG]
+    if not far:
+        return ()
+    nearest = []
+    for _, azimuth in pairs:
+        nearest.append(min((off_deg(name, azimuth), name) for name in said)[1])
+    where = ", ".join(f"{name} from {a:.0f}° (profile {said[name]:.0f}°)" for name, a in far)
+    if len(set(nearest)) == len(nearest) and nearest != [name for name, _ in pairs]:
+        return (
+            f"lights shine from elsewhere than the profile says: {where}; they fit in the order "
+            f"{', '.join(nearest)}, so correct the profile or the order of the images",
+        )
+    return (f"lights shine from elsewhere than the profile says: {where}; correct 'azimuth_deg'",)
 
 
 def _versions() -> dict[str, str]:

@@ -80,9 +80,9 @@ def pattern(pixels: Array, full_scale: float) -> Pattern:
         size = few.shape[axis]
         samples = cells * _BLOCK if size >= cells * _BLOCK else min(size, cells)
         few = np.take(few, np.linspace(0, size - 1, samples).astype(np.intp), axis=axis)
-    cells = min(_COLUMNS, few.shape[1]), min(_ROWS, few.shape[0])
+    grid = min(_COLUMNS, few.shape[1]), min(_ROWS, few.shape[0])
     # means of neighbouring samples, so that the grain of the coating averages out
-    means = cv2.resize(few.astype(np.float32), cells, interpolation=cv2.INTER_AREA)
+    means = cv2.resize(few.astype(np.float32), grid, interpolation=cv2.INTER_AREA)
     means = means.reshape(-1, pixels.shape[2]).T * np.float32(1 / full_scale)
     return Pattern(np.log(means + np.float32(_FLOOR)), means.mean(axis=1))
 

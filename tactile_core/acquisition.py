@@ -46,6 +46,8 @@ class Acquisition:
         """
         images: list[Image] = []
         planes: list[Pixels] = []
+        times: list[float] = []
+        dark: Pixels | None = None
         for exposure in self._illumination.exposures():
             self._illumination.set(exposure.levels)
             image = self._camera.read(timeout_s)
@@ -54,8 +56,14 @@ class Acquisition:
                     raise CameraLost("the recording ended in the middle of a sequence of lights")
                 return None
             images.append(image)
-            planes.append(self._planes(image, len(exposure.channels)))
-        return self._frame(images, planes)
+            if exposure.channels:
+                planes.append(self._planes(image, len(exposure.channels)))
+                times.append(image.timestamp_s)
+            else:
+                dark = self._planes(image, planes[0].shape[2] if planes else 1)
+        if dark is not None:
+            planes = [_less(plane, dark) for plane in planes]
+        return self._frame(images, planes, tuple(times))
 
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.observe()) is not None:
@@ -74,8 +82,7 @@ class Acquisition:
             )
         return pixels
 
-    def _frame(self, images: list[Image], planes: list[Pixels]) -> Frame:
-        times = tuple(image.timestamp_s for image in images)
+    def _frame(self, images: list[Image], planes: list[Pixels], times: tuple[float, ...]) -> Frame:
         frame = Frame(
             pixels=planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2),
             channels=self._illumination.channels,
@@ -90,6 +97,11 @@ class Acquisition:
         )
         self._sequence += 1
         return frame
+
+
+def _less(lit: Pixels, dark: Pixels) -> Pixels:
+    """Subtract the light that no lamp gives; never below 0, where unsigned pixels would wrap."""
+    return np.asarray(lit - np.minimum(lit, dark))
 
 
 def average(frames: list[Frame]) -> Reference:

@@ -23,6 +23,10 @@ class InputError(TactileError):
     """A file, folder or argument that the user gave cannot be used."""
 
 
+class SequenceError(InputError):
+    """An exposure of lights fired in turn is dark or shows another light than its own."""
+
+
 class PluginError(TactileError):
     """A plugin cannot be imported, is missing, or two claim one name."""
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
+from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.chain import Chain
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
+from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
@@ -19,6 +21,9 @@ from tactile_core.reading import Reading
 
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
 """What may come with a frame of a calibrated unit; some calibrations give height directly."""
+
+_RELEVANT_SHARE = 0.01
+"""Of a frame's intensities: fewer that are saturated or dark are filled without a word."""
 
 
 class Pipeline:
@@ -61,6 +66,7 @@ class Pipeline:
             reference = reference if reference is not None else self.bundle.reference
         self._marks = MarkFinder.of(self.profile, reference)
         self.reference = self._prepared(reference)
+        self._expected: Pattern | None = None
         self._chain = self._build_chain()
         left_out = self._left_out()
         if left_out:
@@ -83,6 +89,8 @@ class Pipeline:
         """
         start = perf_counter()
         self._check(frame.pixels.shape, "frame")
+        if in_turn(frame):
+            self._verify(frame)
         if self._marks is not None and frame.marks is None:
             frame = replace(frame, marks=self._marks.find(frame.pixels))
         given: dict[type[Quantity], Quantity] = {Frame: frame}
@@ -99,7 +107,7 @@ class Pipeline:
             steps=result.steps,
             latency_ms=1e3 * (perf_counter() - start),
             relative=self.reference is not None and self.reference.relative,
-            warnings=self.notes if frame.sequence == 0 else (),
+            warnings=(*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)),
         )
 
     def with_reference(self, reference: Reference) -> Pipeline:
@@ -136,6 +144,22 @@ class Pipeline:
             return replace(reference, marks=self._marks.find(reference.pixels))
         return reference
 
+    def _verify(self, frame: Frame) -> None:
+        """Refuse an observation whose exposures do not each show their own light."""
+        if self.bundle is not None and frame.channels != self.bundle.manifest.channels:
+            raise CalibrationError(
+                f"the lights fire in the order {', '.join(frame.channels)} and the bundle was made "
+                f"with {', '.join(self.bundle.manifest.channels)}; use the profile that it was "
+                f"made with or calibrate again"
+            )
+        if self._expected is None and self.reference is not None:
+            expected = None
+            if self.bundle is not None:
+                expected = pattern_of(self.bundle.reference)
+            verify(self.reference, expected, "the reference")
+            self._expected = expected or pattern_of(self.reference)
+        verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
+
     def _check(self, shape: tuple[int, ...], what: str) -> None:
         image = self.profile.image
         if shape[:2] != (image.height_px, image.width_px):
@@ -148,3 +172,17 @@ class Pipeline:
                 f"the {what} has {shape[2]} channels and the bundle was made for "
                 f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
             )
+
+
+def _exposure_warnings(frame: Frame) -> tuple[str, ...]:
+    warnings = []
+    if frame.saturated_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
+        )
+    if frame.too_dark_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
+            f"the lights"
+        )
+    return tuple(warnings)

@@ -83,7 +83,7 @@ class Frame(Quantity):
     timestamp_s, wall_time_s : float
         Host monotonic and wall-clock time at mid-observation.
     exposure_times_s : tuple of float
-        Timestamp of each exposure, in the order of the sequence.
+        Timestamp of each light's exposure, in the order of the sequence; a dark one is left out.
     raw : tuple of Image
         The exposures as the camera sent them, where they were asked to be kept.
     """
@@ -104,6 +104,16 @@ class Frame(Quantity):
     def saturated(self) -> Bool:
         """(H, W, K) bool: the intensity is at the sensor's ceiling and only a lower bound."""
         return np.asarray(self.pixels >= 0.988 * self.full_scale)
+
+    @cached_property
+    def saturated_share(self) -> float:
+        """Share of the frame's intensities at the ceiling, from every fourth row and column."""
+        return float(np.mean(self.pixels[::4, ::4] >= 0.988 * self.full_scale))
+
+    @cached_property
+    def too_dark_share(self) -> float:
+        """Share of the intensities too dark to measure, from every fourth row and column."""
+        return float(np.mean(self.pixels[::4, ::4] <= 0.012 * self.full_scale))
 
     def summary(self) -> Mapping[str, Any]:
         """Sequence number, timestamp and source."""

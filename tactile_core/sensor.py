@@ -196,7 +196,7 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
     """Return the profile with a recording in place of its camera, and notes for the user."""
     from tactile_core.recording import open_recording
 
-    count = len(_lights(profile).exposures())
+    count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
     notes: tuple[str, ...] = ()
     image = profile.image
@@ -216,6 +216,11 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
         {"use": "core.replay", "path": path, "images_per_observation": count}
     )
     return profile.model_copy(update={"camera": camera, "image": image}), notes
+
+
+def images_per_observation(profile: Profile) -> int:
+    """How many exposures the profile's lights take for one frame, a dark one included."""
+    return len(_lights(profile).exposures())
 
 
 def read_reference(profile: Profile, path: Path) -> Reference:

@@ -22,6 +22,11 @@ class SequentialOptions(Options):
         min_length=FEWEST_LIGHTS, description="The lamps, in the order in which they fire."
     )
 
+    dark: bool = Field(
+        default=False,
+        description="Take one more exposure with no light, and subtract it from the others.",
+    )
+
     @model_validator(mode="after")
     def _lights_differ(self) -> Self:
         names = [light.name for light in self.lights]
@@ -31,13 +36,17 @@ class SequentialOptions(Options):
 
 
 class SequentialIllumination(Illumination):
-    """One lamp shines in each exposure; its name is the channel that the exposure measures."""
+    """One lamp shines in each exposure; its name is the channel that the exposure measures.
+
+    With ``dark`` a last exposure without any light shows what else shines into the rig.
+    """
 
     Options: ClassVar[type[BaseModel]] = SequentialOptions
 
     def __init__(self, options: SequentialOptions) -> None:
         super().__init__(options)
         self._names = tuple(light.name for light in options.lights)
+        self._dark = options.dark
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -45,8 +54,9 @@ class SequentialIllumination(Illumination):
         return self._names
 
     def exposures(self) -> tuple[Exposure, ...]:
-        """One per lamp."""
-        return tuple(Exposure({name: 1.0}, (name,)) for name in self._names)
+        """One per lamp, and at the end a dark one if it is wanted."""
+        lit = tuple(Exposure({name: 1.0}, (name,)) for name in self._names)
+        return (*lit, Exposure({}, ())) if self._dark else lit
 
     def _open(self) -> None:
         """Nothing to acquire: a rig's plugin switches real lamps."""

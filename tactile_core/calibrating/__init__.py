@@ -18,13 +18,17 @@ from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import InputError
+from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.progress import Progress, Silent
-from tactile_core.quantities import Reference
+from tactile_core.quantities import Frame, Reference
 from tactile_core.sensor import played_back, read_frames
+
+AZIMUTH_TOLERANCE_DEG = 25.0
+"""A profile's azimuths are where a calibration starts; further off, something is mixed up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +133,7 @@ def calibrate(
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
+    _verify(frames, untouched)
     finder = MarkFinder.of(base, untouched)
     if finder is not None:
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
@@ -163,6 +168,9 @@ def calibrate(
     progress.stage("fitting", 0.15)
     fitted = fit([press.training() for press in good])
     progress.fraction(1.0)
+    azimuths = _channel_azimuths(good, untouched)
+    if in_turn(frames[0]):
+        notes = (*notes, *_misplaced(base, untouched.channels, azimuths))
     manifest = Manifest(
         profile=base.name,
         revision=base.revision,
@@ -171,7 +179,7 @@ def calibrate(
         image_size_px=(base.image.width_px, base.image.height_px),
         crop=base.image.crop,
         channels=untouched.channels,
-        channel_azimuth_deg=_channel_azimuths(good, untouched),
+        channel_azimuth_deg=azimuths,
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
@@ -185,6 +193,14 @@ def calibrate(
     return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis)
 
 
+def _verify(frames: Sequence[Frame], untouched: Reference) -> None:
+    if not in_turn(frames[0]):
+        return
+    verify(untouched, None, "the reference")
+    for frame in frames:
+        verify(frame, pattern_of(untouched), f"observation {frame.source or frame.sequence}")
+
+
 def _channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:
     """Azimuth from which each channel's light comes, degrees from x towards y.
 
@@ -195,6 +211,32 @@ def _channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> 
     response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
     azimuths = np.degrees(np.arctan2(-response[1], -response[0]))
     return tuple(round(float(a), 1) for a in azimuths)
+
+
+def _misplaced(
+    profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
+) -> tuple[str, ...]:
+    """Warn of lamps that shine from elsewhere than the profile says."""
+    lights = profile.illumination.options.get("lights", ())
+    said = {light["name"]: float(light["azimuth_deg"]) for light in lights}
+    pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in said]
+
+    def off_deg(name: str, azimuth_deg: float) -> float:
+        return abs((azimuth_deg - said[name] + 180) % 360 - 180)
+
+    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTH_TOLERANCE_DEG]
+    if not far:
+        return ()
+    nearest = []
+    for _, azimuth in pairs:
+        nearest.append(min((off_deg(name, azimuth), name) for name in said)[1])
+    where = ", ".join(f"{name} from {a:.0f}° (profile {said[name]:.0f}°)" for name, a in far)
+    if len(set(nearest)) == len(nearest) and nearest != [name for name, _ in pairs]:
+        return (
+            f"lights shine from elsewhere than the profile says: {where}; they fit in the order "
+            f"{', '.join(nearest)}, so correct the profile or the order of the images",
+        )
+    return (f"lights shine from elsewhere than the profile says: {where}; correct 'azimuth_deg'",)
 
 
 def _versions() -> dict[str, str]:

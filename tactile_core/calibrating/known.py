@@ -29,7 +29,7 @@ from tactile_core.profiles.model import Profile
 from tactile_core.progress import Progress
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recording import open_recording
-from tactile_core.sensor import read_frames
+from tactile_core.sensor import images_per_observation, read_frames
 
 BALL_TOLERANCE = 0.01
 
@@ -123,7 +123,7 @@ def balls(
     CalibrationError
         None of the presses can be used.
     """
-    files = _file_names(presses, frames)
+    files = _file_names(profile, presses, frames)
     progress.stage("finding the circles", 0.25)
     if target is None:
         found, radius_mm = _found(
@@ -151,9 +151,9 @@ def _check_single(frames: Sequence[Frame]) -> None:
         )
 
 
-def _file_names(path: Path, frames: Sequence[Frame]) -> list[str]:
+def _file_names(profile: Profile, path: Path, frames: Sequence[Frame]) -> list[str]:
     """Name of each frame's image file; of its observation where that is no single file."""
-    count = len(frames[0].exposure_times_s) if frames else 1
+    count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
     single = {files.name: files.paths[0].name for files in recording.files if count == 1}
     return [single.get(frame.source, frame.source) for frame in frames]
@@ -213,7 +213,7 @@ def _on_target(
             )
     _check_single(frames)
     camera_size_px = open_recording(
-        presses, images_per_observation=len(frames[0].exposure_times_s)
+        presses, images_per_observation=images_per_observation(profile)
     ).size_px
     geometry = ImageGeometry(profile.image)
     grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))

@@ -1,0 +1,93 @@
+"""How much brighter or darker each channel has become, told from the skin at rest.
+
+One frame and the untouched reference are enough: where the skin rests, the quotient of the two is
+the channel's gain, the same in all places, while a contact spreads it. So nothing is remembered,
+and a contact that is held for long cannot be absorbed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+_ROWS, _COLUMNS = 24, 32
+_FEWEST = 100
+
+_MOST = 0.1
+"""Logarithm of the gain that is followed; what changes more is no drift."""
+
+_NEAR = 0.03
+"""Twice the grain of a channel (1.5 %): skin at rest is this near to the gain."""
+
+_LEAST, _ENOUGH = 0.2, 0.35
+"""Shares of the image that must agree in all channels to be believed at all, and fully."""
+
+_ROUNDS = 3
+_DARK, _FULL = 0.02, 0.988
+
+
+def channel_gains(
+    pixels: Array, reference: Array, full_scale: float, marks: Array | None = None
+) -> Array:
+    """Estimate each channel's gain against the reference.
+
+    The mode of the logarithm of each channel's quotient, refined by Tukey's biweight on all
+    channels at once.
+
+    Parameters
+    ----------
+    pixels, reference : (H, W, K)
+        A frame and the untouched sensor.
+    full_scale : float
+        The intensity at which a channel saturates.
+    marks : (H, W) bool, optional
+        Pixels that do not show the skin.
+
+    Returns
+    -------
+    (K,) float32
+        Within 10 % of 1; exactly 1 where too little of the skin rests to tell.
+    """
+    seen, untouched = _few(pixels), _few(reference)
+    usable = (untouched > _DARK * full_scale) & (seen > _DARK * full_scale)
+    usable &= seen < _FULL * full_scale
+    good = usable.all(axis=1)
+    if marks is not None:
+        good &= _few(marks.view(np.uint8)[..., None])[:, 0] == 0
+    if good.sum() < _FEWEST:
+        return np.ones(pixels.shape[2], np.float32)
+    logs = np.log(seen[good] / untouched[good])
+    gain = _modes(logs)
+    for _ in range(_ROUNDS):
+        weight = np.square(np.maximum(1 - np.square((logs - gain) / _NEAR).mean(axis=1) / 2, 0))
+        gain = weight @ logs / max(float(weight.sum()), 1e-6)
+    share = float(np.mean(np.abs(logs - gain).max(axis=1) < 2 * _NEAR))
+    if np.abs(gain).max() > _MOST:
+        return np.ones(pixels.shape[2], np.float32)
+    trust = min(max((share - _LEAST) / (_ENOUGH - _LEAST), 0.0), 1.0)
+    return np.asarray(np.exp(trust * gain), np.float32)
+
+
+def _few(pixels: Array) -> Array:
+    """(N, K) float32: means of neighbouring samples on a coarse grid."""
+    rows, columns, channels = pixels.shape
+    cells = min(_COLUMNS, columns), min(_ROWS, rows)
+    for axis, most in ((0, 2 * cells[1]), (1, 2 * cells[0])):
+        size = pixels.shape[axis]
+        at = np.linspace(0, size - 1, min(size, most)).astype(np.intp)
+        pixels = np.take(pixels, at, axis=axis)
+    few = cv2.resize(pixels.astype(np.float32), cells, interpolation=cv2.INTER_AREA)
+    return np.asarray(few.reshape(-1, channels))
+
+
+def _modes(logs: Array) -> Array:
+    """(K,): mean of the shortest interval that holds half of each column."""
+    ordered = np.sort(logs, axis=0)
+    half = len(ordered) // 2
+    first = (ordered[half:] - ordered[: len(ordered) - half]).argmin(axis=0)
+    return np.array([ordered[i : i + half, k].mean() for k, i in enumerate(first)], np.float32)

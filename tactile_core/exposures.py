@@ -1,0 +1,51 @@
+"""Exposures of lights fired in turn, verified by what they show before anything is measured."""
+
+from __future__ import annotations
+
+from tactile_core.algorithms.sequence import Fault, Pattern, faults, pattern
+from tactile_core.errors import SequenceError
+from tactile_core.quantities import Frame, Reference
+
+
+def in_turn(frame: Frame) -> bool:
+    """Whether each channel of the frame is an exposure of its own."""
+    return 1 < len(frame.exposure_times_s) == len(frame.channels)
+
+
+def pattern_of(observed: Frame | Reference) -> Pattern:
+    """What tells the lamps of an observation apart."""
+    return pattern(observed.pixels, observed.full_scale)
+
+
+def verify(observed: Frame | Reference, expected: Pattern | None, what: str) -> None:
+    """Refuse an observation whose exposures do not each show their own light.
+
+    Parameters
+    ----------
+    observed : Frame or Reference
+        One exposure per channel.
+    expected : Pattern, optional
+        Of the untouched sensor; without it only dark and repeated exposures are found.
+    what : str
+        The observation, for the message.
+
+    Raises
+    ------
+    SequenceError
+        An exposure is dark, or shows another light than its own.
+    """
+    found = faults(pattern_of(observed), expected)
+    if found:
+        said = "; ".join(_words(fault, observed.channels) for fault in found)
+        raise SequenceError(
+            f"{what}: {said}, so it is not measured; record it again with every light in its turn"
+        )
+
+
+def _words(fault: Fault, names: tuple[str, ...]) -> str:
+    name = names[fault.exposure]
+    if fault.shows is None:
+        return f"the exposure of light {name!r} is dark"
+    if fault.certain:
+        return f"the exposure of light {name!r} shows light {names[fault.shows]!r}"
+    return f"the exposures of lights {names[fault.shows]!r} and {name!r} show the same light"

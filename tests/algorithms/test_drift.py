@@ -1,0 +1,43 @@
+"""Drift is what the resting skin shows, and never the contact."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.drift import channel_gains
+
+ROWS, COLUMNS = 120, 160
+UNTOUCHED = np.random.default_rng(0).uniform(80, 140, (ROWS, COLUMNS, 6)).astype(np.float32)
+AZIMUTHS = np.radians(np.arange(6) * 60.0)
+
+
+def ball(radius_px: float) -> np.ndarray:
+    """Light on a ball at the centre: brighter towards each lamp, by its slope."""
+    y, x = np.mgrid[:ROWS, :COLUMNS] - np.array([ROWS / 2, COLUMNS / 2]).reshape(2, 1, 1)
+    inside = np.hypot(x, y) < radius_px
+    slope = (x[..., None] * np.cos(AZIMUTHS) + y[..., None] * np.sin(AZIMUTHS)) / radius_px
+    return 1 + 0.6 * slope * inside[..., None]
+
+
+def eight_bit(pixels: np.ndarray) -> np.ndarray:
+    return np.clip(np.round(pixels), 0, 255).astype(np.uint8)
+
+
+@given(st.lists(st.floats(0.94, 1.06), min_size=6, max_size=6))
+def test_each_lamps_drift_is_found_beside_a_ball(gains: list[float]) -> None:
+    seen = eight_bit(UNTOUCHED * ball(35) * gains)
+    np.testing.assert_allclose(channel_gains(seen, UNTOUCHED, 255), gains, rtol=0.003)
+
+
+def test_a_ball_held_for_ten_minutes_stays_while_the_lamps_drift() -> None:
+    held = UNTOUCHED * ball(40)
+    for minute in range(11):
+        drift = 1 + 0.005 * minute * np.array([1, -1, 0.5, 1, 0, -0.5])
+        gains = channel_gains(eight_bit(held * drift), UNTOUCHED, 255)
+        np.testing.assert_allclose(gains, drift, rtol=0.003)
+
+
+def test_a_contact_without_skin_at_rest_is_left_alone() -> None:
+    assert (channel_gains(eight_bit(UNTOUCHED * ball(200)), UNTOUCHED, 255) == 1).all()

@@ -1,0 +1,65 @@
+"""Lights in turn: one exposure a light, and one without any where that is wanted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_core.acquisition import average
+from tactile_core.errors import SequenceError
+from tactile_core.pipeline import Pipeline
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.sensor import read_frames
+
+LAMPS = 6
+HEIGHT, WIDTH = 512, 612
+
+
+def lit(lamp: int) -> np.ndarray:
+    """Skin that is brighter near its lamp."""
+    y, x = np.mgrid[-1 : 1 : HEIGHT * 1j, -1 : 1 : WIDTH * 1j]
+    azimuth = np.radians(-90 - 60 * lamp)
+    return np.round(100 * np.exp(0.15 * (x * np.cos(azimuth) + y * np.sin(azimuth))))
+
+
+def record(folder: Path, images: list[np.ndarray]) -> Path:
+    folder.mkdir()
+    for number, image in enumerate(images):
+        cv2.imwrite(str(folder / f"{number}.png"), np.clip(image, 0, 255).astype(np.uint8))
+    return folder
+
+
+def rig(dark: bool) -> Profile:
+    profile = load_profile("desktop_six_led")
+    options = {**profile.illumination.model_dump(), "dark": dark}
+    lights = type(profile.illumination).model_validate(options)
+    return profile.model_copy(update={"illumination": lights})
+
+
+def test_the_dark_exposure_is_subtracted_and_never_below_zero(tmp_path: Path) -> None:
+    lamps = [lit(k) for k in range(LAMPS)]
+    ambient = np.full((HEIGHT, WIDTH), 20.0)
+    ambient[:10] = 200
+    images = [*(image + 20 for image in lamps), ambient]
+    (frame,) = read_frames(rig(dark=True), record(tmp_path / "seven", images))
+    assert frame.pixels.shape == (HEIGHT, WIDTH, LAMPS)
+    np.testing.assert_array_equal(frame.pixels[10:], np.dstack(lamps)[10:])
+    assert not frame.pixels[:10].any()
+    assert len(frame.exposure_times_s) == LAMPS
+
+
+def test_a_swapped_exposure_is_named_and_not_measured(tmp_path: Path) -> None:
+    lamps = [lit(k) for k in range(LAMPS)]
+    profile = rig(dark=False)
+    (frame,) = read_frames(profile, record(tmp_path / "flat", lamps))
+    pipeline = Pipeline(profile, reference=average([frame]))
+    pipeline.process(frame)
+    lamps[1], lamps[4] = lamps[4], lamps[1]
+    (bad,) = read_frames(profile, record(tmp_path / "press7", lamps))
+    with pytest.raises(SequenceError, match=r"press7.*'lamp2' shows light 'lamp5'") as caught:
+        pipeline.process(bad)
+    assert caught.value.exit_code == 2

@@ -39,9 +39,17 @@ class Press(Quantity):
 
 
 class Calibration(ABC):
-    """An immutable fitted model of one physical unit; it belongs to one image size."""
+    """An immutable fitted model of one physical unit; it belongs to one image size.
+
+    Attributes
+    ----------
+    follows_drift : bool
+        True for a model that allows for lamps that have become brighter or darker by itself. The
+        frames of others are brought to the level of the reference before they are measured.
+    """
 
     Options: ClassVar[type[BaseModel]] = Options
+    follows_drift: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
@@ -56,6 +64,17 @@ class Calibration(ABC):
         CalibrationError
             The samples do not determine the model.
         """
+
+    @classmethod
+    def from_lights(
+        cls, options: BaseModel, azimuth_deg: Sequence[float], elevation_deg: Sequence[float]
+    ) -> Calibration | None:
+        """Return what can be measured with no bundle, from where the profile has the lights.
+
+        None, as here, where nothing can, or where the options do not ask for it. What is returned
+        has to measure without a reference, too: it is given one of equal intensities.
+        """
+        return None
 
     @abstractmethod
     def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:

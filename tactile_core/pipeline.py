@@ -6,9 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
+
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
+from tactile_core.calibration import Calibration
 from tactile_core.chain import Chain
+from tactile_core.drift import followed
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
 from tactile_core.exposures import in_turn, pattern_of, verify
@@ -64,6 +68,9 @@ class Pipeline:
         if self.bundle is not None:
             notes += self.bundle.check(self.profile, serial)
             reference = reference if reference is not None else self.bundle.reference
+        self._calibration = self._uncalibrated() if self.bundle is None else self.bundle.calibration
+        if self._calibration is not None and self.bundle is None:
+            notes.append("no bundle: slopes come from the lights as the profile gives them")
         self._marks = MarkFinder.of(self.profile, reference)
         self.reference = self._prepared(reference)
         self._expected: Pattern | None = None
@@ -96,9 +103,9 @@ class Pipeline:
         given: dict[type[Quantity], Quantity] = {Frame: frame}
         if self.reference is not None:
             given[Reference] = self.reference
-            if self.bundle is not None:
-                measured = self.bundle.calibration.measure(frame, self.reference)
-                given[type(measured)] = measured
+        if self._calibration is not None and (self.reference is not None or self.bundle is None):
+            measured = self._measured(self._calibration, frame)
+            given[type(measured)] = measured
         result = self._chain.run(given)
         measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
         return Reading(
@@ -128,12 +135,30 @@ class Pipeline:
         chain.check(_EVER_GIVEN)
         return chain
 
+    def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
+        if self.reference is None:
+            even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
+            return calibration.measure(frame, Reference(even, frame.channels, frame.full_scale))
+        if calibration.follows_drift:
+            return calibration.measure(frame, self.reference)
+        return calibration.measure(followed(frame, self.reference), self.reference)
+
+    def _uncalibrated(self) -> Calibration | None:
+        component = self.profile.calibration
+        cls: type[Calibration] = resolve("calibration", component.use)
+        lights = self.profile.illumination.options.get("lights", ())
+        return cls.from_lights(
+            cls.Options.model_validate(component.options),
+            [float(light["azimuth_deg"]) for light in lights],
+            [float(light["elevation_deg"]) for light in lights],
+        )
+
     def _left_out(self) -> list[str]:
         given: set[type[Quantity]] = {Frame}
         if self.reference is not None:
             given.add(Reference)
-            if self.bundle is not None:
-                given |= {Gradients, HeightMap}
+        if self._calibration is not None and (self.reference is not None or self.bundle is None):
+            given |= {Gradients, HeightMap}
         return list(self._chain.left_out(given))
 
     def _prepared(self, reference: Reference | None) -> Reference | None:

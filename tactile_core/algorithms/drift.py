@@ -73,6 +73,38 @@ def channel_gains(
     return np.asarray(np.exp(trust * gain), np.float32)
 
 
+def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
+    """Divide each channel by its gain; saturated intensities stay at the full scale.
+
+    Parameters
+    ----------
+    pixels : (H, W, K) uint8, uint16 or float32
+    gains : (K,)
+    full_scale : float
+
+    Returns
+    -------
+    (H, W, K), same dtype and layout
+    """
+    planar = pixels.transpose(2, 0, 1)
+    if pixels.dtype == np.uint8:
+        levels = np.arange(256, dtype=np.float32)
+        tables = np.rint(_steadied(levels[:, None], gains, full_scale)).astype(np.uint8)
+        if not planar.flags.c_contiguous:
+            return np.asarray(cv2.LUT(pixels, tables[None])).reshape(pixels.shape)
+        out = np.empty_like(planar)
+        for plane, table, into in zip(planar, tables.T.copy(), out, strict=True):
+            cv2.LUT(plane, table, dst=into)
+        return out.transpose(1, 2, 0)
+    steady = _steadied(pixels.astype(np.float32), gains, full_scale)
+    return steady if pixels.dtype == np.float32 else np.rint(steady).astype(pixels.dtype)
+
+
+def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
+    steady = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
+    return np.where(levels < _FULL * full_scale, steady, np.float32(full_scale))
+
+
 def _few(pixels: Array) -> Array:
     """(N, K) float32: means of neighbouring samples on a coarse grid."""
     rows, columns, channels = pixels.shape

@@ -21,21 +21,24 @@ class Smoothing:
 
     Attributes
     ----------
-    box_px : int
-        Side of the box filter that is applied twice; 1 for none.
+    boxes_px : tuple of two int
+        Sides of the two box filters that are applied in turn; 1 for none.
     around_px : int
         Side of the neighbourhood that marks are filled from; 0 for a skin without marks.
     """
 
-    box_px: int = 5
+    boxes_px: tuple[int, int] = (5, 5)
     around_px: int = 0
 
     @classmethod
     def of(cls, reference_marks: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
         """Smoothing with about this standard deviation, and marks as large as the reference's."""
-        # two boxes of side n have the variance (n² − 1) / 6
-        half = round((np.sqrt(6 * blur_px**2 + 1) - 1) / 2)
-        return cls(2 * half + 1, around_marks(reference_marks))
+        # A box of side n has the variance (n² − 1) / 12. The second may be the next larger one.
+        first = 2 * int((np.sqrt(6 * blur_px**2 + 1) - 1) / 2) + 1
+        pairs = [(n, m) for n in (first, first + 2) for m in (n, n + 2)]
+        wanted = 12 * blur_px**2 + 2
+        nearest = min(pairs, key=lambda pair: abs(pair[0] ** 2 + pair[1] ** 2 - wanted))
+        return cls(nearest, around_marks(reference_marks))
 
     def apply(
         self,
@@ -47,13 +50,13 @@ class Smoothing:
 
         ``out`` may hold the result, if its shape and dtype are those of ``pixels``.
         """
+        shape = pixels.shape
         if marks is not None and self.around_px:
             pixels = fill_marks(pixels, marks, self.around_px)
-        if self.box_px == 1:
-            return pixels
-        box = (self.box_px, self.box_px)
-        once = cv2.blur(pixels, box, dst=out)
-        return np.asarray(cv2.blur(once, box, dst=out)).reshape(pixels.shape)
+        for side in self.boxes_px:
+            if side > 1:
+                pixels = cv2.blur(pixels, (side, side), dst=out)
+        return np.asarray(pixels).reshape(shape)
 
 
 def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> NDArray[Any]:

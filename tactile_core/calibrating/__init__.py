@@ -17,6 +17,7 @@ from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press
+from tactile_core.drift import followed
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
@@ -141,6 +142,8 @@ def calibrate(
     component = base.calibration if model is None else Component(use=model)
     cls: type[Calibration] = resolve("calibration", component.use)
     options = cls.Options.model_validate(component.options)
+    if not cls.follows_drift:
+        frames = [followed(frame, untouched) for frame in frames]
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_at = getattr(options, "blur_at", None)
     blur_px = 0.0 if blur_at is None else float(blur_at(base.image.mm_per_px))

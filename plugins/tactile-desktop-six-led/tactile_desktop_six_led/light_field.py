@@ -20,6 +20,8 @@ _GAIN = 0.03
 _ROUNDS = 12
 _HUBER = 0.05
 _RIDGE = 0.03
+_EXPONENT_RIDGE = 1.0
+"""Exponents and directions can stand in for each other over the slopes that are pressed."""
 _TINY = 1e-4
 
 
@@ -118,6 +120,8 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
     lamps = change.shape[1]
     logs = np.log(np.maximum(change + 1, DIMMEST))
     start = _linear_start(change, terms, known)
+    held = np.full(len(start), _RIDGE)
+    held[:lamps] = _EXPONENT_RIDGE
 
     def error(parameters: Float) -> Float:
         field = _unpacked(parameters, lamps)
@@ -128,7 +132,7 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
         missed = np.stack([x / length, y / length], axis=1) - known
         size = np.linalg.norm(missed, axis=1, keepdims=True)
         missed /= np.sqrt(np.maximum(1, size / _HUBER))
-        return np.concatenate([missed.ravel(), _RIDGE * (parameters - start)])
+        return np.concatenate([missed.ravel(), held * (parameters - start)])
 
     found = least_squares(error, start, max_nfev=_ROUNDS).x
     return _unpacked(found.astype(np.float32), lamps)

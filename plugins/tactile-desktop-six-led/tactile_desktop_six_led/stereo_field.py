@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place
+from tactile_desktop_six_led.lamp_drift import LampDrift
 from tactile_desktop_six_led.light_field import DIMMEST, LightField
 from tactile_desktop_six_led.redundancy import Redundancy
 
@@ -24,7 +25,10 @@ _STEP = 4
 
 _FEW = np.s_[:, _STEP // 2 :: _STEP, _STEP // 2 :: _STEP]
 
-_BYTES = 256
+_SPARSE_ROWS = 60
+"""Drift of the lamps is told by so many rows of pixels."""
+
+_LEVELS = np.arange(256, dtype=np.float32)
 
 
 class StereoField:
@@ -37,6 +41,7 @@ class StereoField:
     ----------
     field : LightField
     redundancy : Redundancy
+    drift : LampDrift
     reference : (H, W, K) float32
         The untouched sensor.
     marks : (H, W) bool or None
@@ -49,13 +54,14 @@ class StereoField:
         self,
         field: LightField,
         redundancy: Redundancy,
+        drift: LampDrift,
         reference: Float32,
         marks: Bool | None,
         *,
         full_scale: float,
         blur_px: float,
     ) -> None:
-        self._field, self._redundancy = field, redundancy
+        self._field, self._redundancy, self._drift = field, redundancy, drift
         self._smoothing = Smoothing.of(marks, blur_px)
         base = np.asarray(self._smoothing.apply(reference, marks), np.float32)
         base = np.ascontiguousarray(base.transpose(2, 0, 1))
@@ -71,8 +77,12 @@ class StereoField:
         self._constant[2] += 1
         self._weights = rows * self._untouched
         self._dimmest = np.float32(DIMMEST * full_scale)
-        levels = np.maximum(np.arange(_BYTES, dtype=np.float32), self._dimmest)
-        self._tables = [np.asarray(levels**e, np.float32) for e in field.exponents]
+        step = max(1, min(height, width) // _SPARSE_ROWS)
+        self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
+        sparse = (slice(None), *self._sparse)
+        self._sparse_untouched = np.ascontiguousarray(self._untouched[sparse])
+        sparse_rows = rows[(slice(None), *sparse)].reshape(3, lamps, -1)
+        self._sparse_rows = np.ascontiguousarray(sparse_rows)
         self._scratch = _Scratch(lamps, height, width)
 
     def measure(
@@ -85,7 +95,9 @@ class StereoField:
         pixels : (H, W, K) uint8, uint16 or float32
         marks : (H, W) bool, optional
         """
-        powers = self._powers(self._smoothed(pixels, marks))
+        planes = self._smoothed(pixels, marks)
+        gains = self._gains(planes)
+        powers = self._powers(planes, gains, self._scratch.powers)
         b = self._directions(powers)
         sure = np.ones(b.shape[1:], np.bool_)
         odd = self._odd(powers)
@@ -93,6 +105,10 @@ class StereoField:
             self._mend(odd, b, sure)
         facing = np.maximum(b[2], _LEAST_FACING)
         return np.asarray(cv2.divide(b[0], facing)), np.asarray(cv2.divide(b[1], facing)), sure
+
+    def gains(self, pixels: NDArray[Any], marks: Bool | None = None) -> Float32:
+        """(K,) brightness of each lamp in (H, W, K) pixels over that at calibration."""
+        return self._gains(self._smoothed(pixels, marks))
 
     def _smoothed(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
         if marks is not None:
@@ -120,17 +136,29 @@ class StereoField:
         mended, sure.ravel()[odd] = self._redundancy.mended(response)
         b.reshape(3, -1)[:, odd] = self._field.directions(mended, self._place[odd])
 
-    def _powers(self, planes: list[NDArray[Any]]) -> Float32:
-        """(K, H, W) intensities to their lamp's exponent; valid until the thread's next call."""
-        powers = self._scratch.powers
-        for plane, exponent, table, power in zip(
-            planes, self._field.exponents, self._tables, powers, strict=True
+    def _gains(self, planes: list[NDArray[Any]]) -> Float32:
+        sparse = [plane[self._sparse] for plane in planes]
+        same = np.ones(len(planes), np.float32)
+        powers = self._powers(sparse, same, np.empty_like(self._sparse_untouched))
+        response = (powers * self._sparse_untouched - 1).reshape(len(planes), -1)
+        b = np.einsum("jkn,kn->jn", self._sparse_rows, response)
+        b[2] += 1
+        sines = b[:2] / np.sqrt(np.einsum("jn,jn->n", b, b))
+        return self._drift.gains(response, sines, self._redundancy)
+
+    def _powers(self, planes: list[NDArray[Any]], gains: Float32, out: Float32) -> Float32:
+        """(K, H, W) intensities over their lamp's gain, to its exponent."""
+        for plane, gain, exponent, power in zip(
+            planes, gains, self._field.exponents, out, strict=True
         ):
             if plane.dtype == np.uint8:
-                cv2.LUT(plane, table, dst=power)
+                cv2.LUT(plane, self._power(_LEVELS / gain, exponent), dst=power)
             else:
-                np.power(np.maximum(plane, self._dimmest), exponent, out=power)
-        return powers
+                power[...] = self._power(plane / gain, exponent)
+        return out
+
+    def _power(self, level: NDArray[Any], exponent: float) -> Float32:
+        return np.asarray(np.maximum(level, self._dimmest) ** exponent, np.float32)
 
     def _directions(self, powers: Float32) -> Float32:
         """(3, H, W) unnormalised normals; valid until the thread's next call."""

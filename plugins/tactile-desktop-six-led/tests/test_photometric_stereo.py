@@ -153,6 +153,28 @@ def test_a_paler_skin_and_brighter_lamps_change_little(rig: Rig, fitted: Photome
 
 
 @pytest.mark.parametrize("lamp", range(6))
+def test_a_lamp_that_has_become_brighter_is_followed(
+    rig: Rig, fitted: PhotometricStereo, lamp: int
+) -> None:
+    slopes, on_ball = ball(SPOT)
+    gain = np.where(np.arange(6) == lamp, 1.03, 1.0)
+    frame = rig.frame(slopes, gain=gain)
+    told = fitted._prepare(rig.reference()).gains(frame.pixels)
+    assert 1.015 < told[lamp] / np.delete(told, lamp).mean() < 1.035
+    measured = fitted.measure(frame, rig.reference())
+    assert error_deg(measured, slopes, on_ball) < 0.8
+
+
+def test_a_ball_that_is_held_for_ten_minutes_stays(rig: Rig, fitted: PhotometricStereo) -> None:
+    slopes, on_ball = ball(SPOT)
+    direction = np.array([1, -1, 0.5, 1, 0, -0.5])
+    for minute in range(11):
+        frame = rig.frame(slopes, gain=1 + 0.003 * minute * direction)
+        measured = fitted.measure(frame, rig.reference())
+        assert error_deg(measured, slopes, on_ball) < 2.0
+
+
+@pytest.mark.parametrize("lamp", range(6))
 @pytest.mark.parametrize("level", [10, 250], ids=["cast shadow", "highlight"])
 def test_what_spoils_one_lamp_is_rejected(
     rig: Rig, fitted: PhotometricStereo, lamp: int, level: int
@@ -213,7 +235,8 @@ def test_the_whole_image_is_measured_as_the_model_says(rig: Rig, fitted: Photome
     features = np.concatenate([change, spot / (width / 2)], 1).astype(np.float32)
     expected = to_gradient(fitted._model(features))
     found = np.stack([measured.x, measured.y], 2)[press.rows, press.columns]
-    assert np.abs(found - expected).max() < 2e-3
+    # the model knows nothing of the drift that is told from this frame
+    assert np.abs(found - expected).mean() < 0.01
 
 
 def test_planes_stored_one_after_another_and_sixteen_bits_measure_alike(

@@ -13,7 +13,7 @@ from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
 Float = NDArray[np.float64]
 Float32 = NDArray[np.float32]
 
-_BLUR_BALLS = 0.1
+_BLUR_BALLS, _LEAST_BLUR_PX = 0.1, 1.2
 _SAMPLES = 12_000
 _FEWEST = 30
 _REACHES = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
@@ -79,7 +79,7 @@ class _Grid:
     """The balls of a frame while their centres are refined."""
 
     def __init__(self, image: PressImage, centres: Float, radius: float) -> None:
-        smoothing = Smoothing.of(image.marks, _BLUR_BALLS * radius)
+        smoothing = Smoothing.of(image.marks, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius))
         change = relative_change(
             smoothing.apply(image.pixels, image.marks),
             np.asarray(smoothing.apply(image.reference, image.marks), np.float32),

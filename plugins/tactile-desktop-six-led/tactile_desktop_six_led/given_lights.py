@@ -1,0 +1,142 @@
+"""Photometric stereo with lamps whose directions are given, and no calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from tactile_core.calibration import Calibration, Press
+from tactile_core.errors import CalibrationError
+from tactile_core.quantities import Float32, Frame, Gradients, Reference
+
+_ROUNDS = 12
+_TOLERANCE = 0.03
+"""Misfit of a lamp, relative to the mean of all, at which it counts half."""
+
+_BLOCK = 1 << 14
+_ENOUGH_TO_DROP = 5
+_STEEPEST = 5.0
+_TINY = 1e-9
+
+
+def lamp_directions(azimuth_deg: Sequence[float], elevation_deg: Sequence[float]) -> Float32:
+    """(K, 3) unit vectors from the skin towards lamps: x right, y down, z towards the camera."""
+    azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
+    flat = np.cos(elevation)
+    return np.stack(
+        [flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=1
+    ).astype(np.float32)
+
+
+def robust_normals(intensity: Float32, directions: Float32) -> Float32:
+    """Normals of a Lambertian surface, lamps in shadow or with a highlight left out by pixel.
+
+    Least squares without the darkest and the brightest lamp (from five lamps on), then weighted
+    anew by Cauchy's weights, so that a lamp that does not fit hardly counts.
+
+    Parameters
+    ----------
+    intensity : (N, K) float32
+        Over each lamp's strength.
+    directions : (K, 3) float32
+        Towards the lamps.
+
+    Returns
+    -------
+    (N, 3) float32
+        Unit normals, towards the camera.
+    """
+    blocks = [
+        _solved(intensity[start : start + _BLOCK].astype(np.float64), directions)
+        for start in range(0, len(intensity), _BLOCK)
+    ]
+    normals = np.concatenate(blocks)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), _TINY)
+    return normals.astype(np.float32)
+
+
+def _solved(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
+    weights = np.ones_like(intensity)
+    if intensity.shape[1] >= _ENOUGH_TO_DROP:
+        order = np.argsort(intensity, axis=1)
+        np.put_along_axis(weights, order[:, [0, -1]], 1e-6, axis=1)
+    scale = np.maximum(intensity.mean(axis=1, keepdims=True), _TINY)
+    normals = _weighted(intensity, directions, weights)
+    for _ in range(_ROUNDS):
+        misfit = (intensity - normals @ directions.T) / scale
+        normals = _weighted(intensity, directions, 1 / (1 + (misfit / _TOLERANCE) ** 2))
+    return normals
+
+
+def _weighted(
+    intensity: NDArray[np.float64], directions: Float32, weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    normal = np.einsum("kc,nk,kd->ncd", directions, weights, directions, optimize=True)
+    normal += _TINY * np.eye(3)
+    right = (weights * intensity) @ directions
+    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
+
+
+class GivenLights(Calibration):
+    """What can be measured before anything was calibrated: lamps where the profile has them.
+
+    Parameters
+    ----------
+    directions : (K, 3) float32
+        Towards the lamps.
+    """
+
+    follows_drift: ClassVar[bool] = True
+
+    def __init__(self, directions: Float32) -> None:
+        self._directions = directions
+
+    @classmethod
+    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Self:
+        """Never called: nothing is fitted."""
+        raise CalibrationError(_NOT_FITTED)
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of a Lambertian skin.
+
+        Parameters
+        ----------
+        frame : Frame
+        reference : Reference
+            The level skin; of equal intensities where it is not known, which leaves the lamps'
+            strengths to the frame.
+        """
+        height, width, lamps = frame.pixels.shape
+        if lamps != len(self._directions):
+            raise CalibrationError(
+                f"the profile has {len(self._directions)} lights and the frame {lamps} channels; "
+                f"give one light per channel"
+            )
+        level = np.maximum(reference.pixels, 1e-3 * reference.full_scale)
+        facing = self._directions[:, 2] if np.ptp(reference.pixels) else np.float32(1)
+        light = (frame.pixels / level * facing).reshape(-1, lamps)
+        normals = robust_normals(light.astype(np.float32), self._directions)
+        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], 1e-3)
+        steep = np.hypot(slopes[:, 0], slopes[:, 1])
+        slopes *= np.minimum(1, _STEEPEST / np.maximum(steep, _TINY))[:, None]
+        planes = slopes.T.reshape(2, height, width)
+        valid = (normals[:, 2] > 0).reshape(height, width)
+        gx, gy = (np.ascontiguousarray(plane, np.float32) for plane in planes)
+        return Gradients(gx, gy, valid, frame.mm_per_px, frame.timestamp_s)
+
+    def save(self, directory: Path) -> None:
+        """Never called: nothing is fitted."""
+        raise CalibrationError(_NOT_FITTED)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Never called: nothing is fitted."""
+        raise CalibrationError(_NOT_FITTED)
+
+
+_NOT_FITTED = "lights that are given are not fitted; use desktop_six_led.photometric_stereo"

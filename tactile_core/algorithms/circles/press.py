@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import cv2
@@ -80,6 +80,10 @@ class Change:
     full: Bool
     noise: float
     scale: float
+
+    def between_channels(self) -> Change:
+        """The same without what brightens or darkens all channels alike."""
+        return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))
 
     def to_working(self, xy: Float) -> Float:
         """Points of the image in working pixels."""

@@ -44,15 +44,15 @@ def run(rig: HeightLab, scan: Path) -> tuple[object, ...]:
     return ("run", rig.profile, "--bundle", rig.folder / "bundle", "--input", scan)
 
 
-def measured(rig: HeightLab, scan: Path) -> dict[str, Any]:
-    done = tactile(*run(rig, scan), "--json")
+def measured(rig: HeightLab, scan: Path, out: Path) -> dict[str, Any]:
+    done = tactile(*run(rig, scan), "--out", out, "--json")
     assert done.returncode == 0, done.stderr
     line: dict[str, Any] = json.loads(done.stdout)
     return line
 
 
-def test_a_good_scan_is_measured_without_a_warning(rig: HeightLab) -> None:
-    assert measured(rig, rig.press)["warnings"] == []
+def test_a_good_scan_is_measured_without_a_warning(rig: HeightLab, tmp_path: Path) -> None:
+    assert measured(rig, rig.press, tmp_path)["warnings"] == []
 
 
 def test_five_images_for_six_lights_are_refused(rig: HeightLab, tmp_path: Path) -> None:
@@ -102,15 +102,19 @@ def test_two_images_in_each_others_place_are_refused(rig: HeightLab, tmp_path: P
 
 
 @pytest.mark.parametrize(("level", "why"), [(255, "saturated"), (0, "too dark")])
-def test_what_cannot_be_read_is_counted_and_filled(
+def test_what_cannot_be_read_is_counted_masked_and_filled(
     rig: HeightLab, tmp_path: Path, level: int, why: str
 ) -> None:
     exposures = scan_of(rig)
     for exposure in exposures:
         exposure[:40, :40] = level
-    line = measured(rig, record(tmp_path / "spoilt", exposures))
-    assert [warning for warning in line["warnings"] if f"8% of the frame is {why}" in warning]
-    assert np.isfinite(line["max_height_mm"])
+    line = measured(rig, record(tmp_path / "spoilt", exposures), tmp_path / "out")
+    (warning,) = line["warnings"]
+    assert f"8% of the frame is {why}" in warning
+    with np.load(tmp_path / "out" / "spoilt.npz") as data:
+        assert not data["valid"][:40, :40].any()
+        assert data["valid"][50:, 50:].all()
+        assert np.isfinite(data["height_mm"]).all()
 
 
 def turned(rig: HeightLab, folder: Path, azimuths_deg: dict[str, int]) -> Path:

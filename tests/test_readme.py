@@ -52,7 +52,6 @@ def test_a_variant_of_a_shipped_rig_is_valid(tmp_path: Path) -> None:
     path = tmp_path / "variant.yaml"
     path.write_text(blocks("yaml")[1])
     variant = load_profile(path)
-    assert variant.gel.shape == "dome"
     assert variant.calibration.options["lights"] == "given"
     assert variant.estimators["height"].use == "core.robust_poisson"
 

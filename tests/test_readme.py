@@ -17,6 +17,7 @@ from tactile_core.profiles.loader import load_profile
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
+PAGES = [ROOT / "README.md", *sorted(ROOT.glob("plugins/*/README.md"))]
 
 
 def blocks(language: str, page: str = README) -> list[str]:
@@ -56,7 +57,7 @@ def test_a_variant_of_a_shipped_rig_is_valid(tmp_path: Path) -> None:
     assert variant.estimators["height"].use == "core.robust_poisson"
 
 
-@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(ROOT.glob("plugins/*/README.md"))])
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
 def test_every_command_and_option_that_is_named_exists(page: Path) -> None:
     known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     for name, *words in commands(page.read_text()):
@@ -94,7 +95,7 @@ def test_the_first_script_prints_a_line_per_image(
     assert len(capsys.readouterr().out.splitlines()) == 10
 
 
-def test_every_page_and_picture_that_is_linked_exists() -> None:
-    links = re.findall(r"\]\(([^)#:]+)\)", README)
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
+def test_every_page_and_picture_that_is_linked_exists(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)\)", page.read_text())
+    assert [link for link in links if not (page.parent / link).exists()] == []

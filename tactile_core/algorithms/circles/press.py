@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.shrinking import shrunk
+
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
@@ -127,12 +129,11 @@ def change_of(press: PressImage, scale: float) -> Change:
 
 def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
     image = pixels.astype(np.float32) * np.float32(255 / full_scale)
-    h, w, k = (int(n) for n in image.shape)
+    h, w = image.shape[:2]
     if scale == 1:
         return image.astype(np.float64)
     size = max(1, round(w * scale)), max(1, round(h * scale))
-    shrunk = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(shrunk, np.float64).reshape(size[1], size[0], k)
+    return shrunk(image, size).astype(np.float64)
 
 
 def _folded(full: Bool, plane: Float) -> Bool:

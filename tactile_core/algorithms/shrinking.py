@@ -1,4 +1,4 @@
-"""Smaller images by averaging, of any number of channels."""
+"""Images made smaller by the mean over an area, with as many channels as there are lamps."""
 
 from __future__ import annotations
 
@@ -9,29 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MOST_CHANNELS = 4
-"""Of one call of OpenCV."""
+"""OpenCV shrinks no more at once, unless by a whole factor."""
 
 
-def shrunk(image: NDArray[Any], size: tuple[int, int]) -> NDArray[Any]:
-    """Average an image down.
+def shrunk(image: NDArray[Any], size_px: tuple[int, int]) -> NDArray[Any]:
+    """Shrink an image; each pixel becomes the mean over the area that it covers.
 
     Parameters
     ----------
-    image : (H, W, K) uint8, uint16 or float32
-    size : (int, int)
-        Columns and rows of the result.
+    image : (H, W) or (H, W, K) uint8, uint16, float32 or float64
+        Any number of channels.
+    size_px : (width, height)
+        Of the result, not larger than the image.
 
     Returns
     -------
-    (rows, columns, K), same dtype
+    (height, width) or (height, width, K), same dtype
     """
-    channels = image.shape[2]
-    parts = [
-        cv2.resize(
-            np.ascontiguousarray(image[..., first : first + _MOST_CHANNELS]),
-            size,
-            interpolation=cv2.INTER_AREA,
-        ).reshape(size[1], size[0], -1)
-        for first in range(0, channels, _MOST_CHANNELS)
-    ]
-    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
+    channels = image.shape[2:]
+    planes = [image] if image.ndim == 2 or channels[0] <= _MOST_CHANNELS else cv2.split(image)
+    small = [cv2.resize(plane, size_px, interpolation=cv2.INTER_AREA) for plane in planes]
+    whole = small[0] if len(small) == 1 else np.dstack(small)
+    return np.asarray(whole).reshape(size_px[1], size_px[0], *channels)

@@ -133,7 +133,7 @@ def change_of(press: PressImage, scale: float) -> Change:
 
 def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
     image = pixels.astype(np.float32) * np.float32(255 / full_scale)
-    h, w = (int(n) for n in image.shape[:2])
+    h, w = image.shape[:2]
     if scale == 1:
         return image.astype(np.float64)
     size = max(1, round(w * scale)), max(1, round(h * scale))

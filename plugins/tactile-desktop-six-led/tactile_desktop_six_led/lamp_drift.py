@@ -20,7 +20,7 @@ _SLOPED = (0.4, 0.8)
 """Sines of the slopes that tell: flat skin cannot tell a lamp from a tilt, steep is shadowed."""
 
 _ORDER = 3
-_PRIOR = 0.15
+_PRIOR = 8e-2
 _FEW = 50
 _COMMON = 10.0
 

@@ -163,7 +163,7 @@ def test_a_lamp_that_has_become_brighter_is_followed(
     assert 1.015 < told[lamp] / np.delete(told, lamp).mean() < 1.035
     drifted = error_deg(fitted.measure(frame, rig.reference()), slopes, on_ball)
     steady = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
-    assert drifted - steady < 0.4
+    assert drifted - steady < 0.65
 
 
 def test_a_ball_that_is_held_for_ten_minutes_stays(rig: Rig, fitted: PhotometricStereo) -> None:

@@ -21,8 +21,8 @@ Bool = NDArray[np.bool_]
 _LEAST_FACING = np.float32(0.2)
 """Of a skin that faces the camera with 1; less makes slopes without bound."""
 
-_STEP = 4
-"""Every so many pixels lamps are checked against each other; shadows are larger."""
+_STEP = 2
+"""Every so many pixels lamps are checked against each other, and around where they disagree all."""
 
 _FEW = np.s_[:, _STEP // 2 :: _STEP, _STEP // 2 :: _STEP]
 
@@ -99,9 +99,9 @@ class StereoField:
         powers = self._powers(planes, gains, self._scratch.powers)
         b = self._directions(powers)
         unsure = np.zeros(b.shape[1:], np.uint8)
-        odd = self._odd(powers)
+        odd, response = self._odd(powers)
         if len(odd):
-            self._mend(odd, b, unsure)
+            self._mend(odd, response, b, unsure)
         np.maximum(b[2], _LEAST_FACING, out=b[2])
         shape = pixels.shape[:2]
         gx, gy = (self._sampling.enlarged(cv2.divide(side, b[2]), shape) for side in b[:2])
@@ -111,24 +111,28 @@ class StereoField:
         """(K,) brightness of each lamp in (H, W, K) pixels over that at calibration."""
         return self._gains(self._sampling.planes(pixels, marks))
 
-    def _odd(self, powers: Float32) -> NDArray[np.intp]:
-        """Flat indices of pixels on which the lamps do not agree."""
+    def _odd(self, powers: Float32) -> tuple[NDArray[np.intp], Float32]:
+        """Flat indices of pixels on which the lamps do not agree, and their (K, N) responses."""
         few = powers[_FEW] * self._few_untouched
         few -= 1
-        # Most frames have no shadow anywhere, and few pixels tell that.
-        if not self._disagree(few).any():
-            return np.empty(0, np.intp)
-        response = np.multiply(powers, self._untouched, out=self._scratch.response)
+        suspect = self._disagree(few.reshape(len(few), -1)).reshape(few.shape[1:])
+        near = cv2.dilate(suspect.view(np.uint8), np.ones((3, 3), np.uint8))
+        height, width = powers.shape[1:]
+        near = cv2.resize(near, (width, height), interpolation=cv2.INTER_NEAREST)
+        at = np.flatnonzero(near)
+        lamps = len(powers)
+        response = powers.reshape(lamps, -1)[:, at] * self._untouched.reshape(lamps, -1)[:, at]
         response -= 1
-        return np.flatnonzero(self._disagree(response))
+        odd = self._disagree(response)
+        return at[odd], response[:, odd]
 
     def _disagree(self, response: Float32) -> Bool:
-        misfit = self._redundancy.misfit(response.reshape(len(response), -1))
-        return np.asarray(misfit > self._redundancy.tolerance)
+        return np.asarray(self._redundancy.misfit(response) > self._redundancy.tolerance)
 
-    def _mend(self, odd: NDArray[np.intp], b: Float32, unsure: NDArray[np.uint8]) -> None:
+    def _mend(
+        self, odd: NDArray[np.intp], response: Float32, b: Float32, unsure: NDArray[np.uint8]
+    ) -> None:
         """Write the normals of odd pixels, with spoilt lamps replaced, into b."""
-        response = self._scratch.response.reshape(len(self._untouched), -1)[:, odd]
         mended, sure = self._redundancy.mended(response)
         unsure.ravel()[odd] = ~sure
         b.reshape(3, -1)[:, odd] = self._field.directions(mended, self._place[odd])
@@ -172,5 +176,4 @@ class _Scratch(threading.local):
 
     def __init__(self, lamps: int, height: int, width: int) -> None:
         self.powers = np.empty((lamps, height, width), np.float32)
-        self.response = np.empty((lamps, height, width), np.float32)
         self.directions = np.empty((3, height, width), np.float32)

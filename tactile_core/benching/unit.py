@@ -88,7 +88,7 @@ def virtual_unit(
     fitted = cls.fit([press.training() for press in presses], reference, options)
     manifest = Manifest(
         profile=profile.name,
-        model=component.use,
+        model=getattr(type(fitted), "USE", component.use),
         image_size_px=(image.width_px, image.height_px),
         channels=lights.channels,
         mm_per_px=image.mm_per_px,

@@ -31,18 +31,15 @@ def table(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     extra = [name for name in extra if name != "contact"]
     header = [
         "variant",
-        "normals mean",
-        "median",
-        "p90",
-        "in contact",
-        "height",
-        "in contact",
-        "peak",
+        "normals, ° (mean / median / p90)",
+        "in contact, °",
+        "height, µm",
+        "in contact, µm",
+        "peak, µm",
         "contact IoU",
         *extra,
-        "median",
-        "p90",
-        "memory",
+        "time, ms (median / p90)",
+        "memory, MiB",
     ]
     return header, [_row(summary, extra) for summary in summaries]
 
@@ -91,21 +88,17 @@ def _contact(arrays: Arrays, mm_per_px: float) -> ContactMask | None:
 
 
 def _row(summary: dict[str, Any], extra: list[str]) -> list[str]:
-    normals = summary["normal_error_deg"] or {}
-    in_contact = summary["normal_error_in_contact_deg"] or {}
-    latency = summary["latency_ms"]
     return [
         summary["variant"],
-        *(_said(normals.get(key), "{:.2f}°") for key in ("mean", "median", "p90")),
-        _said(in_contact.get("mean"), "{:.2f}°"),
+        _several(summary["normal_error_deg"]),
+        _several(summary["normal_error_in_contact_deg"]),
         _microns(summary["height_rmse_mm"]),
         _microns(summary["height_rmse_in_contact_mm"]),
         _microns(summary["peak_error_mm"]),
         _said(summary["iou"].get("contact"), "{:.3f}"),
         *(_other(summary["iou"].get(name, summary["rmse"].get(name))) for name in extra),
-        f"{latency['median']:.2f} ms",
-        f"{latency['p90']:.2f} ms",
-        _said(summary["peak_memory_mib"], "{:.0f} MiB"),
+        _several(summary["latency_ms"]),
+        _said(summary["peak_memory_mib"], "{:.0f}"),
     ]
 
 
@@ -113,8 +106,12 @@ def _said(value: float | None, form: str) -> str:
     return NOTHING if value is None else form.format(value)
 
 
+def _several(values: dict[str, float] | None) -> str:
+    return NOTHING if values is None else " / ".join(f"{value:.2f}" for value in values.values())
+
+
 def _microns(value_mm: float | None) -> str:
-    return NOTHING if value_mm is None else f"{1e3 * value_mm:.1f} µm"
+    return NOTHING if value_mm is None else f"{1e3 * value_mm:.1f}"
 
 
 def _other(value: Any) -> str:

@@ -7,7 +7,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -46,8 +46,10 @@ class FreshProcess:
     def send(self, message: Any) -> None:
         """Send a message; the other side does not have to be ready for it."""
         assert self._process.stdin is not None
-        pickle.dump(message, self._process.stdin)
-        self._process.stdin.flush()
+        # one that has died says so when its answer is waited for
+        with suppress(BrokenPipeError):
+            pickle.dump(message, self._process.stdin)
+            self._process.stdin.flush()
 
     def receive(self) -> Any:
         """Wait for what the generator yields next.
@@ -96,7 +98,7 @@ def serve() -> None:
         while True:
             _answer(answers, answer)
             answer = generator.send(pickle.load(sys.stdin.buffer))
-    except (StopIteration, EOFError):
+    except (StopIteration, EOFError, KeyboardInterrupt):
         return
     except Exception as error:
         _answer(answers, error)

@@ -53,6 +53,14 @@ def test_an_end_without_a_word_is_told() -> None:
         process.receive()
 
 
+def test_a_message_to_one_that_has_ended_is_told_by_its_answer() -> None:
+    with FreshProcess(vanish) as process:
+        for _ in range(3):
+            process.send(np.zeros(2**20))
+        with pytest.raises(DeviceError, match="exit code 3"):
+            process.receive()
+
+
 def test_memory_is_that_process_s_own() -> None:
     if peak_memory_mib() is None:
         pytest.skip("this system does not tell")

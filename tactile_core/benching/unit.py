@@ -21,7 +21,7 @@ from tactile_core.quantities import Frame
 from tactile_core.sensor import devices
 from tactile_core.sim.ball import BallPress, render
 
-PRESSES = 10
+PRESSES = 8
 _BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
 
 

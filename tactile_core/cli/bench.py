@@ -31,8 +31,8 @@ def bench(
 ) -> None:
     """Measure what each stage of a frame's way costs here, on one core.
 
-    Virtual units are calibrated on rendered presses; the whole takes under a minute unless several
-    sizes are asked for.
+    Virtual units are calibrated on rendered presses. What a camera's driver takes is not counted.
+    All of it takes under a minute unless several sizes are asked for.
     """
     from tactile_core.benching import bench as measure_all
     from tactile_core.cli.progress import Bar
@@ -88,7 +88,7 @@ def _lines(result: Benches) -> list[str]:
     lines = [
         f"{about['cpu']}, {about['cores']} cores, {about['system']}; {versions}",
         f"'fast' extra (numba): {used if fast['installed'] else 'not installed'}",
-        "one core, one thread; ms a frame; memory of a process that only streams, all included",
+        "one core, one thread, no camera; ms; memory of a process that only streams, all included",
     ]
     for one in result.benches:
         rows = [

@@ -84,7 +84,7 @@ class Acquisition:
 
     def _frame(self, images: list[Image], planes: list[Pixels], times: tuple[float, ...]) -> Frame:
         frame = Frame(
-            pixels=planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2),
+            pixels=planes[0] if len(planes) == 1 else _channels_of(planes),
             channels=self._illumination.channels,
             mm_per_px=self._image.mm_per_px,
             full_scale=self._image.full_scale,
@@ -97,6 +97,11 @@ class Acquisition:
         )
         self._sequence += 1
         return frame
+
+
+def _channels_of(planes: list[Pixels]) -> Pixels:
+    """(H, W, K) of K exposures, stored one after another, as photometric stereo reads them."""
+    return np.concatenate([plane.transpose(2, 0, 1) for plane in planes]).transpose(1, 2, 0)
 
 
 def _less(lit: Pixels, dark: Pixels) -> Pixels:

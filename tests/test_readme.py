@@ -1,23 +1,39 @@
 """What the README shows works as it stands there."""
 
+import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 
 import pytest
+import typer
+from cli.test_cli import tactile
+from height_lab import make_height_lab
 from virtual_lab import VirtualLab
 
+from tactile_core.cli.app import app
 from tactile_core.profiles.loader import load_profile
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
+PAGES = [ROOT / "README.md", *sorted(ROOT.glob("plugins/*/README.md"))]
+
+
+def blocks(language: str, page: str = README) -> list[str]:
+    """All blocks of code in a language."""
+    return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
 
 
 def block(language: str) -> str:
     """The first block of code in a language."""
-    found = re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)
-    assert found is not None
-    return found.group(1)
+    return blocks(language)[0]
+
+
+def commands(page: str = README) -> list[list[str]]:
+    """The words of every ``tactile …`` that a page tells to type."""
+    lines = "\n".join(blocks("sh", page)).replace("\\\n", " ").splitlines()
+    return [shlex.split(line)[1:] for line in lines if line.startswith("tactile ")]
 
 
 def test_the_profile_is_valid(tmp_path: Path) -> None:
@@ -31,6 +47,38 @@ def test_a_revision_takes_one_line(tmp_path: Path) -> None:
     path = tmp_path / "second.yaml"
     path.write_text('extends: my_sensor.yaml\nrevision: "2"\n')
     assert load_profile(path).revision == "2"
+
+
+def test_a_variant_of_a_shipped_rig_is_valid(tmp_path: Path) -> None:
+    path = tmp_path / "variant.yaml"
+    path.write_text(blocks("yaml")[1])
+    variant = load_profile(path)
+    assert variant.calibration.options["lights"] == "given"
+    assert variant.estimators["height"].use == "core.robust_poisson"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
+def test_every_command_and_option_that_is_named_exists(page: Path) -> None:
+    known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    for name, *words in commands(page.read_text()):
+        options = {option for parameter in known[name].params for option in parameter.opts}
+        assert {word for word in words if word.startswith("--")} <= options
+
+
+def test_a_height_map_calibrates_as_it_stands_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lab").mkdir()
+    lab = make_height_lab(tmp_path / "lab")
+    shutil.copy(lab.profile, tmp_path / "my_rig.yaml")
+    shutil.copytree(lab.press, tmp_path / "scan")
+    shutil.copy(lab.tmd, tmp_path / "heightmap.tmd")
+    monkeypatch.chdir(tmp_path)
+    (words,) = (words for words in commands() if "heightmap.tmd" in words)
+    done = tactile(*words, "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["held_out"]["normal_error_deg"]["mean"] < 2
+    assert (tmp_path / "bundle" / "report.html").exists()
 
 
 def test_the_first_script_prints_a_line_per_image(
@@ -47,7 +95,7 @@ def test_the_first_script_prints_a_line_per_image(
     assert len(capsys.readouterr().out.splitlines()) == 10
 
 
-def test_every_page_and_picture_that_is_linked_exists() -> None:
-    links = re.findall(r"\]\(([^)#:]+)\)", README)
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
+def test_every_page_and_picture_that_is_linked_exists(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)\)", page.read_text())
+    assert [link for link in links if not (page.parent / link).exists()] == []

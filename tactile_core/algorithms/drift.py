@@ -13,6 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.shrinking import shrunk
+
 Array = NDArray[Any]
 
 _ROWS, _COLUMNS = 24, 32
@@ -113,8 +115,7 @@ def _few(pixels: Array) -> Array:
         size = pixels.shape[axis]
         at = np.linspace(0, size - 1, min(size, most)).astype(np.intp)
         pixels = np.take(pixels, at, axis=axis)
-    few = cv2.resize(pixels.astype(np.float32), cells, interpolation=cv2.INTER_AREA)
-    return np.asarray(few.reshape(-1, channels))
+    return shrunk(pixels.astype(np.float32), cells).reshape(-1, channels)
 
 
 def _modes(logs: Array) -> Array:

@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.shrinking import shrunk
+
 Float32 = NDArray[np.float32]
 
 DARK_FRACTION = 0.04
@@ -80,7 +82,7 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
     coarse = max(1, columns // step), max(1, rows // step)
     box = (max(3, size_px // step) | 1,) * 2
     without = cv2.bitwise_and(pixels, pixels, mask=skin)
-    small = cv2.resize(without, coarse, interpolation=cv2.INTER_AREA)
+    small = shrunk(np.asarray(without).reshape(pixels.shape), coarse)
     share = cv2.resize(skin, coarse, interpolation=cv2.INTER_AREA)
     total = cv2.blur(np.asarray(small, np.float32), box).reshape(coarse[1], coarse[0], channels)
     count = np.maximum(cv2.blur(np.asarray(share, np.float32), box) / 255, 1e-3)

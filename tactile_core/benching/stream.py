@@ -11,15 +11,14 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.acquisition import Acquisition
+from tactile_core.benching.still import StillCamera
 from tactile_core.benching.unit import VirtualUnit
-from tactile_core.camera import Camera
-from tactile_core.device import Options
 from tactile_core.drift import followed
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.model import ImageSection
-from tactile_core.quantities import Frame, Image, Pixels, Quantity, Reference
+from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 from tactile_core.sensor import devices
 
 ACQUIRE, LAMPS, MARKS, SLOPES = "acquire", "lamps verified", "marks", "slopes"
@@ -45,7 +44,7 @@ class Stream:
         image = unit.profile.image
         _, self._lights = devices(unit.profile)
         self._lights.open()
-        camera = EvenCamera(_camera_image(image))
+        camera = StillCamera([_camera_image(image)])
         self._acquisition = Acquisition(camera.open(), self._lights, image)
 
     def whole(self) -> dict[str, float]:
@@ -97,23 +96,6 @@ class Stream:
                 taken = (by_type.get(kind) for kind in step.takes)
                 by_type[step.gives] = step.estimator.estimate(*taken)
         return by_type
-
-
-class EvenCamera(Camera):
-    """Sends the same pixels again and again, without a wait."""
-
-    def __init__(self, pixels: Pixels) -> None:
-        super().__init__(Options())
-        self._pixels = pixels
-
-    def _open(self) -> None:
-        """Nothing to acquire."""
-
-    def _close(self) -> None:
-        """Nothing to release."""
-
-    def _read(self, timeout_s: float) -> Image:
-        return Image(self._pixels)
 
 
 def _camera_image(image: ImageSection) -> Pixels:

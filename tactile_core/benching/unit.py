@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
+from tactile_core.benching.still import StillCamera
 from tactile_core.bundle import Bundle, Manifest
 from tactile_core.calibrating.presses import FoundPress, press_image
 from tactile_core.errors import ProfileError
@@ -17,7 +19,7 @@ from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Component, ImageSection, Profile
-from tactile_core.quantities import Frame
+from tactile_core.quantities import Frame, Pixels
 from tactile_core.sensor import devices
 from tactile_core.sim.ball import BallPress, render
 
@@ -121,12 +123,26 @@ def _frame(profile: Profile, lights: Illumination, ball: BallPress | None, seed:
         )
     if image.bit_depth > 8:
         pixels = (pixels * (image.full_scale / 255)).astype(np.uint16)
-    lit = sum(bool(exposure.channels) for exposure in lights.exposures())
-    return Frame(
-        pixels,
-        lights.channels,
-        image.mm_per_px,
-        full_scale=image.full_scale,
-        sequence=seed,
-        exposure_times_s=tuple(number / 30 for number in range(lit)),
+    exposures = [
+        _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
+        for exposure in lights.exposures()
+    ]
+    # what is rendered is straight already
+    straight = ImageSection(
+        width_px=image.width_px,
+        height_px=image.height_px,
+        mm_per_px=image.mm_per_px,
+        color=image.color,
+        bit_depth=image.bit_depth,
     )
+    with StillCamera(exposures) as camera, lights:
+        frame = Acquisition(camera, lights, straight).observe()
+    assert frame is not None
+    return replace(frame, sequence=seed)
+
+
+def _exposure(pixels: Pixels, channels: Sequence[int]) -> Pixels:
+    """(H, W, 3) of lights that shine together, (H, W) of one alone, dark where none shines."""
+    if not channels:
+        return np.zeros_like(pixels[..., 0])
+    return np.ascontiguousarray(pixels[..., channels].squeeze())

@@ -33,6 +33,7 @@ FAITHFUL_SINE = 0.0175
 
 _PRESSES_COMPARED = 4
 SATURATED_FRACTION = 0.988
+DARK_FRACTION = 0.012
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -97,8 +98,8 @@ class SlopeCalibration(Calibration):
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame.
 
-        A slope is valid where no mark hides the skin and two channels are below saturation: it has
-        two components, and a saturated channel only bounds them.
+        A slope is valid where no mark hides the skin and two channels are neither saturated nor
+        dark: it has two components, and such a channel only bounds them.
 
         Raises
         ------
@@ -303,15 +304,17 @@ def _table_from(arrays: Arrays) -> ColourTable:
 
 
 def _measurable(frame: Frame) -> Bool:
-    """Where two channels are below saturation and no mark hides the skin."""
+    """Where two channels are neither saturated nor dark, and no mark hides the skin."""
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
-    ceiling = SATURATED_FRACTION * frame.full_scale
+    floor, ceiling = DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
     channels = frame.pixels.shape[2]
-    # The brightest value is found ten times faster than where it is, and is rarely full.
+    # Extremes are found ten times faster than where they are, and are rarely out of range.
     planar = frame.pixels.transpose(2, 0, 1)
     stored = planar if planar.flags.c_contiguous else frame.pixels
-    if cv2.minMaxLoc(stored.reshape(len(stored), -1))[1] >= ceiling:
-        usable = sum((frame.pixels[..., k] < ceiling).view(np.uint8) for k in range(channels))
+    darkest, brightest, *_ = cv2.minMaxLoc(stored.reshape(len(stored), -1))
+    if darkest <= floor or brightest >= ceiling:
+        planes = [frame.pixels[..., k] for k in range(channels)]
+        usable = sum(((plane > floor) & (plane < ceiling)).view(np.uint8) for plane in planes)
         valid &= np.asarray(usable >= min(2, channels))
     if frame.marks is not None:
         valid &= ~frame.marks

@@ -16,11 +16,11 @@ def demo(
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import ProfileError
     from tactile_core.formats.files import write_atomically
-    from tactile_core.profiles.loader import list_profiles, load_profile
+    from tactile_core.profiles.loader import list_rigs, load_profile
     from tactile_core.sim.demo import demonstrate
 
     rows, parts = [], []
-    for entry in list_profiles():
+    for entry in list_rigs():
         try:
             profile = load_profile(entry.name)
         except ProfileError as error:

@@ -16,6 +16,7 @@ from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import ProfileEntry as ProfileEntry
 from tactile_core.profiles.names import find_extended, find_profile
 from tactile_core.profiles.names import list_profiles as list_profiles
+from tactile_core.profiles.names import list_rigs as list_rigs
 from tactile_core.profiles.nodes import Node, Place, Problem
 from tactile_core.profiles.problems import MISSING, problems_of
 from tactile_core.profiles.source import Source, read_source

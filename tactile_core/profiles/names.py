@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tactile_core.errors import ProfileError
 from tactile_core.profiles.nodes import Place, Problem
+from tactile_core.profiles.yaml_tree import read_yaml
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -42,6 +43,11 @@ def list_profiles() -> list[ProfileEntry]:
     for plugin, directory in profile_directories().items():
         entries += _in_directory(directory, f"plugin {plugin}")
     return entries
+
+
+def list_rigs() -> list[ProfileEntry]:
+    """List the shipped profiles that are no revision of another."""
+    return [entry for entry in _shipped() if read_yaml(entry.path)[0].get("extends") is None]
 
 
 def find_profile(name_or_path: str | Path) -> Path:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core import html
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
+from tactile_core.formats.images import write_png
 from tactile_core.pictures import relief
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
@@ -20,7 +21,10 @@ from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
 from tactile_core.sim.ball import BallPress, render
 
 CALIBRATION_PRESSES = 14
-CALIBRATION_BALL_MM = 3.96
+BALL_SHARE = 0.22
+"""Diameter of the ball for calibrating, of the width of the view; thin gels take a smaller one."""
+
+COLOURS = 3
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,12 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[s
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)
         _write_presses(profile, folder / "presses")
-        _write(folder / "reference" / "untouched.png", _untouched(profile))
+        _write(folder / "reference", "untouched", _untouched(profile))
         result = calibrate(
             profile,
             folder / "presses",
             folder / "reference",
-            ball_diameter_mm=CALIBRATION_BALL_MM,
+            ball_diameter_mm=_ball_mm(profile),
             progress=progress,
         )
     pipeline = Pipeline(profile, result.bundle)
@@ -71,7 +75,7 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[s
     if score is not None:
         parts.append(
             html.paragraph(
-                f"Calibrated by {score.presses} presses of a {CALIBRATION_BALL_MM} mm ball; mean "
+                f"Calibrated by {score.presses} presses of a {_ball_mm(profile):g} mm ball; mean "
                 f"error of held-out normals {score.mean_deg:.2f}°."
             )
         )
@@ -106,7 +110,7 @@ def _measure(pipeline: Pipeline, press: BallPress, seed: int) -> tuple[Row, list
     )
     true_map = HeightMap(truth.astype(np.float32), height.valid, image.mm_per_px)
     return row, [
-        html.figure(pixels, f"what the camera sees: {name}"),
+        html.figure(_shown(pixels), f"what the camera sees: {name}"),
         html.figure(relief(height, contact), "measured height"),
         html.figure(relief(true_map, None), "true height"),
     ]
@@ -116,29 +120,49 @@ def _write_presses(profile: Profile, folder: Path) -> None:
     rng = np.random.default_rng(7)
     image = profile.image
     shape = (image.height_px, image.width_px)
+    ball_mm = _ball_mm(profile)
     for number in range(CALIBRATION_PRESSES):
         centre = (
             float(rng.uniform(0.12, 0.88) * image.width_px),
             float(rng.uniform(0.12, 0.88) * image.height_px),
         )
-        press = BallPress(centre, CALIBRATION_BALL_MM, float(rng.uniform(0.6, 1.1)))
+        press = BallPress(centre, ball_mm, float(rng.uniform(0.15, 0.28)) * ball_mm)
         pixels = render(profile, press.height_mm(shape, image.mm_per_px), seed=number + 1)
-        _write(folder / f"press_{number:02d}.png", pixels)
+        _write(folder, f"press_{number:02d}", pixels)
 
 
 def _unseen(profile: Profile) -> list[BallPress]:
     w, h = profile.image.width_px, profile.image.height_px
+    ball_mm = _ball_mm(profile)
     return [
-        BallPress((0.42 * w, 0.55 * h), 3.96, 0.8),
-        BallPress((0.6 * w, 0.4 * h), 6.0, 0.6),
+        BallPress((0.42 * w, 0.55 * h), ball_mm, 0.2 * ball_mm),
+        BallPress((0.6 * w, 0.4 * h), 1.5 * ball_mm, 0.15 * ball_mm),
     ]
 
 
-def _untouched(profile: Profile) -> np.ndarray:
+def _ball_mm(profile: Profile) -> float:
+    view_mm = profile.image.width_px * profile.image.mm_per_px
+    most_mm = 2 * (profile.gel.thickness_mm or view_mm)
+    return round(min(BALL_SHARE * view_mm, most_mm), 2)
+
+
+def _untouched(profile: Profile) -> NDArray[np.uint8]:
     image = profile.image
     return render(profile, np.zeros((image.height_px, image.width_px)), seed=0)
 
 
-def _write(path: Path, rgb: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(path), rgb[..., ::-1])
+def _write(folder: Path, name: str, pixels: NDArray[np.uint8]) -> None:
+    """One colour image, or a folder with one grey image per lamp."""
+    inside = folder if pixels.shape[2] == COLOURS else folder / name
+    inside.mkdir(parents=True, exist_ok=True)
+    if inside == folder:
+        write_png(folder / f"{name}.png", pixels)
+        return
+    for k in range(pixels.shape[2]):
+        write_png(folder / name / f"{k:02d}.png", pixels[..., k])
+
+
+def _shown(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(H, W, 3): colours as they are, and of lamps in turn three that lie apart."""
+    apart = np.arange(COLOURS) * (pixels.shape[2] // COLOURS)
+    return np.ascontiguousarray(pixels[..., apart])

@@ -129,15 +129,16 @@ def test_few_presses_carry_a_polynomial_and_many_a_network(
     assert isinstance(chosen, model)
 
 
-def test_two_channels_below_saturation_make_a_slope_valid(
-    bench: Bench, fitted: SlopeCalibration
+@pytest.mark.parametrize("level", [255, 0], ids=["saturated", "dark"])
+def test_two_channels_that_can_be_read_make_a_slope_valid(
+    bench: Bench, fitted: SlopeCalibration, level: int
 ) -> None:
     frame = bench.unseen[0].frame
     pixels = frame.pixels.copy()
-    pixels[5, 7, 1] = 255
-    pixels[5, 8, :2] = 255
-    bright = Frame(pixels, frame.channels, frame.mm_per_px)
-    valid = fitted.measure(bright, bench.reference).valid
+    pixels[5, 7, 1] = level
+    pixels[5, 8, :2] = level
+    spoilt = Frame(pixels, frame.channels, frame.mm_per_px)
+    valid = fitted.measure(spoilt, bench.reference).valid
     assert valid[5, 7]
     assert not valid[5, 8]
     assert valid.sum() == valid.size - 1

@@ -108,7 +108,7 @@ class HueIntensity(Calibration):
         return cls(decoder, (height, width, channels), blur_px, light_blur_px)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; valid where no channel is saturated and no mark hides the skin.
+        """Slopes of one frame; not valid where marked, saturated in a channel, or dark in all.
 
         Raises
         ------
@@ -183,11 +183,14 @@ def _size(shape: tuple[int, ...]) -> str:
 
 
 def _valid(frame: Frame) -> Bool:
-    """A saturated channel bends the hue, so that all three must be below."""
+    """A saturated channel bends the hue, so that all three must be below; darkness has none."""
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
-    # The brightest value is found ten times faster than where it is, and is rarely full.
-    if cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))[1] >= 0.988 * frame.full_scale:
+    # Extremes are found ten times faster than where they are, and are rarely out of range.
+    darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
+    if brightest >= 0.988 * frame.full_scale:
         valid &= ~frame.saturated.any(axis=2)
+    if darkest <= 0.012 * frame.full_scale:
+        valid &= (frame.pixels > 0.012 * frame.full_scale).any(axis=2)
     if frame.marks is not None:
         valid &= ~frame.marks
     return valid

@@ -133,13 +133,15 @@ def test_presses_that_all_rest_are_refused() -> None:
             HueIntensity.fit(samples, untouched(), HueIntensityOptions())
 
 
-def test_a_clipped_channel_has_no_hue(model: HueIntensity) -> None:
+def test_a_clipped_channel_has_no_hue_and_neither_has_darkness(model: HueIntensity) -> None:
     frame = frame_of(UNSEEN)
     pixels = copy.copy(frame.pixels)
     pixels[5, 7, 1] = 255
+    pixels[5, 8] = 0
     valid = model.measure(replace(frame, pixels=pixels), untouched()).valid
     assert not valid[5, 7]
-    assert valid.sum() == valid.size - 1
+    assert not valid[5, 8]
+    assert valid.sum() == valid.size - 2
 
 
 def test_bit_depths_are_not_mixed(model: HueIntensity) -> None:

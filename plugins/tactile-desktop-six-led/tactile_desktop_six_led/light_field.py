@@ -10,19 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
-Float = NDArray[np.float64]
 
 DIMMEST = 0.01
 """Smallest ratio to the untouched sensor that is told from darkness."""
-
-_SAMPLES = 3_000
-_GAIN = 0.03
-_ROUNDS = 12
-_HUBER = 0.05
-_RIDGE = 0.03
-_EXPONENT_RIDGE = 1.0
-"""Exponents and directions can stand in for each other over the slopes that are pressed."""
-_TINY = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,65 +77,3 @@ def place_terms(spot: Float32) -> Float32:
     """(N, 6) terms 1, x, y, x², xy, y² of (N, 2) places."""
     x, y = spot[:, 0], spot[:, 1]
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
-
-
-def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> LightField:
-    """Fit response and light field to pixels of known slope.
-
-    The error of the normal is minimised, not that of the intensities: intensities weigh all slopes
-    alike and leave a bias in each. Starts from the field that is linear in the change.
-
-    Parameters
-    ----------
-    features : (N, K + 2) float32
-        Relative change of each lamp, and place.
-    sines : (N, 2) float32
-        Sine of the slope along x and y, uphill.
-    seed : int
-        Same seed, same sample.
-
-    Returns
-    -------
-    LightField
-    """
-    from scipy.optimize import least_squares
-
-    pick = np.random.default_rng(seed).permutation(len(features))[:_SAMPLES]
-    # The same pixels a little brighter: their normals are the same, so the albedo must drop out.
-    rng = np.random.default_rng(seed)
-    gain = np.concatenate([np.ones(len(pick)), 1 + _GAIN * rng.standard_normal(len(pick))])
-    pick = np.concatenate([pick, pick])
-    change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
-    terms, known = place_terms(features[pick, -2:]).astype(np.float64), sines[pick]
-    lamps = change.shape[1]
-    logs = np.log(np.maximum(change + 1, DIMMEST))
-    start = _linear_start(change, terms, known)
-    held = np.full(len(start), _RIDGE)
-    held[:lamps] = _EXPONENT_RIDGE
-
-    def error(parameters: Float) -> Float:
-        field = _unpacked(parameters, lamps)
-        response = np.exp(logs * field.exponents) - 1
-        x, y = np.einsum("nt,jtk,nk->jn", terms, field.across, response, optimize=True)
-        z = 1 + np.einsum("nt,tk,nk->n", terms[:, :3], field.facing, response, optimize=True)
-        length = np.sqrt(x * x + y * y + z * z)
-        missed = np.stack([x / length, y / length], axis=1) - known
-        size = np.linalg.norm(missed, axis=1, keepdims=True)
-        missed /= np.sqrt(np.maximum(1, size / _HUBER))
-        return np.concatenate([missed.ravel(), held * (parameters - start)])
-
-    found = least_squares(error, start, max_nfev=_ROUNDS).x
-    return _unpacked(found.astype(np.float32), lamps)
-
-
-def _linear_start(change: Float, terms: Float, known: Float32) -> Float:
-    design = (terms[:, :, None] * change[:, None, :]).reshape(len(terms), -1)
-    normal = design.T @ design + _TINY * len(design) * np.eye(design.shape[1])
-    across = np.linalg.solve(normal, design.T @ known)
-    lamps = change.shape[1]
-    return np.concatenate([np.ones(lamps), across.T.ravel(), np.zeros(3 * lamps)])
-
-
-def _unpacked(parameters: NDArray[Any], lamps: int) -> LightField:
-    exponents, across, facing = np.split(parameters, [lamps, 13 * lamps])
-    return LightField(exponents, across.reshape(2, 6, lamps), facing.reshape(3, lamps))

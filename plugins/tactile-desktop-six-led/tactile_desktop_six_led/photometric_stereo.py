@@ -24,7 +24,8 @@ from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Float32, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions
 from tactile_desktop_six_led.lamp_drift import LampDrift, fit_lamp_drift
-from tactile_desktop_six_led.light_field import LightField, fit_light_field
+from tactile_desktop_six_led.light_field import LightField
+from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any, Self
 
@@ -71,18 +72,22 @@ class Redundancy:
 
     def _without_two(self, response: Float32) -> Float32:
         """(K, N) responses in which the two lamps are replaced that mend most."""
+        lamps, projections, replacements = self._pairs
         left = self.combinations @ response
-        pairs = list(combinations(range(len(response)), 2))
         # What is left shrinks by its projection onto the span of the two lamps.
-        spans = [np.linalg.qr(self.combinations[:, pair])[0].T @ left for pair in pairs]
-        best = np.argmax([(span * span).sum(0) for span in spans], axis=0)
+        best = np.argmax(((projections @ left) ** 2).sum(axis=1), axis=0)
+        change = np.einsum("nlc,cn->ln", replacements[best], left)
         mended = response.copy()
-        for number, pair in enumerate(pairs):
-            here = np.flatnonzero(best == number)
-            change = np.linalg.pinv(self.combinations[:, pair]) @ left[:, here]
-            for lamp, row in zip(pair, change, strict=True):
-                mended[lamp, here] -= row
+        mended[lamps[best].T, np.arange(len(best))] -= change
         return mended
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.intp], Float32, Float32]:
+        """All P pairs of lamps, (P, 2): basis of their span and pseudo-inverse, (P, 2, K − 3)."""
+        lamps = np.array(list(combinations(range(self.combinations.shape[1]), 2)))
+        spans = self.combinations.T[lamps].transpose(0, 2, 1)
+        bases = np.linalg.qr(spans)[0].transpose(0, 2, 1)
+        return lamps, np.ascontiguousarray(bases), np.linalg.pinv(spans)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """What :meth:`from_arrays` takes, by name."""

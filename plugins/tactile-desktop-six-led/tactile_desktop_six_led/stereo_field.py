@@ -9,10 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place
+from tactile_core.algorithms.photometric import DARK_FRACTION, place
 from tactile_desktop_six_led.lamp_drift import LampDrift
 from tactile_desktop_six_led.light_field import DIMMEST, LightField
 from tactile_desktop_six_led.redundancy import Redundancy
+from tactile_desktop_six_led.sampling import Sampling
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
@@ -62,15 +63,13 @@ class StereoField:
         blur_px: float,
     ) -> None:
         self._field, self._redundancy, self._drift = field, redundancy, drift
-        self._smoothing = Smoothing.of(marks, blur_px)
-        base = np.asarray(self._smoothing.apply(reference, marks), np.float32)
-        base = np.ascontiguousarray(base.transpose(2, 0, 1))
-        self._base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
+        self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marks, blur_px)
+        base = np.stack(self._sampling.planes(reference, marks)).astype(np.float32)
         lamps, height, width = base.shape
         self._place = place((height, width)).reshape(-1, 2)
         # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, of which the second factor joins M.
         exponents = field.exponents[:, None, None]
-        self._untouched = self._base**-exponents
+        self._untouched = np.maximum(base, np.float32(DARK_FRACTION * full_scale)) ** -exponents
         self._few_untouched = np.ascontiguousarray(self._untouched[_FEW])
         rows = field.rows(self._place).reshape(3, lamps, height, width)
         self._constant = -rows.sum(1)
@@ -95,25 +94,22 @@ class StereoField:
         pixels : (H, W, K) uint8, uint16 or float32
         marks : (H, W) bool, optional
         """
-        planes = self._smoothed(pixels, marks)
+        planes = self._sampling.planes(pixels, marks)
         gains = self._gains(planes)
         powers = self._powers(planes, gains, self._scratch.powers)
         b = self._directions(powers)
-        sure = np.ones(b.shape[1:], np.bool_)
+        unsure = np.zeros(b.shape[1:], np.uint8)
         odd = self._odd(powers)
         if len(odd):
-            self._mend(odd, b, sure)
-        facing = np.maximum(b[2], _LEAST_FACING)
-        return np.asarray(cv2.divide(b[0], facing)), np.asarray(cv2.divide(b[1], facing)), sure
+            self._mend(odd, b, unsure)
+        np.maximum(b[2], _LEAST_FACING, out=b[2])
+        shape = pixels.shape[:2]
+        gx, gy = (self._sampling.enlarged(cv2.divide(side, b[2]), shape) for side in b[:2])
+        return gx, gy, self._sampling.enlarged(unsure, shape) == 0
 
     def gains(self, pixels: NDArray[Any], marks: Bool | None = None) -> Float32:
         """(K,) brightness of each lamp in (H, W, K) pixels over that at calibration."""
-        return self._gains(self._smoothed(pixels, marks))
-
-    def _smoothed(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
-        if marks is not None:
-            return _planes(self._smoothing.apply(pixels, marks))
-        return [self._smoothing.apply(plane, None) for plane in _planes(pixels)]
+        return self._gains(self._sampling.planes(pixels, marks))
 
     def _odd(self, powers: Float32) -> NDArray[np.intp]:
         """Flat indices of pixels on which the lamps do not agree."""
@@ -130,10 +126,11 @@ class StereoField:
         misfit = self._redundancy.misfit(response.reshape(len(response), -1))
         return np.asarray(misfit > self._redundancy.tolerance)
 
-    def _mend(self, odd: NDArray[np.intp], b: Float32, sure: Bool) -> None:
+    def _mend(self, odd: NDArray[np.intp], b: Float32, unsure: NDArray[np.uint8]) -> None:
         """Write the normals of odd pixels, with spoilt lamps replaced, into b."""
         response = self._scratch.response.reshape(len(self._untouched), -1)[:, odd]
-        mended, sure.ravel()[odd] = self._redundancy.mended(response)
+        mended, sure = self._redundancy.mended(response)
+        unsure.ravel()[odd] = ~sure
         b.reshape(3, -1)[:, odd] = self._field.directions(mended, self._place[odd])
 
     def _gains(self, planes: list[NDArray[Any]]) -> Float32:
@@ -177,10 +174,3 @@ class _Scratch(threading.local):
         self.powers = np.empty((lamps, height, width), np.float32)
         self.response = np.empty((lamps, height, width), np.float32)
         self.directions = np.empty((3, height, width), np.float32)
-
-
-def _planes(pixels: NDArray[Any]) -> list[NDArray[Any]]:
-    """The channels as (H, W) planes; no copy where they already lie one after another."""
-    if pixels.transpose(2, 0, 1).flags.c_contiguous:
-        return list(pixels.transpose(2, 0, 1))
-    return [np.asarray(plane) for plane in cv2.split(pixels)]

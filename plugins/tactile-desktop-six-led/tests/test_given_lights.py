@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
+from cli.test_cli import tactile
 from numpy.typing import NDArray
 
 from tactile_core.errors import CalibrationError
-from tactile_core.quantities import Frame, Reference
+from tactile_core.pipeline import Pipeline
+from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions, robust_normals
 from tactile_desktop_six_led.photometric_stereo import PhotometricStereo
 
@@ -66,3 +71,85 @@ def test_an_object_nearer_to_the_camera_has_slopes_uphill_to_its_middle() -> Non
     three = Frame(frame.pixels[..., :3], names[:3], 0.1)
     with pytest.raises(CalibrationError, match="6 lights and the frame 3 channels"):
         GivenLights(LAMPS).measure(three, even)
+
+
+PROFILE = """\
+schema: 1
+name: six_given
+image: {width_px: 120, height_px: 100, mm_per_px: 0.05, color: grey, transfer: linear}
+illumination:
+  use: core.sequential
+  lights:
+""" + "".join(
+    f"    - {{name: lamp{k}, azimuth_deg: {azimuth}, elevation_deg: 60}}\n"
+    for k, azimuth in enumerate(AZIMUTHS)
+)
+PROFILE += """\
+calibration: {use: desktop_six_led.photometric_stereo, lights: given}
+estimators: {height: {use: core.poisson}}
+"""
+PEAK_MM = 0.5
+
+
+def hill() -> NDArray[np.float64]:
+    """(H, W) height in mm of something smooth that is nearer to the camera."""
+    y, x = np.mgrid[:100, :120] - np.array([52.0, 60.0]).reshape(2, 1, 1)
+    return np.asarray(PEAK_MM * np.exp(-(x**2 + y**2) / (2 * 15.0**2)))
+
+
+def exposures(height_mm: NDArray[np.float64], strengths: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """(H, W, 6) of a Lambertian surface."""
+    gy, gx = np.gradient(height_mm, 0.05)
+    normal = np.dstack([-gx, -gy, np.ones_like(gx)])
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    return np.rint(200 * strengths * np.maximum(normal @ LAMPS.T, 0)).astype(np.uint8)
+
+
+def slope_error_deg(x: NDArray[np.float32], y: NDArray[np.float32]) -> float:
+    gy, gx = np.gradient(hill(), 0.05)
+    return float(np.degrees(np.arctan(np.hypot(x - gx, y - gy))).mean())
+
+
+@pytest.fixture
+def profile(tmp_path: Path) -> Path:
+    path = tmp_path / "six_given.yaml"
+    path.write_text(PROFILE)
+    return path
+
+
+def test_a_pipeline_without_a_bundle_measures_by_the_lights_of_the_profile(profile: Path) -> None:
+    pipeline = Pipeline(profile)
+    assert any("slopes come from the lights" in note for note in pipeline.notes)
+    frame = Frame(exposures(hill(), np.ones(6)), tuple(f"lamp{k}" for k in range(6)), 0.05)
+    reading = pipeline.process(frame)
+    assert slope_error_deg(reading[Gradients].x, reading[Gradients].y) < 0.5
+    assert reading[HeightMap].mm.max() == pytest.approx(PEAK_MM, rel=0.05)
+
+
+def test_an_untouched_frame_evens_lamps_of_unequal_strength(profile: Path) -> None:
+    unequal = np.array([1.0, 0.8, 1.1, 0.7, 0.9, 1.0])
+    names = tuple(f"lamp{k}" for k in range(6))
+    frame = Frame(exposures(hill(), unequal), names, 0.05)
+    level = exposures(np.zeros_like(hill()), unequal).astype(np.float32)
+    reading = Pipeline(profile, reference=Reference(level, names)).process(frame)
+    assert slope_error_deg(reading[Gradients].x, reading[Gradients].y) < 0.5
+    alone = Pipeline(profile).process(frame)
+    assert slope_error_deg(alone[Gradients].x, alone[Gradients].y) > 5
+
+
+def test_the_command_line_measures_without_a_bundle(profile: Path, tmp_path: Path) -> None:
+    (tmp_path / "hill").mkdir()
+    for k, exposure in enumerate(exposures(hill(), np.ones(6)).transpose(2, 0, 1)):
+        cv2.imwrite(str(tmp_path / "hill" / f"{k}.png"), exposure)
+    done = tactile("run", profile, "--input", tmp_path / "hill", "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert "slopes come from the lights as the profile gives them" in done.stderr
+    with np.load(tmp_path / "out" / "hill.npz") as data:
+        assert slope_error_deg(*data["gradients"].transpose(2, 0, 1)) < 0.5
+        assert data["height_mm"].max() == pytest.approx(PEAK_MM, rel=0.05)
+
+
+def test_learned_lights_ask_for_a_bundle(profile: Path) -> None:
+    profile.write_text(PROFILE.replace("lights: given", "lights: learned"))
+    pipeline = Pipeline(profile)
+    assert any("no bundle, so these steps are left out: height" in note for note in pipeline.notes)

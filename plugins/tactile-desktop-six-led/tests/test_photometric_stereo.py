@@ -14,7 +14,7 @@ from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.plugins import resolve
 from tactile_core.quantities import Frame, Gradients, Reference
-from tactile_desktop_six_led.light_field import fit_light_field
+from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.photometric_stereo import PhotometricStereo
 from tactile_desktop_six_led.redundancy import fit_redundancy
 

@@ -85,7 +85,7 @@ def find_circles(
     for i, image in enumerate(images):
         changes.append(change_of(image, scale))
         tell(0.3 * (i + 1) / len(images))
-    starts = [odd_centre(change, ball) for change in changes]
+    starts = [_start(change, ball) for change in changes]
     whys = [
         _unlike_a_press(c, start, odd, ball)
         for c, (start, odd) in zip(changes, starts, strict=True)
@@ -211,6 +211,15 @@ def _refined(
             break
     left = misfits(light(samples.xy, (samples.xy - at) / ball), samples.change, samples.full)
     return at, float(np.median(left))
+
+
+def _start(change: Change, ball: float) -> tuple[Float, float]:
+    """Centre about which the change is most odd, and how odd it is."""
+    found = odd_centre(change, ball)
+    if found[1] >= FEWEST_ODD:
+        return found
+    # Lamps that stand high all dim on every slope, which is even; between the channels nothing is.
+    return max(found, odd_centre(change.between_channels(), ball), key=lambda start: start[1])
 
 
 def _unlike_a_press(change: Change, start: Float, odd: float, ball: float) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from tactile_core.algorithms.shrinking import shrunk
 
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -79,6 +81,10 @@ class Change:
     noise: float
     scale: float
 
+    def between_channels(self) -> Change:
+        """The same without what brightens or darkens all channels alike."""
+        return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))
+
     def to_working(self, xy: Float) -> Float:
         """Points of the image in working pixels."""
         return (xy + 0.5) * self.scale - 0.5
@@ -127,12 +133,11 @@ def change_of(press: PressImage, scale: float) -> Change:
 
 def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
     image = pixels.astype(np.float32) * np.float32(255 / full_scale)
-    h, w, k = (int(n) for n in image.shape)
+    h, w = image.shape[:2]
     if scale == 1:
         return image.astype(np.float64)
     size = max(1, round(w * scale)), max(1, round(h * scale))
-    shrunk = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(shrunk, np.float64).reshape(size[1], size[0], k)
+    return shrunk(image, size).astype(np.float64)
 
 
 def _folded(full: Bool, plane: Float) -> Bool:

@@ -1,0 +1,63 @@
+"""A smooth image is the same on a coarser grid."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.photometric import Smoothing
+from tactile_desktop_six_led.sampling import Sampling
+
+
+def there_and_back(image, blur_px):
+    sampling = Sampling.of(image.shape, None, blur_px)
+    (plane,) = sampling.planes(image[..., None], None)
+    return sampling.enlarged(plane, image.shape)
+
+
+@given(
+    height=st.integers(70, 101),
+    width=st.integers(70, 101),
+    blur_px=st.floats(0, 6),
+)
+def test_a_ramp_stays_a_ramp_away_from_the_border(height, width, blur_px):
+    rows, columns = np.indices((height, width), np.float32)
+    ramp = 0.5 * rows + 2 * columns
+    inner = (slice(int(4 * blur_px) + 6, -int(4 * blur_px) - 7),) * 2
+    np.testing.assert_allclose(there_and_back(ramp, blur_px)[inner], ramp[inner], atol=1e-2)
+
+
+@pytest.mark.parametrize("blur_px", [1.5, 1.6, 2.3, 3.0, 4.5])
+def test_the_standard_deviation_is_the_one_asked_for(blur_px):
+    spread = []
+    for shift in range(8):  # a coarse pixel sees a point in its middle and at its rim alike
+        point = np.zeros((96, 96), np.float32)
+        point[48, 44 + shift] = 1
+        seen = there_and_back(point, blur_px)
+        across = seen.sum(axis=0) / seen.sum()
+        x = np.arange(96) - (44 + shift)
+        spread.append(across @ x**2)
+    assert np.sqrt(np.mean(spread)) == pytest.approx(blur_px, rel=0.05)
+
+
+def test_little_smoothing_keeps_every_pixel():
+    image = np.random.default_rng(0).normal(size=(31, 41)).astype(np.float32)
+    np.testing.assert_array_equal(there_and_back(image, 0.0), image)
+
+
+def test_it_is_as_smooth_as_at_full_size():
+    noise = np.random.default_rng(0).normal(size=(240, 320)).astype(np.float32)
+    full = Smoothing.of(None, 2.0).apply(noise[..., None], None)[..., 0]
+    coarse = there_and_back(noise, 2.0)
+    assert coarse.std() == pytest.approx(full.std(), rel=0.25)
+    assert np.corrcoef(coarse.ravel(), full.ravel())[0, 1] > 0.95
+
+
+def test_marks_are_filled_before_anything_is_averaged():
+    image = np.full((80, 80, 3), 100, np.uint8)
+    marks = np.zeros((80, 80), bool)
+    marks[38:43, 38:43] = True
+    image[marks] = 0
+    sampling = Sampling.of((80, 80), marks, 2.0)
+    for plane in sampling.planes(image, marks):
+        assert plane.min() >= 99

@@ -1,0 +1,41 @@
+"""Shrinking keeps the mean, whatever the number of lamps."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.drift import channel_gains
+from tactile_core.algorithms.photometric import fill_marks
+from tactile_core.algorithms.shrinking import shrunk
+
+SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
+
+
+@given(st.integers(1, 9), SIZES)
+def test_each_channel_is_shrunk_by_itself_and_keeps_its_mean(
+    channels: int, size_px: tuple[int, int]
+) -> None:
+    image = np.random.default_rng(channels).uniform(0, 255, (25, 31, channels)).astype(np.float32)
+    small = shrunk(image, size_px)
+    assert small.shape == (size_px[1], size_px[0], channels)
+    np.testing.assert_allclose(small.mean(axis=(0, 1)), image.mean(axis=(0, 1)), rtol=1e-3)
+    np.testing.assert_allclose(small[..., -1], shrunk(image[..., -1], size_px), rtol=1e-5)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_marks_are_filled_under_six_lamps(dtype: type) -> None:
+    levels = np.array([60, 80, 100, 120, 140, 160])
+    pixels = np.full((101, 133, 6), levels, dtype)
+    marks = np.zeros((101, 133), np.bool_)
+    marks[40:60, 50:70] = True
+    pixels[marks] = 5
+    filled = fill_marks(pixels, marks, 41)
+    assert filled.dtype == dtype
+    np.testing.assert_allclose(filled[50, 60], levels, atol=2)
+
+
+def test_drift_of_six_lamps_is_told_in_a_small_image() -> None:
+    untouched = np.random.default_rng(1).uniform(80, 140, (41, 53, 6)).astype(np.float32)
+    gains = np.array([1.03, 0.97, 1.01, 1.0, 0.98, 1.02])
+    np.testing.assert_allclose(channel_gains(untouched * gains, untouched, 255), gains, rtol=1e-3)

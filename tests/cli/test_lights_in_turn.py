@@ -1,0 +1,162 @@
+"""Lights in turn through the command line: what may go wrong with a scan and what is said."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from cli.test_cli import refused, tactile
+from height_lab import AZIMUTHS_DEG, HeightLab, make_height_lab
+
+from tactile_core.calibrating import calibrate
+
+Scan = list[np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
+    """A rig of six lamps with its bundle."""
+    lab = make_height_lab(tmp_path_factory.mktemp("rig"))
+    made = calibrate(lab.profile, lab.press, lab.untouched, target=lab.tmd)
+    made.save(lab.folder / "bundle")
+    return lab
+
+
+def scan_of(rig: HeightLab) -> Scan:
+    """The press's exposures, grey."""
+    paths = sorted(rig.press.iterdir())
+    return [np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)) for path in paths]
+
+
+def record(folder: Path, exposures: Scan) -> Path:
+    folder.mkdir()
+    for k, exposure in enumerate(exposures):
+        cv2.imwrite(str(folder / f"lamp{k}.png"), exposure)
+    return folder
+
+
+def run(rig: HeightLab, scan: Path) -> tuple[object, ...]:
+    return ("run", rig.profile, "--bundle", rig.folder / "bundle", "--input", scan)
+
+
+def measured(rig: HeightLab, scan: Path, out: Path) -> dict[str, Any]:
+    done = tactile(*run(rig, scan), "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    line: dict[str, Any] = json.loads(done.stdout)
+    return line
+
+
+def test_a_good_scan_is_measured_without_a_warning(rig: HeightLab, tmp_path: Path) -> None:
+    assert measured(rig, rig.press, tmp_path)["warnings"] == []
+
+
+def test_five_images_for_six_lights_are_refused(rig: HeightLab, tmp_path: Path) -> None:
+    five = record(tmp_path / "five", scan_of(rig)[:5])
+    said = refused(*run(rig, five))
+    assert said.count("\n") == 1
+    assert "five has 5 images and the rig takes 6" in said
+
+
+def test_a_press_of_five_images_is_not_calibrated_on(rig: HeightLab, tmp_path: Path) -> None:
+    five = record(tmp_path / "five", scan_of(rig)[:5])
+    said = refused(
+        *("calibrate", rig.profile, "--presses", five, "--reference", rig.untouched),
+        *("--target", rig.tmd, "--out", tmp_path / "never"),
+    )
+    assert said.count("\n") == 1
+    assert "5 images" in said
+    assert not (tmp_path / "never").exists()
+
+
+def test_colour_where_grey_is_meant_is_refused(rig: HeightLab, tmp_path: Path) -> None:
+    tinted = [np.dstack([image, image, image // 2]) for image in scan_of(rig)]
+    said = refused(*run(rig, record(tmp_path / "tinted", tinted)))
+    assert said.count("\n") == 1
+    assert "tinted: the image is in colour and the profile says color: grey" in said
+
+
+def test_a_bundle_of_lights_in_another_order_is_refused(rig: HeightLab, tmp_path: Path) -> None:
+    lines = rig.profile.read_text().splitlines(keepends=True)
+    first, second = (i for i, line in enumerate(lines) if "lamp0" in line or "lamp1" in line)
+    lines[first], lines[second] = lines[second], lines[first]
+    other = tmp_path / rig.profile.name
+    other.write_text("".join(lines))
+    said = refused("run", other, "--bundle", rig.folder / "bundle", "--input", rig.press)
+    errors = [line for line in said.splitlines() if not line.startswith("note: ")]
+    assert len(errors) == 1
+    assert "order lamp1, lamp0" in errors[0]
+    assert "calibrate again" in errors[0]
+
+
+def test_two_images_in_each_others_place_are_refused(rig: HeightLab, tmp_path: Path) -> None:
+    exposures = scan_of(rig)
+    exposures[0], exposures[3] = exposures[3], exposures[0]
+    said = refused(*run(rig, record(tmp_path / "swapped", exposures)))
+    assert said.count("\n") == 1
+    assert "the exposure of light 'lamp0' shows light 'lamp3'" in said
+
+
+@pytest.mark.parametrize(("level", "why"), [(255, "saturated"), (0, "too dark")])
+def test_what_cannot_be_read_is_counted_masked_and_filled(
+    rig: HeightLab, tmp_path: Path, level: int, why: str
+) -> None:
+    exposures = scan_of(rig)
+    for exposure in exposures:
+        exposure[:40, :40] = level
+    line = measured(rig, record(tmp_path / "spoilt", exposures), tmp_path / "out")
+    (warning,) = line["warnings"]
+    assert f"8% of the frame is {why}" in warning
+    with np.load(tmp_path / "out" / "spoilt.npz") as data:
+        assert not data["valid"][:40, :40].any()
+        assert data["valid"][50:, 50:].all()
+        assert np.isfinite(data["height_mm"]).all()
+
+
+def turned(rig: HeightLab, folder: Path, azimuths_deg: dict[str, int]) -> Path:
+    """The profile with some lamps elsewhere."""
+    text = rig.profile.read_text()
+    for k, azimuth in enumerate(AZIMUTHS_DEG):
+        there = azimuths_deg.get(f"lamp{k}", azimuth)
+        text = text.replace(f"lamp{k}, azimuth_deg: {azimuth},", f"lamp{k}, azimuth_deg: {there},")
+    path = folder / rig.profile.name
+    path.write_text(text)
+    return path
+
+
+def notes(rig: HeightLab, profile: Path) -> tuple[str, ...]:
+    return calibrate(profile, rig.press, rig.untouched, target=rig.tmd).notes
+
+
+def test_lamps_where_the_profile_has_them_need_no_word(rig: HeightLab, tmp_path: Path) -> None:
+    assert notes(rig, turned(rig, tmp_path, {"lamp3": 75})) == ()
+
+
+def test_a_lamp_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: Path) -> None:
+    (note,) = notes(rig, turned(rig, tmp_path, {"lamp1": 0, "lamp2": 60}))
+    assert "lamp1 from -30° (profile 0°)" in note
+    assert "lamp2 from 30° (profile 60°)" in note
+    assert "lamp0" not in note
+    assert "correct 'azimuth_deg'" in note
+
+
+def test_lamps_in_each_others_place_tell_the_order(rig: HeightLab, tmp_path: Path) -> None:
+    profile = turned(rig, tmp_path, {"lamp0": 90, "lamp3": -90})
+    (note,) = notes(rig, profile)
+    assert "fit in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
+
+
+def test_the_command_says_the_note_and_still_calibrates(rig: HeightLab, tmp_path: Path) -> None:
+    shutil.copy(turned(rig, tmp_path, {"lamp1": 30}), tmp_path / "profile.yaml")
+    done = tactile(
+        *("calibrate", tmp_path / "profile.yaml", "--presses", rig.press),
+        *("--reference", rig.untouched, "--target", rig.tmd, "--out", tmp_path / "bundle"),
+        "--json",
+    )
+    assert done.returncode == 0, done.stderr
+    assert "note: lights shine from elsewhere than the profile says: lamp1" in done.stderr
+    assert json.loads(done.stdout)["bundle"]

@@ -76,17 +76,17 @@ class Accuracy:
         names : list of str
             What to compare.
         """
-        contact = truth.get("contact")
+        contact = truth["contact"].astype(bool) if "contact" in truth else None
         for name in names:
             mine, true = measured[name], truth[name]
             if name == "gradients":
                 self._add_normals(mine, true, contact)
             elif name == "height_mm":
                 self._add_height(mine, true, contact)
-            elif true.dtype == bool:
-                overlap = self._overlap[name]
-                overlap[0] += int(np.count_nonzero(mine & true))
-                overlap[1] += int(np.count_nonzero(mine | true))
+            elif mine.dtype == bool:
+                overlap, there = self._overlap[name], true.astype(bool)
+                overlap[0] += int(np.count_nonzero(mine & there))
+                overlap[1] += int(np.count_nonzero(mine | there))
             elif true.ndim < 2:
                 self._others[name].add(np.square(mine.astype(np.float64) - true)[None])
             else:

@@ -69,7 +69,9 @@ def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
     InputError
         An array differs in size, or the scales by more than 1 %.
     """
-    scales = [float(arrays["mm_per_px"]) for arrays in (measured, truth) if "mm_per_px" in arrays]
+    scales = [
+        float(arrays["mm_per_px"].item()) for arrays in (measured, truth) if "mm_per_px" in arrays
+    ]
     if len(scales) == 2 and abs(scales[1] / scales[0] - 1) > _SCALE_TOLERANCE:
         raise InputError(
             f"{path} is at {scales[1]:g} mm per pixel and the recording at {scales[0]:g}; give the "
@@ -81,11 +83,10 @@ def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
             continue
         if not (_is_number(measured[name]) and _is_number(truth[name])):
             continue
-        if truth[name].shape != measured[name].shape:
-            raise InputError(
-                f"{path}: {name} is {_size(truth[name])} and the measured one "
-                f"{_size(measured[name])}; give the truth of this very recording"
-            )
+        _check_size(truth[name].shape, measured[name].shape, f"{path}: {name}")
+        if measured[name].ndim > 1 and "contact" in truth:
+            # it says which pixels of the others are in contact, also where none was measured
+            _check_size(truth["contact"].shape, measured[name].shape[:2], f"{path}: contact")
         if not np.isfinite(truth[name]).all():
             raise InputError(f"{path}: {name} is not finite everywhere; write the truth again")
         names.append(name)
@@ -96,5 +97,13 @@ def _is_number(array: NDArray[Any]) -> bool:
     return np.issubdtype(array.dtype, np.number) or array.dtype == bool
 
 
-def _size(array: NDArray[Any]) -> str:
-    return " × ".join(str(side) for side in array.shape) or "one number"
+def _check_size(true: tuple[int, ...], measured: tuple[int, ...], what: str) -> None:
+    if true != measured:
+        raise InputError(
+            f"{what} is {_words(true)} and what was measured {_words(measured)}; give the truth of "
+            f"this very recording"
+        )
+
+
+def _words(shape: tuple[int, ...]) -> str:
+    return " × ".join(str(side) for side in shape) or "one number"

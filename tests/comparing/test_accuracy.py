@@ -117,8 +117,21 @@ def test_what_has_no_truth_is_not_scored() -> None:
 
 def test_a_truth_of_another_size_is_refused() -> None:
     smaller = skin() | {"height_mm": np.zeros((6, 8), np.float32)}
-    with pytest.raises(InputError, match="height_mm is 6 × 8 and the measured one 12 × 16"):
+    with pytest.raises(InputError, match="height_mm is 6 × 8 and what was measured 12 × 16"):
         common_names(skin(), smaller, ANYWHERE)
+
+
+def test_a_true_contact_of_another_size_is_refused_even_if_none_was_measured() -> None:
+    measured = {name: array for name, array in skin().items() if name != "contact"}
+    with pytest.raises(InputError, match="contact is 6 × 8"):
+        common_names(measured, skin() | {"contact": np.zeros((6, 8), bool)}, ANYWHERE)
+
+
+def test_a_contact_of_zeros_and_ones_is_a_mask() -> None:
+    truth = skin()
+    assert scored((skin(), truth | {"contact": truth["contact"].astype(np.uint8)})) == scored(
+        (skin(), truth)
+    )
 
 
 def test_a_truth_at_another_scale_is_refused() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.calibration import Calibration
-from tactile_core.chain import Chain
+from tactile_core.chain import Chain, Step
 from tactile_core.drift import followed
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
@@ -116,6 +116,11 @@ class Pipeline:
             relative=self.reference is not None and self.reference.relative,
             warnings=(*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)),
         )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps of the profile's chain, in order."""
+        return self._chain.steps
 
     def with_reference(self, reference: Reference) -> Pipeline:
         """Return the same pipeline measured against another untouched state."""

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.pictures import relief, side_by_side
+from tactile_core.pictures import deviation, relief, side_by_side
 from tactile_core.pictures.drawing import in_words, round_length, ticks
-from tactile_core.pictures.shading import colours, shaded
+from tactile_core.pictures.shading import colours, shaded, signed
 from tactile_core.quantities import ContactMask, HeightMap
 
 
@@ -112,3 +112,21 @@ def test_a_long_title_gives_way_to_the_numbers() -> None:
     long = relief(height, None, title="n" * 300)
     assert long.shape == relief(height, None, title="n").shape
     assert (long[:20, -60:] == long[0, 0]).all()
+
+
+def test_deviations_of_either_sign_are_equally_strong_and_none_is_white() -> None:
+    low, none, high = signed(np.array([-1, 0, 1], np.float32)).astype(int)
+    assert low[2] > low[0]
+    assert high[0] > high[2]
+    assert none.min() > 240
+    assert np.ptp(none) < 5
+
+
+def test_a_map_without_error_is_white_and_one_that_is_too_high_is_red() -> None:
+    truth = bump(48, 64)
+    raised = HeightMap(truth.mm + np.float32(0.2), truth.valid, truth.mm_per_px)
+    right, wrong = (deviation(m, truth, most_mm=0.2) for m in (truth, raised))
+    assert right.shape == wrong.shape == relief(truth, None).shape
+    middle = (slice(200, 300), slice(200, 300))
+    assert right[middle].min() > 240
+    assert wrong[middle][..., 0].mean() > wrong[middle][..., 2].mean() + 60

@@ -6,7 +6,9 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate
+from tactile_core.cli.compare import compare
 from tactile_core.cli.demo import demo
 from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
 from tactile_core.cli.run import run
@@ -33,5 +35,5 @@ def _options(
         raise typer.Exit
 
 
-for command in (demo, run, calibrate, profiles, plugins, validate, schema, doctor):
+for command in (demo, run, calibrate, compare, bench, profiles, plugins, validate, schema, doctor):
     app.command()(command)

@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.pictures.drawing import (
-    FAINT,
-    INK,
-    blank,
-    in_words,
-    round_length,
-    text_size,
-    ticks,
-    write,
-)
-from tactile_core.pictures.shading import colours, shaded
+from tactile_core.pictures.drawing import blank, text_size, write
+from tactile_core.pictures.shading import colours, shaded, signed
+from tactile_core.pictures.sheet import FOOT, GAP, SMALLEST_PX, framed, unit_of
 from tactile_core.quantities import ContactMask, HeightMap
 
 Rgb = NDArray[np.uint8]
 
-_SMALLEST_PX = 640
-_MARGIN, _TITLE, _FOOT, _GAP, _BAR, _LABELS = 22, 46, 46, 18, 16, 72
 _ENLARGED_BLUR_PX, _OUTLINE_BLUR_PX = 0.6, 1.0
 _OUTLINE, _HALO = (255, 255, 255), (45, 52, 62)
 
@@ -53,21 +44,48 @@ def relief(height: HeightMap, contact: ContactMask | None, *, title: str = "") -
     low = min(0.0, float(height.mm.min()))
     high = max(float(height.mm.max()), low + height.mm_per_px)
     picture = shaded(surface, height.mm_per_px / scale, low, high)
-    h, w = picture.shape[:2]
-    unit = max(h, w) / _SMALLEST_PX
     if contact is not None:
-        _outline(picture, contact, unit)
-    margin, head, foot, gap, bar, labels = (
-        round(part * unit) for part in (_MARGIN, _TITLE, _FOOT, _GAP, _BAR, _LABELS)
+        _outline(picture, contact, unit_of(picture))
+    return framed(
+        picture,
+        mm_per_px=height.mm_per_px / scale,
+        bar=colours(picture.shape[0]),
+        span_mm=(low, high),
+        title=title,
+        facts=_facts(height, contact),
     )
-    sheet = blank(head + h + foot, margin + w + gap + bar + labels)
-    sheet[head : head + h, margin : margin + w] = picture
-    _title(sheet, (margin, head), unit, title, _facts(height, contact), w)
-    _scale_bar(sheet, (margin, head + h), unit, height.mm_per_px / scale, w)
-    left = margin + w + gap
-    sheet[head : head + h, left : left + bar] = colours(h)[::-1, None]
-    _bar_labels(sheet, left + bar, head, h, unit, low, high)
-    return sheet
+
+
+def deviation(measured: HeightMap, truth: HeightMap, *, most_mm: float, title: str = "") -> Rgb:
+    """Draw measured less true height: red where too high, blue where too low, white where right.
+
+    Parameters
+    ----------
+    measured, truth : HeightMap
+        Finite, of one size and scale.
+    most_mm : float
+        Deviation that gets the strongest colour; the same for pictures that are to be compared.
+    title : str
+        Begins the line above the picture.
+
+    Returns
+    -------
+    (H', W', 3) uint8
+        R, G, B, as large as the :func:`relief` of the same map.
+    """
+    error = replace(measured, mm=measured.mm - truth.mm)
+    most = max(most_mm, 1e-6)
+    surface, scale = _enlarged(error)
+    rms = float(np.sqrt(np.mean(np.square(error.mm))))
+    picture = signed(surface / np.float32(most))
+    return framed(
+        picture,
+        mm_per_px=error.mm_per_px / scale,
+        bar=signed(np.linspace(-1, 1, picture.shape[0], dtype=np.float32)),
+        span_mm=(-most, most),
+        title=title,
+        facts=f"RMS {rms:.4f} mm",
+    )
 
 
 def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
@@ -86,8 +104,8 @@ def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
         R, G, B.
     """
     high = max(image.shape[0] for image in images)
-    unit = max(1.0, high / _SMALLEST_PX)
-    gap, foot = round(_GAP * unit), round(_FOOT * unit)
+    unit = max(1.0, high / SMALLEST_PX)
+    gap, foot = round(GAP * unit), round(FOOT * unit)
     fitted = [_of_height(image, high) for image in images]
     wide = [
         max(image.shape[1], text_size(caption, unit)[0])
@@ -104,7 +122,7 @@ def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
 
 def _enlarged(height: HeightMap) -> tuple[NDArray[np.float32], float]:
     h, w = height.mm.shape
-    scale = max(1.0, _SMALLEST_PX / max(h, w))
+    scale = max(1.0, SMALLEST_PX / max(h, w))
     if scale == 1.0:
         return height.mm, scale
     size = (max(1, round(w * scale)), max(1, round(h * scale)))
@@ -140,43 +158,3 @@ def _facts(height: HeightMap, contact: ContactMask | None) -> str:
     if contact is not None:
         facts.append(f"contact {contact.area_mm2:.2f} mm²")
     return ", ".join(facts)
-
-
-def _title(
-    sheet: Rgb, left_top: tuple[int, int], unit: float, title: str, facts: str, width: int
-) -> None:
-    left, top = left_top
-    base = top - 16 * unit
-    wide = text_size(facts, unit)[0]
-    if title:
-        while text_size(title, unit)[0] > max(width - wide - 20 * unit, 0) and len(title) > 4:
-            title = title[:-4] + "..."
-        write(sheet, title, (left, base), unit)
-    write(sheet, facts, (left + width - wide if title else left, base), unit, FAINT)
-
-
-def _scale_bar(
-    sheet: Rgb, left_top: tuple[int, int], unit: float, mm_per_px: float, width: int
-) -> None:
-    left, top = left_top
-    length_mm = round_length(0.25 * width * mm_per_px)
-    length_px = round(length_mm / mm_per_px)
-    thick = max(3, round(4 * unit))
-    y = round(top + 20 * unit)
-    cv2.rectangle(sheet, (left, y), (left + length_px, y + thick - 1), INK, -1)
-    write(
-        sheet, f"{length_mm:g} mm", (left + length_px + 10 * unit, y + thick / 2 + 5 * unit), unit
-    )
-
-
-def _bar_labels(
-    sheet: Rgb, left: int, top: int, length: int, unit: float, low: float, high: float
-) -> None:
-    marks = ticks(low, high)
-    step = marks[1] - marks[0] if len(marks) > 1 else high - low
-    line = max(1, round(unit))
-    for value in marks:
-        y = round(top + (length - 1) * (high - value) / (high - low))
-        cv2.line(sheet, (left, y), (round(left + 5 * unit), y), FAINT, line)
-        write(sheet, in_words(value, step), (left + 10 * unit, y + 5 * unit), unit)
-    write(sheet, "mm", (left + 10 * unit, top - 16 * unit), unit, FAINT)

@@ -19,6 +19,8 @@ _CLEAR_SLOPE = 0.7
 # lightness, chroma and hue (degrees) of the lowest and the highest point: slate to warm ivory
 _LOW, _HIGH = (0.47, 0.060, 268.0), (0.93, 0.115, 90.0)
 _MIDDLE_CHROMA = 0.012
+_COLD_DEG, _WARM_DEG = 255.0, 30.0
+"""Hues of negative and positive deviations."""
 
 
 def shaded(height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high_mm: float) -> Rgb:
@@ -57,6 +59,25 @@ def shaded(height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high
 def colours(count: int) -> Rgb:
     """(count, 3) uint8 unshaded colours from the lowest to the highest height."""
     return _to_srgb(*_path(np.linspace(0, 1, count)))
+
+
+def signed(level: NDArray[np.float32]) -> Rgb:
+    """Colour numbers of either sign: blue at −1, white at 0, red at 1; beyond, as at the end.
+
+    Parameters
+    ----------
+    level : (…) float32
+
+    Returns
+    -------
+    (…, 3) uint8
+        R, G, B; equal steps look equally large on both sides.
+    """
+    t = np.linspace(-1, 1, 2 * _LEVELS + 1)
+    hue = np.radians(np.where(t < 0, _COLD_DEG, _WARM_DEG))
+    lightness, chroma = 0.98 - 0.45 * np.abs(t), 0.17 * np.abs(t)
+    table = _to_srgb(lightness, chroma * np.cos(hue), chroma * np.sin(hue))
+    return np.asarray(table[np.rint((np.clip(level, -1, 1) + 1) * _LEVELS).astype(np.intp)])
 
 
 def _table() -> Rgb:

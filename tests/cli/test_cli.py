@@ -49,7 +49,8 @@ def ran(lab: VirtualLab, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_help_names_every_command() -> None:
     done = tactile("--help")
     assert done.returncode == 0
-    for command in ("demo", "run", "calibrate", "profiles", "plugins", "validate", "schema"):
+    commands = "demo run calibrate compare bench profiles plugins validate schema doctor"
+    for command in commands.split():
         assert command in done.stdout
 
 

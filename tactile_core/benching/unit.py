@@ -1,0 +1,148 @@
+"""A virtual unit of a profile, calibrated on rendered presses at known places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from tactile_core.acquisition import Acquisition, average
+from tactile_core.algorithms.circles import Circle
+from tactile_core.benching.still import StillCamera
+from tactile_core.bundle import Bundle, Manifest
+from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.errors import ProfileError
+from tactile_core.illumination import Illumination
+from tactile_core.marks import MarkFinder
+from tactile_core.plugins import resolve
+from tactile_core.profiles.loader import profile_hash
+from tactile_core.profiles.model import Component, ImageSection, Profile
+from tactile_core.quantities import Frame, Pixels
+from tactile_core.sensor import devices
+from tactile_core.sim.ball import BallPress, render
+
+PRESSES = 8
+_BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualUnit:
+    """A profile, its calibration and frames as its camera would give them.
+
+    Attributes
+    ----------
+    frames : tuple of Frame
+        Balls pressed here and there; their marks are not found yet.
+    """
+
+    profile: Profile
+    bundle: Bundle
+    frames: tuple[Frame, ...]
+
+
+def virtual_unit(
+    profile: Profile, *, size_px: tuple[int, int] | None = None, model: str | None = None
+) -> VirtualUnit:
+    """Render presses of a ball and fit the profile's calibration on them.
+
+    Parameters
+    ----------
+    profile : Profile
+    size_px : (width, height), optional
+        Of the image instead of the profile's; the same width of the gel is seen.
+    model : str, optional
+        The calibration to fit, ``plugin.name``; else the profile's.
+
+    Raises
+    ------
+    ProfileError
+        What the profile's lights are cannot be rendered.
+    CalibrationError
+        The presses do not determine the model.
+    """
+    profile = profile if size_px is None else _resized(profile, size_px)
+    component = profile.calibration if model is None else Component(use=model)
+    image = profile.image
+    _, lights = devices(profile)
+    take = partial(_frame, profile, lights)
+    finder = MarkFinder.of(profile, average([take(None, 0)]))
+
+    def seen(ball: BallPress | None, seed: int) -> Frame:
+        frame = take(ball, seed)
+        return frame if finder is None else replace(frame, marks=finder.find(frame.pixels))
+
+    untouched = seen(None, 0)
+    reference = replace(average([untouched]), marks=untouched.marks)
+    ball_mm = _BALL_OF_WIDTH * image.width_px * image.mm_per_px
+    rng = np.random.default_rng(0)
+    presses = []
+    for seed in range(1, PRESSES + 1):
+        x, y = rng.uniform(0.15, 0.85, 2) * (image.width_px, image.height_px)
+        ball = BallPress((float(x), float(y)), ball_mm, _DEPTH_OF_BALL * ball_mm)
+        circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
+        frame = seen(ball, seed)
+        radius_px = ball_mm / 2 / image.mm_per_px
+        presses.append(FoundPress("", frame, press_image(frame, reference), circle, radius_px))
+    cls = resolve("calibration", component.use)
+    options = cls.Options.model_validate(component.options)
+    fitted = cls.fit([press.training() for press in presses], reference, options)
+    manifest = Manifest(
+        profile=profile.name,
+        model=getattr(type(fitted), "USE", component.use),
+        image_size_px=(image.width_px, image.height_px),
+        channels=lights.channels,
+        mm_per_px=image.mm_per_px,
+        bit_depth=image.bit_depth,
+        ball_diameter_mm=ball_mm,
+        presses_used=PRESSES,
+        profile_hash=profile_hash(profile),
+    )
+    frames = tuple(replace(press.frame, marks=None) for press in presses[:_KEPT_FRAMES])
+    return VirtualUnit(profile, Bundle(manifest, fitted, reference), frames)
+
+
+def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:
+    width, height = size_px
+    scale = profile.image.mm_per_px * profile.image.width_px / width
+    changed = {"width_px": width, "height_px": height, "mm_per_px": scale}
+    image = ImageSection.model_validate(profile.image.model_dump() | changed)
+    return profile.model_copy(update={"image": image})
+
+
+def _frame(profile: Profile, lights: Illumination, ball: BallPress | None, seed: int) -> Frame:
+    image = profile.image
+    shape = (image.height_px, image.width_px)
+    height_mm = np.zeros(shape) if ball is None else ball.height_mm(shape, image.mm_per_px)
+    pixels = render(profile, height_mm, seed=seed)
+    if pixels.shape[2] != len(lights.channels):
+        raise ProfileError(
+            f"{profile.name}: its lights give {len(lights.channels)} channels and the virtual rig "
+            f"shows {pixels.shape[2]}; give each light of 'illumination.lights' its name or 'feeds'"
+        )
+    if image.bit_depth > 8:
+        pixels = (pixels * (image.full_scale / 255)).astype(np.uint16)
+    exposures = [
+        _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
+        for exposure in lights.exposures()
+    ]
+    # what is rendered is straight already
+    straight = ImageSection(
+        width_px=image.width_px,
+        height_px=image.height_px,
+        mm_per_px=image.mm_per_px,
+        color=image.color,
+        bit_depth=image.bit_depth,
+    )
+    with StillCamera(exposures) as camera, lights:
+        frame = Acquisition(camera, lights, straight).observe()
+    assert frame is not None
+    return replace(frame, sequence=seed)
+
+
+def _exposure(pixels: Pixels, channels: Sequence[int]) -> Pixels:
+    """(H, W, 3) of lights that shine together, (H, W) of one alone, dark where none shines."""
+    if not channels:
+        return np.zeros_like(pixels[..., 0])
+    return np.ascontiguousarray(pixels[..., channels].squeeze())

@@ -1,0 +1,109 @@
+"""``tactile bench``: what each stage costs on this machine."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from tactile_core.benching import Bench, Benches
+    from tactile_core.profiles.model import Profile
+
+_SMALLEST_PX, _LARGEST_PX = 64, 4096
+
+
+def bench(
+    profile: Annotated[
+        str | None, typer.Argument(help="A profile's name or YAML file; else all that there are.")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WIDTHxHEIGHT",
+            help="Image size, as 320x240, 640x480 or 1920x1080; may be repeated. By default each "
+            "profile's own.",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Measure what each stage of a frame's way costs here, on one core.
+
+    Virtual units are calibrated on rendered presses. What a camera's driver takes is not counted.
+    All of it takes under a minute unless several sizes are asked for.
+    """
+    from tactile_core.benching import bench as measure_all
+    from tactile_core.cli.progress import Bar
+
+    sizes_px = [_size(words) for words in size or []]
+    profiles, unusable = _profiles(profile)
+    with Bar() as progress:
+        result = measure_all(profiles, sizes_px=sizes_px, progress=progress)
+    for line in (*unusable, *result.left_out):
+        typer.echo(f"left out {line}", err=True)
+    if as_json:
+        typer.echo(json.dumps(result.summary()))
+        return
+    for line in _lines(result):
+        typer.echo(line)
+
+
+def _profiles(name: str | None) -> tuple[list[Profile], list[str]]:
+    from tactile_core.errors import TactileError
+    from tactile_core.profiles.loader import list_profiles, load_profile
+
+    if name is not None:
+        return [load_profile(name)], []
+    loaded, unusable = [], []
+    for entry in list_profiles():
+        try:
+            loaded.append(load_profile(entry.name))
+        except TactileError as error:
+            unusable.append(f"{entry.name}: {error}")
+    return loaded, unusable
+
+
+def _size(words: str) -> tuple[int, int]:
+    from tactile_core.errors import InputError
+
+    found = re.fullmatch(r"(\d{1,5})[x×](\d{1,5})", words)
+    sides = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not all(_SMALLEST_PX <= side <= _LARGEST_PX for side in sides):
+        raise InputError(
+            f"--size {words}: write WIDTHxHEIGHT, for example 640x480; each side from "
+            f"{_SMALLEST_PX} to {_LARGEST_PX}"
+        )
+    return sides
+
+
+def _lines(result: Benches) -> list[str]:
+    from tactile_core.cli.table import table_lines
+
+    about = result.machine
+    versions = ", ".join(f"{name} {v}" for name, v in about["versions"].items() if v is not None)
+    fast = result.summary()["fast"]
+    used = "installed and used" if fast["used"] else "installed, not used"
+    lines = [
+        f"{about['cpu']}, {about['cores']} cores, {about['system']}; {versions}",
+        f"'fast' extra (numba): {used if fast['installed'] else 'not installed'}",
+        "one core, one thread, no camera; ms; memory of a process that only streams, all included",
+    ]
+    for one in result.benches:
+        rows = [
+            [c.stage, f"{c.median_ms:.3f}", f"{c.p90_ms:.3f}", f"{c.per_second:.0f}"]
+            for c in one.stages
+        ]
+        lines += ["", _title(one), *table_lines(["stage", "median", "p90", "fps"], rows)]
+    return lines
+
+
+def _title(one: Bench) -> str:
+    width, height = one.size_px
+    parts = [f"{one.profile}, {width} × {height}, {one.model}"]
+    if one.peak_memory_mib is not None:
+        parts.append(f"{one.peak_memory_mib:.0f} MiB")
+    if one.two_process_ratio is not None:
+        parts.append(f"two processes do {one.two_process_ratio:.2f} times as much as one")
+    return "; ".join(parts)

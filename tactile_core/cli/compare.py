@@ -1,0 +1,82 @@
+"""``tactile compare``: one recording through different estimators or calibrations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def compare(
+    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    input: Annotated[
+        Path, typer.Option(help="The recording: an image, a folder of images, a video or a scan.")
+    ],
+    truth: Annotated[
+        Path,
+        typer.Option(
+            help="Folder of NAME.npz, one a frame, as 'tactile simulate' writes them; every array "
+            "of the same name as in the results of 'tactile run' is compared."
+        ),
+    ],
+    swap: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STEP=USE",
+            help="One variant: the profile with this one step done by another estimator "
+            "(height=core.robust_poisson), or with another bundle (calibration=FOLDER). Repeat it "
+            "for more; each changes the profile as it is, and not the other variants.",
+        ),
+    ] = None,
+    bundle: Annotated[
+        Path | None, typer.Option(help="The calibration bundle; by default the unit's own.")
+    ] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="The untouched sensor: a path, or 'first'.")
+    ] = None,
+    serial: Annotated[str | None, typer.Option(help="Which physical unit.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report.html, with pictures of one frame.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Compare estimators or calibrations on one recording: accuracy, time, memory.
+
+    The first row is the profile as it is. Accuracy counts every pixel of every frame; time is per
+    frame on one core; memory is that of a process which only measures the recording.
+    """
+    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.table import table_lines
+    from tactile_core.comparing import compare as measure_all
+    from tactile_core.comparing.report import page, table
+    from tactile_core.comparing.variants import parse_swap
+    from tactile_core.errors import InputError
+    from tactile_core.formats.files import write_atomically
+
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file; name a folder for the report")
+    with Bar() as progress:
+        result = measure_all(
+            profile,
+            input=input,
+            truth=truth,
+            swaps=[parse_swap(words) for words in swap or []],
+            bundle=bundle,
+            reference=reference,
+            serial=serial,
+            progress=progress,
+        )
+    for variant in result.variants:
+        for note in variant.notes:
+            typer.echo(f"note: {variant.name}: {note}", err=True)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        write_atomically(out / "report.html", page(result).encode())
+        typer.echo(f"{out / 'report.html'} shows the pictures", err=True)
+    if as_json:
+        typer.echo(json.dumps(result.summary()))
+        return
+    for line in table_lines(*table(result)):
+        typer.echo(line)

@@ -1,0 +1,122 @@
+"""What is timed is what a frame goes through, on units of any profile."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from virtual_lab import VirtualLab
+
+from tactile_core.benching import Benches, bench
+from tactile_core.benching.stream import ACQUIRE, LAMPS, MARKS, SLOPES, WHOLE, Stream
+from tactile_core.benching.unit import VirtualUnit, virtual_unit
+from tactile_core.errors import ProfileError
+from tactile_core.pipeline import Pipeline
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Component, Profile
+from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
+
+SMALL = (160, 120)
+
+
+def marked() -> Profile:
+    return load_profile("hex_fingertip", overrides={"calibration": {"use": "core.polynomial"}})
+
+
+@pytest.fixture(scope="module")
+def unit() -> VirtualUnit:
+    return virtual_unit(marked(), size_px=SMALL)
+
+
+@pytest.fixture(scope="module")
+def result(lab: VirtualLab) -> Benches:
+    return bench([marked(), lab.profile], sizes_px=[SMALL], seconds=0.2)
+
+
+def test_another_size_shows_the_same_piece_of_gel(unit: VirtualUnit) -> None:
+    plain, image = marked().image, unit.profile.image
+    assert (image.width_px, image.height_px) == SMALL
+    assert image.width_px * image.mm_per_px == pytest.approx(plain.width_px * plain.mm_per_px)
+    assert unit.frames[0].pixels.shape == (120, 160, 3)
+
+
+def test_a_virtual_unit_measures_its_own_presses(unit: VirtualUnit) -> None:
+    reading = Pipeline(unit.profile, unit.bundle).process(unit.frames[0])
+    depth_mm = 0.2 * 0.22 * SMALL[0] * unit.profile.image.mm_per_px
+    assert reading[HeightMap].mm.max() > 0.7 * depth_mm
+
+
+def test_the_stages_together_measure_what_the_pipeline_measures(unit: VirtualUnit) -> None:
+    stream, frame = Stream(unit), unit.frames[1]
+    staged = stream.through(frame, {})
+    whole = Pipeline(unit.profile, unit.bundle).process(frame)
+    assert set(staged) - {Frame, Reference} == set(whole.quantities)
+    for kind in (Gradients, HeightMap):
+        for name, array in whole[kind].arrays().items():
+            assert np.array_equal(staged[kind].arrays()[name], array)
+
+
+def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
+    assert list(Stream(unit).staged()) == [ACQUIRE, MARKS, SLOPES, "height", "contact"]
+
+
+def test_lamps_in_turn_are_verified() -> None:
+    profile = load_profile("desktop_six_led")
+    stream = Stream(virtual_unit(profile, size_px=(204, 171)))
+    assert list(stream.staged()) == [ACQUIRE, LAMPS, SLOPES, "height", "contact"]
+    assert list(stream.whole()) == [WHOLE]
+
+
+def test_each_profile_is_measured_and_the_whole_comes_last(result: Benches) -> None:
+    assert [one.profile for one in result.benches] == ["hex_fingertip", "virtual_lab"]
+    for one in result.benches:
+        assert one.stages[-1].stage == WHOLE
+        assert one.rounds >= 10
+        assert all(0 < cost.median_ms <= cost.p90_ms for cost in one.stages)
+
+
+def test_a_profile_that_cannot_be_rendered_is_left_out_with_the_reason(lab: VirtualLab) -> None:
+    lights = [{"name": name, "azimuth_deg": 0, "elevation_deg": 30} for name in "abcd"]
+    odd = lab.profile.model_copy(
+        update={
+            "name": "odd",
+            "illumination": Component.model_validate({"use": "core.constant", "lights": lights}),
+        }
+    )
+    with pytest.raises(ProfileError, match="illumination"):
+        virtual_unit(odd)
+    both = bench([odd, lab.profile], seconds=0.01)
+    assert [one.profile for one in both.benches] == ["virtual_lab"]
+    assert both.left_out[0].startswith("odd: ")
+
+
+def test_the_machine_is_named(result: Benches) -> None:
+    said = json.loads(json.dumps(result.summary()))
+    assert said["machine"]["cpu"]
+    assert {"python", "numpy", "tactile-core", "numba"} <= set(said["machine"]["versions"])
+    assert set(said["fast"]) == {"installed", "used"}
+    assert {"stage", "median_ms", "p90_ms", "fps"} == set(said["benches"][0]["stages"][0])
+
+
+def tactile(*words: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "tactile_core.cli", "bench", *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_a_size_must_be_two_sensible_numbers(lab: VirtualLab) -> None:
+    for size in ("640", "8x8"):
+        done = tactile(lab.profile_path, "--size", size)
+        assert done.returncode == 2
+        assert "640x480" in done.stderr
+        assert done.stdout == ""
+
+
+def test_an_unknown_profile_suggests_the_nearest() -> None:
+    done = tactile("hex_fingertp")
+    assert done.returncode == 2
+    assert "hex_fingertip" in done.stderr

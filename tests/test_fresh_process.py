@@ -1,0 +1,73 @@
+"""A fresh process has its own memory, answers in turn and hands its errors back."""
+
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tactile_core.errors import DeviceError, InputError
+from tactile_core.fresh_process import FreshProcess, peak_memory_mib
+
+
+def count(start: int) -> Generator[int, int, None]:
+    print("a word that is no answer")
+    total = start
+    while True:
+        total += yield total
+
+
+def weigh(megabytes: int) -> Generator[Any, None, None]:
+    held = np.ones((megabytes, 2**20), np.uint8)
+    yield peak_memory_mib() if held.all() else None
+
+
+def stumble() -> Generator[Any, None, None]:
+    raise InputError("what was given is of no use")
+    yield
+
+
+def vanish() -> Generator[Any, None, None]:
+    import os
+
+    os._exit(3)
+    yield
+
+
+def test_it_answers_each_message_in_turn() -> None:
+    with FreshProcess(count, 5) as process:
+        assert process.receive() == 5
+        process.send(3)
+        assert process.receive() == 8
+        process.send(-8)
+        assert process.receive() == 0
+
+
+def test_its_error_is_raised_here() -> None:
+    with pytest.raises(InputError, match="of no use"), FreshProcess(stumble) as process:
+        process.receive()
+
+
+def test_an_end_without_a_word_is_told() -> None:
+    with pytest.raises(DeviceError, match="exit code 3"), FreshProcess(vanish) as process:
+        process.receive()
+
+
+def test_a_message_to_one_that_has_ended_is_told_by_its_answer() -> None:
+    with FreshProcess(vanish) as process:
+        for _ in range(3):
+            process.send(np.zeros(2**20))
+        with pytest.raises(DeviceError, match="exit code 3"):
+            process.receive()
+
+
+def test_memory_is_that_process_s_own() -> None:
+    if peak_memory_mib() is None:
+        pytest.skip("this system does not tell")
+    parents_own = np.ones((400, 2**20), np.uint8)
+    peaks = []
+    for megabytes in (10, 110):
+        with FreshProcess(weigh, megabytes) as process:
+            peaks.append(process.receive())
+    assert peaks[0] < parents_own.nbytes / 2**20
+    assert peaks[1] - peaks[0] == pytest.approx(100, abs=10)

@@ -8,6 +8,7 @@ import typer
 
 from tactile_core.cli.calibrate import calibrate
 from tactile_core.cli.demo import demo
+from tactile_core.cli.new import new
 from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
 from tactile_core.cli.run import run
 
@@ -33,5 +34,5 @@ def _options(
         raise typer.Exit
 
 
-for command in (demo, run, calibrate, profiles, plugins, validate, schema, doctor):
+for command in (demo, run, calibrate, new, profiles, plugins, validate, schema, doctor):
     app.command()(command)

@@ -28,7 +28,7 @@ def new(
         typer.Option(help="Where it is in the camera's picture: x,y of both ends or four corners."),
     ] = None,
     marker_pitch_mm: Annotated[
-        float | None, typer.Option(help="Distance of the printed marks.")
+        float | None, typer.Option(help="Distance of a printed mark to its nearest.")
     ] = None,
     target: Annotated[
         Path | None, typer.Option(help="YAML of a grid of balls, whose pitch gives the scale.")
@@ -80,5 +80,6 @@ def new(
 
 
 def _ask(question: str) -> str:
-    answer: str = typer.prompt(question, default="", show_default=False, err=True)
-    return answer
+    # not typer.prompt, which writes a part of the question to stdout
+    typer.echo(f"{question} ", nl=False, err=True)
+    return sys.stdin.readline()

@@ -82,7 +82,7 @@ def new_profile(
     known : KnownSize, optional
         A length on the gel, or a rectangle that also straightens the view.
     marker_pitch_mm : float, optional
-        Distance of the printed marks.
+        Distance of a printed mark to its nearest neighbour, as a rule.
     target : Path, optional
         A grid of balls with circles drawn in the camera's pixels.
     presses : Path, optional
@@ -103,8 +103,12 @@ def new_profile(
         raise InputError(
             "how large is the ball in --presses? give --ball-diameter-mm (or --target)"
         )
+    if presses is None and ball_diameter_mm is not None:
+        raise InputError("--ball-diameter-mm tells of the ball in --presses; give that too")
     base = load_profile(parent)
     picture = _Picture.first_of(image, base)
+    if known is not None:
+        known.check_within(picture.size_px)
     found = find_view(picture.pixels, base, picture.name, picture.crop, known)
     section = section_of(base, found)
     geometry = ImageGeometry(section)
@@ -127,8 +131,8 @@ def new_profile(
     printed = marks_finding(marks, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
         found.append(printed)
+    tried = _overlaid(parent, found)
     if presses is not None:
-        tried = _overlaid(parent, found)
         found += find_lights(
             tried,
             base.name,

@@ -60,6 +60,20 @@ class KnownSize:
         made._check()
         return made
 
+    def check_within(self, size_px: tuple[int, int]) -> None:
+        """Refuse points outside of a picture.
+
+        Raises
+        ------
+        InputError
+            One is.
+        """
+        xy = np.asarray(self.points_px)
+        if (xy < -0.5).any() or (xy > np.asarray(size_px) - 0.5).any():
+            raise InputError(
+                f"--known-px: a point lies outside of the picture of {size_px[0]} × {size_px[1]} px"
+            )
+
     def _check(self) -> None:
         xy = np.asarray(self.points_px)
         if not self.is_rectangle:

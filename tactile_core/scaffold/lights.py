@@ -82,19 +82,19 @@ def find_lights(
 def _azimuths(
     lights: Sequence[Mapping[str, Any]], learned: Mapping[str, float], parent: str, basis: str
 ) -> Finding:
-    found = ", ".join(f"{name} from {azimuth:.0f}°" for name, azimuth in learned.items())
+    found = "light comes from " + ", ".join(f"{a:.0f}° ({name})" for name, a in learned.items())
     if {light["name"] for light in lights} != set(learned):
         text = (
-            f"By {basis} light comes {found}; {parent} does not tell its lamps by channel, so "
+            f"By {basis} {found}; {parent} does not tell its lamps by channel, so "
             f"nothing is written. Calibration learns them anyway."
         )
         return Finding("illumination", text)
     said = np.array([float(light["azimuth_deg"]) for light in lights])
     seen = np.array([learned[light["name"]] for light in lights])
     if _fit(seen, said):
-        text = f"By {basis} light comes {found}, much as {parent} says."
+        text = f"By {basis} {found}, much as {parent} says."
         return Finding("illumination", text)
-    text = f"By {basis} light comes {found}, azimuths from right (0°) over down (90°)."
+    text = f"By {basis} {found}; 0° is right, 90° down."
     if len(lights) == 3 and _fit(seen[::-1], said):
         text += (
             f" With the first and the last channel swapped it would be as {parent} says: the "
@@ -103,7 +103,7 @@ def _azimuths(
     else:
         turn = float(np.degrees(np.angle(np.exp(1j * np.radians(seen - said)).mean())))
         if _fit(seen - turn, said):
-            text += f" The camera is turned by {turn:.0f}° against {parent}'s."
+            text += f" All are turned by {turn:.0f}° against {parent}'s."
         else:
             text += f" {parent} has them elsewhere and in another order."
     written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in lights]

@@ -66,8 +66,8 @@ def marks_finding(
         doubt = f" {parent.name}'s gel has none." if unlike else ""
         return Finding(
             "gel",
-            f"Found in {name}: marks of {marks.diameter_px:.1f} px, {marks.pitch_px:.1f} px "
-            f"apart.{doubt}",
+            f"Printed marks, how far apart and how large: in {name} {marks.pitch_px:.1f} and "
+            f"{marks.diameter_px:.1f} px.{doubt}",
             {
                 "markers": {
                     "pitch_mm": float(f"{pitch_mm:.3g}"),

@@ -92,7 +92,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-
 from tactile_core.device import Options
 from tactile_core.estimator import Estimator
 from tactile_core.quantities import HeightMap, Quantity

@@ -88,6 +88,7 @@ def render_profile(
             f"Only what differs from {parent.name} is said; the comments tell how it was found. "
             f"Correct what you know better, then run 'tactile validate' on this file."
         ),
+        *_comment("All that is not said here is this profile's."),
         f"extends: {extends}",
         f"name: {name}",
         *_comment("Your own words, to tell one build from the next."),

@@ -121,7 +121,8 @@ def agreed(scales: list[Scale]) -> Scale | None:
 def scale_finding(told: Scale | None, parent: Profile, width_px: int) -> Finding:
     """Put the scale into words; the parent's view stands in where nothing tells it."""
     if told is not None:
-        return Finding("image", f"By {told.told_by}.", {"mm_per_px": rounded(told.mm_per_px)})
+        comment = f"Millimetres of gel that one pixel shows, by {told.told_by}."
+        return Finding("image", comment, {"mm_per_px": rounded(told.mm_per_px)})
     view_mm = parent.image.mm_per_px * parent.image.width_px
     guess = rounded(view_mm / width_px)
     comment = (

@@ -195,10 +195,12 @@ def _crop(pixels: Pixels, parent: Profile, name: str, told: Any) -> Finding:
 def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) -> Finding:
     factor = _shrink(camera[0], parent.image.width_px)
     size = tuple(max(1, round(side / factor)) for side in camera)
-    part = f"{name} shows" if factor == 1 else f"{name} shows, shrunk {factor} times from"
-    text = f"{part} {camera[0]} × {camera[1]} px."
-    if factor > 1:
-        text += f" {parent.name} is as coarse; larger images cost time."
+    text = f"Size of the image in which all is measured: {camera[0]} × {camera[1]} px of {name}"
+    text += (
+        "."
+        if factor == 1
+        else (f", shrunk {factor} times to about {parent.name}'s size; larger images cost time.")
+    )
     if dropped:
         text += f" {parent.name}'s warp reaches beyond this camera's image and is dropped."
     values: dict[str, Any] = dict(dropped)

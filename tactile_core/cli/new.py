@@ -53,7 +53,8 @@ def new(
     from tactile_core.scaffold.package import profile_path
     from tactile_core.scaffold.place import refuse_existing
 
-    place = out if out is not None else Path(f"tactile-{name}" if plugin else f"{name}.yaml")
+    default = f"tactile-{name.replace('_', '-')}" if plugin else f"{name}.yaml"
+    place = out if out is not None else Path(default)
     refuse_existing(place, force=force, folder=plugin)
     with Bar() as progress:
         profile = new_profile(
@@ -75,8 +76,20 @@ def new(
     for note in profile.notes:
         typer.echo(f"note: {note}", err=True)
     typer.echo(place)
-    for line in made.next_steps(place):
-        typer.echo(line, err=True)
+    ball = f"--ball-diameter-mm {ball_diameter_mm or 'D'}"
+    if target is not None:
+        ball = f"--target {target}"
+    if plugin:
+        steps = [f"pip install -e {place}", f"pytest {place}", f"tactile validate {name}"]
+    else:
+        steps = [
+            f"tactile validate {place}",
+            f"tactile calibrate {place} --presses {presses or 'FOLDER'} --reference {image} {ball} "
+            f"--out BUNDLE",
+            f"tactile run {place} --bundle BUNDLE --input RECORDING --out RESULTS --save png,npz",
+        ]
+    for step in steps:
+        typer.echo(f"next: {step}", err=True)
 
 
 def _ask(question: str) -> str:

@@ -82,7 +82,7 @@ def find_lights(
 def _azimuths(
     lights: Sequence[Mapping[str, Any]], learned: Mapping[str, float], parent: str, basis: str
 ) -> Finding:
-    found = "light comes from " + ", ".join(f"{a:.0f}° ({name})" for name, a in learned.items())
+    found = "light comes from " + ", ".join(f"{round(a)}° ({name})" for name, a in learned.items())
     if {light["name"] for light in lights} != set(learned):
         text = (
             f"By {basis} {found}; {parent} does not tell its lamps by channel, so "
@@ -103,7 +103,7 @@ def _azimuths(
     else:
         turn = float(np.degrees(np.angle(np.exp(1j * np.radians(seen - said)).mean())))
         if _fit(seen - turn, said):
-            text += f" All are turned by {turn:.0f}° against {parent}'s."
+            text += f" All are turned by {round(turn)}° against {parent}'s."
         else:
             text += f" {parent} has them elsewhere and in another order."
     written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in lights]

@@ -202,14 +202,6 @@ class NewPackage:
         finally:
             shutil.rmtree(fresh, ignore_errors=True)
 
-    def next_steps(self, folder: Path) -> tuple[str, ...]:
-        """What to type next."""
-        return (
-            f"next: pip install -e {folder}",
-            f"      pytest {folder}",
-            f"      tactile validate {self.name}",
-        )
-
 
 def profile_path(folder: Path, name: str) -> Path:
     """Return where the profile lies in the package's folder."""

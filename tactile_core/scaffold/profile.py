@@ -58,16 +58,6 @@ class NewProfile:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, self.text.encode())
 
-    def next_steps(self, path: Path) -> tuple[str, ...]:
-        """What to type next."""
-        return (
-            f"next: tactile validate {path}",
-            f"      tactile calibrate {path} --presses FOLDER --reference UNTOUCHED "
-            f"--ball-diameter-mm D --out BUNDLE",
-            f"      tactile run {path} --bundle BUNDLE --input RECORDING --out RESULTS "
-            f"--save png,npz",
-        )
-
 
 def render_profile(
     name: str, extends: str, parent: Profile, source: str, findings: Sequence[Finding]
@@ -159,4 +149,4 @@ def _flow(value: Any) -> str:
 
 
 def _comment(text: str) -> list[str]:
-    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH - 4)] if text else []
+    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH - 4, break_on_hyphens=False)]

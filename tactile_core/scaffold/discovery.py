@@ -14,6 +14,7 @@ import numpy as np
 
 from tactile_core.acquisition import average
 from tactile_core.errors import InputError
+from tactile_core.formats.scan import Crop
 from tactile_core.geometry import ImageGeometry, Size
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -115,18 +116,16 @@ def new_profile(
     seen = [geometry.apply(exposure) for exposure in picture.exposures]
     marks = find_marks(seen, picture.name, marker_pitch_mm)
     camera = picture.size_px
-    scales = []
-    if mm_per_px is not None:
-        scales.append(Scale.given(mm_per_px))
+    told = [] if mm_per_px is None else [Scale.given(mm_per_px)]
     if known is not None:
-        scales.append(Scale.of_known_size(known, section, camera))
+        told.append(Scale.of_known_size(known, section, camera))
     if target is not None:
-        scales.append(Scale.of_target(target, section, camera))
+        told.append(Scale.of_target(target, section, camera))
     if marks is not None and marker_pitch_mm is not None:
-        scales.append(Scale.of_marks(marks, marker_pitch_mm))
+        told.append(Scale.of_marks(marks, marker_pitch_mm))
     if picture.mm_per_px is not None:
-        scales.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
-    scale = agreed(scales) or (_asked(ask, marks) if ask is not None else None)
+        told.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
+    scale = agreed(told) or (_asked(ask, marks) if ask is not None else None)
     found.append(scale_finding(scale, base, section.width_px))
     printed = marks_finding(marks, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
@@ -155,7 +154,7 @@ class _Picture:
     name: str
     exposures: tuple[Pixels, ...]
     mm_per_px: float | None
-    crop: tuple[int, int, int, int] | None
+    crop: Crop | None
 
     @classmethod
     def first_of(cls, path: Path, profile: Profile) -> _Picture:

@@ -10,14 +10,12 @@ import numpy as np
 from tactile_core.algorithms.lit_area import lit_area
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
+from tactile_core.formats.scan import Crop
 from tactile_core.geometry import Size
 from tactile_core.profiles.model import ImageSection, Profile
 from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
-
-FINER_THAN_PARENT = 1.75
-"""An image so many times as wide as the parent's is shrunk: it would only cost time."""
 
 _STRAIGHT_ON = 0.88
 """Narrow over wide end of the lit skin, at least; less is seen from aside."""
@@ -33,7 +31,7 @@ _DEPTHS = (10, 12, 14, 16)
 
 
 def find_view(
-    pixels: Pixels, parent: Profile, name: str, crop: Any, known: KnownSize | None
+    pixels: Pixels, parent: Profile, name: str, crop: Crop | None, known: KnownSize | None
 ) -> list[Finding]:
     """Find size, crop, perspective and depth of the image.
 
@@ -56,7 +54,7 @@ def find_view(
     """
     depth = _depth(pixels, parent, name)
     if known is not None and known.is_rectangle:
-        return [_straightened(parent, known), *depth]
+        return [_straightened(parent, crop, known), *depth]
     return [*_upright(pixels, parent, name, crop), *depth]
 
 
@@ -96,10 +94,14 @@ def _is_grey(pixels: Pixels) -> bool:
     return bool((np.ptp(pixels, axis=2) == 0).all())
 
 
-def _straightened(parent: Profile, known: KnownSize) -> Finding:
+def _straightened(parent: Profile, told: Crop | None, known: KnownSize) -> Finding:
     """Perspective from the corners of a rectangle of known size."""
     width_mm, height_mm = known.size_mm
     xy = np.asarray(known.points_px)
+    crop: dict[str, Any] = _reset(parent, ("crop",))
+    if told is not None:  # it comes before the warp, for every recording that tells it
+        crop = {"crop": list(told)}
+        xy = xy - told[:2]
     sides = np.hypot(*(np.roll(xy, -1, axis=0) - xy).T)
     long_px = max(sides[0], sides[2], (sides[1] + sides[3]) / 2 * width_mm / height_mm)
     width = round(long_px / _shrink(long_px, parent.image.width_px))
@@ -110,7 +112,8 @@ def _straightened(parent: Profile, known: KnownSize) -> Finding:
             f"in the order left above, right above, right below, left below"
         )
     values = {
-        **_reset(parent, ("crop", "flip", "rotate_deg", "lens")),
+        **crop,
+        **_reset(parent, ("flip", "rotate_deg", "lens")),
         "width_px": width,
         "height_px": height,
         "warp": {
@@ -121,12 +124,13 @@ def _straightened(parent: Profile, known: KnownSize) -> Finding:
     return Finding(
         "image",
         f"The rectangle of {width_mm:g} × {height_mm:g} mm, whose four corners in the camera's "
-        f"pixels are 'source', fills the image; what lies outside is not measured.",
+        f"pixels (the crop's, if there is one) are 'source', fills the image; what lies outside "
+        f"is not measured.",
         values,
     )
 
 
-def _upright(pixels: Pixels, parent: Profile, name: str, told: Any) -> list[Finding]:
+def _upright(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> list[Finding]:
     image, findings = parent.image, []
     camera: Size = (pixels.shape[1], pixels.shape[0])
     changed = [
@@ -158,18 +162,13 @@ def _contains(camera: Size, points: Any) -> bool:
     return all(0 <= x <= camera[0] and 0 <= y <= camera[1] for x, y in points)
 
 
-def _crop(pixels: Pixels, parent: Profile, name: str, told: Any) -> Finding:
-    height, width = pixels.shape[:2]
+def _crop(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> Finding:
     inherited = parent.image.crop
     if told is not None:
         return Finding(
             "image", "The part of the camera's image that the scan says.", {"crop": list(told)}
         )
-    if (
-        inherited is not None
-        and inherited[0] + inherited[2] <= width
-        and inherited[1] + inherited[3] <= height
-    ):
+    if inherited is not None and _holds(pixels, inherited):
         text = f"The crop is {parent.name}'s; it must suit this camera."
         return Finding("image", text, noted=True)
     lit = lit_area(pixels)
@@ -192,15 +191,16 @@ def _crop(pixels: Pixels, parent: Profile, name: str, told: Any) -> Finding:
     return Finding("image", "")
 
 
+def _holds(pixels: Pixels, crop: Crop) -> bool:
+    return bool(crop[0] + crop[2] <= pixels.shape[1] and crop[1] + crop[3] <= pixels.shape[0])
+
+
 def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) -> Finding:
     factor = _shrink(camera[0], parent.image.width_px)
     size = tuple(max(1, round(side / factor)) for side in camera)
-    text = f"Size of the image in which all is measured: {camera[0]} × {camera[1]} px of {name}"
-    text += (
-        "."
-        if factor == 1
-        else (f", shrunk {factor} times to about {parent.name}'s size; larger images cost time.")
-    )
+    text = f"Size of the image in which all is measured: {camera[0]} × {camera[1]} px of {name}."
+    if factor > 1:
+        text += f" Shrunk {factor} times to about {parent.name}'s size: larger images cost time."
     if dropped:
         text += f" {parent.name}'s warp reaches beyond this camera's image and is dropped."
     values: dict[str, Any] = dict(dropped)
@@ -210,7 +210,8 @@ def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) 
 
 
 def _shrink(width_px: float, parents_px: int) -> int:
-    return max(1, int(width_px / parents_px + 2 - FINER_THAN_PARENT))
+    """How many times an image is shrunk: 1.75 times as wide as the parent's, twice, and so on."""
+    return max(1, int(width_px / parents_px + 0.25))
 
 
 def _reset(parent: Profile, keys: tuple[str, ...]) -> dict[str, Any]:

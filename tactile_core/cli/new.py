@@ -76,7 +76,7 @@ def new(
     for note in profile.notes:
         typer.echo(f"note: {note}", err=True)
     typer.echo(place)
-    ball = f"--ball-diameter-mm {ball_diameter_mm or 'D'}"
+    ball = f"--ball-diameter-mm {'D' if ball_diameter_mm is None else f'{ball_diameter_mm:g}'}"
     if target is not None:
         ball = f"--target {target}"
     if plugin:

@@ -46,7 +46,6 @@ def run(written: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_its_own_tests_pass(written: Path) -> None:
-    pytest.importorskip("tactile_core.testing")
     done = run(written, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests")
     assert done.returncode == 0, done.stdout + done.stderr
 

@@ -19,7 +19,8 @@ from tactile_core.scaffold.finding import Finding
 from tactile_core.sensor import read_frames
 
 WIDEST_CONTACT = 0.95
-"""Of the ball's radius. Nobody presses a ball in to its middle: the scale is wrong then."""
+"""Of the ball's radius, by the median press: at the right scale 0.73 to 0.88 on real recordings,
+and 0.97 at one that is a quarter too large."""
 
 
 def find_lights(
@@ -69,8 +70,8 @@ def find_lights(
         f"{len(good)} of {len(known.surfaces)} presses of a ball of {known.ball_diameter_mm:g} mm"
     )
     findings = [_azimuths(profile.illumination.options.get("lights", ()), learned, parent, basis)]
-    widest = max(press.radius_px / press.ball_radius_px for press in good)
-    if target is None and widest > WIDEST_CONTACT:
+    usual = np.median([press.radius_px / press.ball_radius_px for press in good])
+    if target is None and usual > WIDEST_CONTACT:
         text = (
             f"At this scale the ball of {known.ball_diameter_mm:g} mm would touch as wide as it "
             f"is, so mm_per_px is likely too large."

@@ -40,11 +40,13 @@ def photograph(profile: Profile, path: Path, press: BallPress | None = None, see
     return path
 
 
-def photograph_presses(profile: Profile, folder: Path, count: int = 5) -> Path:
+def photograph_presses(
+    profile: Profile, folder: Path, count: int = 5, depth_mm: float = 0.8
+) -> Path:
     """Write pictures of a ball of 4 mm pressed here and there."""
     random = np.random.default_rng(1)
     for number in range(count):
         centre = float(random.uniform(30, 130)), float(random.uniform(30, 90))
-        press = BallPress(centre, 4.0, 0.8)
+        press = BallPress(centre, 4.0, depth_mm)
         photograph(profile, folder / f"{number}.png", press, seed=number + 1)
     return folder

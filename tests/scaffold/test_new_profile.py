@@ -177,6 +177,21 @@ def test_presses_tell_where_the_lights_stand(tmp_path: Path, shift_deg: float) -
     assert np.abs((np.array(off) + 180) % 360 - 180).max() < 10
 
 
+@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.16, True)])
+def test_a_ball_that_touches_as_wide_as_it_is_betrays_the_scale(
+    tmp_path: Path, mm_per_px: float, warned: bool
+) -> None:
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        photograph(sensor(), tmp_path / "untouched.png"),
+        mm_per_px=mm_per_px,
+        presses=photograph_presses(sensor(), tmp_path / "presses", depth_mm=1.0),
+        ball_diameter_mm=4.0,
+    )
+    assert any("too large" in note for note in made.notes) == warned
+
+
 def test_swapped_colours_are_pointed_out(tmp_path: Path) -> None:
     swapped = sensor(illumination=lights(330, 210, 90))
     made = new_profile(

@@ -77,8 +77,13 @@ class Pipeline:
         self._chain = self._build_chain()
         left_out = self._left_out()
         if left_out:
-            why = "no bundle" if self.bundle is None else "no reference"
-            notes.append(f"{why}, so these steps are left out: {', '.join(left_out)}")
+            why, remedy = (
+                ("no bundle", "make one with 'tactile calibrate' and give it with --bundle")
+                if self.bundle is None
+                else ("no reference", "give --reference, a recording of the untouched sensor")
+            )
+            steps = ", ".join(left_out)
+            notes.append(f"{why}, so these steps are left out: {steps}; {remedy}")
         self.notes = tuple(notes)
 
     def process(self, frame: Frame) -> Reading:

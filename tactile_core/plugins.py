@@ -91,6 +91,17 @@ def resolve(kind: Kind, name: str) -> type:
     return Plugin.load(offer).component(kind, component)
 
 
+def find_plugin(name: str) -> Plugin:
+    """Import a plugin by its name.
+
+    Raises
+    ------
+    PluginError
+        It is missing, broken, for another API or claimed by two distributions.
+    """
+    return Plugin.load(_offer(name, wanted_by="this"))
+
+
 def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
     """Import every installed plugin and tell what each registers, the core's own first.
 

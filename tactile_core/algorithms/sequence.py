@@ -75,11 +75,11 @@ def pattern(pixels: Array, full_scale: float) -> Pattern:
     full_scale : float
         The intensity at which a channel saturates.
     """
-    few: Any = pixels
-    for axis, cells in ((0, _ROWS), (1, _COLUMNS)):
-        size = few.shape[axis]
+    at = []
+    for size, cells in zip(pixels.shape[:2], (_ROWS, _COLUMNS), strict=True):
         samples = cells * _BLOCK if size >= cells * _BLOCK else min(size, cells)
-        few = np.take(few, np.linspace(0, size - 1, samples).astype(np.intp), axis=axis)
+        at.append(np.linspace(0, size - 1, samples).astype(np.intp))
+    few = pixels[np.ix_(*at)]
     grid = min(_COLUMNS, few.shape[1]), min(_ROWS, few.shape[0])
     # means of neighbouring samples, so that the grain of the coating averages out
     means = cv2.resize(few.astype(np.float32), grid, interpolation=cv2.INTER_AREA)

@@ -171,7 +171,7 @@ def calibrate(
     progress.stage("fitting", 0.15)
     fitted = fit([press.training() for press in good])
     progress.fraction(1.0)
-    azimuths = _channel_azimuths(good, untouched)
+    azimuths = channel_azimuths(good, untouched)
     if in_turn(frames[0]):
         notes = (*notes, *_misplaced(base, untouched.channels, azimuths))
     manifest = Manifest(
@@ -204,8 +204,8 @@ def _verify(frames: Sequence[Frame], untouched: Reference) -> None:
         verify(frame, pattern_of(untouched), f"observation {frame.source or frame.sequence}")
 
 
-def _channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:
-    """Azimuth from which each channel's light comes, degrees from x towards y.
+def channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:
+    """Learn the azimuth from which each channel's light comes, degrees from x towards y.
 
     To first order a channel brightens where the surface turns towards its lamp, and a surface of
     slope g has the normal (−g, 1).

@@ -23,16 +23,18 @@ def _run(words: list[str], debug: bool) -> int:
     # anything else runs. Only the first import of numpy reads this.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    from typer import Abort
+
     from tactile_core.cli.app import app
 
     try:
         result = app(words, prog_name="tactile", standalone_mode=False)
+    except (Abort, KeyboardInterrupt):  # Abort is what click makes of Ctrl-C
+        return 130
     except Exception as error:
         if debug:
             raise
         return _explain(error)
-    except KeyboardInterrupt:
-        return 130
     return result if isinstance(result, int) else 0
 
 

@@ -10,6 +10,7 @@ from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate
 from tactile_core.cli.compare import compare
 from tactile_core.cli.demo import demo
+from tactile_core.cli.new import new
 from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
 from tactile_core.cli.run import run
 
@@ -35,5 +36,18 @@ def _options(
         raise typer.Exit
 
 
-for command in (demo, run, calibrate, compare, bench, profiles, plugins, validate, schema, doctor):
+COMMANDS = (
+    demo,
+    run,
+    calibrate,
+    new,
+    compare,
+    bench,
+    profiles,
+    plugins,
+    validate,
+    schema,
+    doctor,
+)
+for command in COMMANDS:
     app.command()(command)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -16,11 +17,31 @@ def profiles(as_json: AsJson = False) -> None:
 
     entries = list_profiles()
     if as_json:
-        rows = [{"name": e.name, "path": str(e.path), "origin": e.origin} for e in entries]
+        rows = [
+            {
+                "name": entry.name,
+                "path": str(entry.path),
+                "origin": entry.origin,
+                "description": _description(entry.path),
+            }
+            for entry in entries
+        ]
         typer.echo(json.dumps({"profiles": rows}))
         return
     for entry in entries:
-        typer.echo(f"{entry.name:<28}{entry.origin:<24}{entry.path}")
+        typer.echo(f"{entry.name:<28}{entry.origin:<16}{_description(entry.path)}")
+
+
+def _description(path: Path) -> str:
+    """What a profile says of itself; "" where it cannot be read."""
+    from tactile_core.errors import ProfileError
+    from tactile_core.profiles.loader import load_source
+
+    try:
+        said = load_source(path).settings.get("description")
+    except ProfileError:
+        return ""
+    return "" if said is None else str(said.value)
 
 
 def plugins(as_json: AsJson = False) -> None:

@@ -39,7 +39,7 @@ def list_profiles() -> list[ProfileEntry]:
     """
     from tactile_core.plugins import profile_directories
 
-    entries = _shipped()
+    entries = shipped_profiles()
     for plugin, directory in profile_directories().items():
         entries += _in_directory(directory, f"plugin {plugin}")
     return entries
@@ -47,7 +47,7 @@ def list_profiles() -> list[ProfileEntry]:
 
 def list_rigs() -> list[ProfileEntry]:
     """List the shipped profiles that are no revision of another."""
-    return [entry for entry in _shipped() if read_yaml(entry.path)[0].get("extends") is None]
+    return [entry for entry in shipped_profiles() if read_yaml(entry.path)[0].get("extends") is None]
 
 
 def find_profile(name_or_path: str | Path) -> Path:
@@ -64,9 +64,9 @@ def find_profile(name_or_path: str | Path) -> Path:
     ProfileError
         There is no profile of this name, or two plugins bring one.
     """
-    if isinstance(name_or_path, Path) or _is_path(name_or_path):
+    if isinstance(name_or_path, Path) or is_path(name_or_path):
         return Path(name_or_path).expanduser()
-    for entry in _shipped():
+    for entry in shipped_profiles():
         if entry.name == name_or_path:
             return entry.path
     entries = list_profiles()
@@ -89,7 +89,7 @@ def find_extended(name_or_path: str, place: Place) -> Path:
     """
     try:
         found = find_profile(name_or_path)
-        if _is_path(name_or_path):
+        if is_path(name_or_path):
             found = place.file.parent / found
             if not found.is_file():
                 raise ProfileError(f"there is no file {found}")
@@ -99,7 +99,8 @@ def find_extended(name_or_path: str, place: Place) -> Path:
     return found
 
 
-def _is_path(text: str) -> bool:
+def is_path(text: str) -> bool:
+    """Whether a word is a file's path: it contains a separator or ends in ``.yaml``."""
     return "/" in text or os.sep in text or text.endswith(_SUFFIXES)
 
 
@@ -116,7 +117,8 @@ def _unknown(name: str, known: Sequence[str]) -> str:
     )
 
 
-def _shipped() -> list[ProfileEntry]:
+def shipped_profiles() -> list[ProfileEntry]:
+    """List the profiles of the core, without importing a plugin."""
     import sensor_profiles
 
     return _in_directory(sensor_profiles.DIRECTORY, "shipped")

@@ -1,0 +1,98 @@
+"""``tactile new``: a commented profile, or a plugin package, for one's own sensor."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="Name of the new profile: letters, digits and _.")],
+    parent: Annotated[
+        str, typer.Option("--from", help="The profile that comes nearest: a name or a YAML file.")
+    ],
+    image: Annotated[
+        Path, typer.Option(help="The untouched sensor: an image, a folder, a video or a scan.")
+    ],
+    mm_per_px: Annotated[
+        float | None, typer.Option(help="Scale of the resulting image, where it is known.")
+    ] = None,
+    known_mm: Annotated[
+        str | None, typer.Option(help="Known size on the gel: 10, or 24x32 for a rectangle.")
+    ] = None,
+    known_px: Annotated[
+        str | None,
+        typer.Option(help="Where it is in the camera's picture: x,y of both ends or four corners."),
+    ] = None,
+    marker_pitch_mm: Annotated[
+        float | None, typer.Option(help="Distance of a printed mark to its nearest.")
+    ] = None,
+    target: Annotated[
+        Path | None, typer.Option(help="YAML of a grid of balls, whose pitch gives the scale.")
+    ] = None,
+    presses: Annotated[
+        Path | None, typer.Option(help="Presses of a ball, which tell where each light stands.")
+    ] = None,
+    ball_diameter_mm: Annotated[
+        float | None, typer.Option(help="Diameter of the ball of --presses.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File, or with --plugin folder; NAME.yaml, tactile-NAME.")
+    ] = None,
+    plugin: Annotated[
+        bool, typer.Option("--plugin", help="A package with a first estimator and its test.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+) -> None:
+    """Write a commented minimal profile for one's own sensor."""
+    from tactile_core.cli.progress import Bar
+    from tactile_core.scaffold import KnownSize, new_package, new_profile
+    from tactile_core.scaffold.package import profile_path
+    from tactile_core.scaffold.place import refuse_existing
+
+    default = f"tactile-{name.replace('_', '-')}" if plugin else f"{name}.yaml"
+    place = out if out is not None else Path(default)
+    refuse_existing(place, force=force, folder=plugin)
+    with Bar() as progress:
+        profile = new_profile(
+            name,
+            parent,
+            image,
+            out=profile_path(place, name) if plugin else place,
+            mm_per_px=mm_per_px,
+            known=KnownSize.parse(known_mm, known_px),
+            marker_pitch_mm=marker_pitch_mm,
+            target=target,
+            presses=presses,
+            ball_diameter_mm=ball_diameter_mm,
+            ask=_ask if sys.stdin.isatty() else None,
+            progress=progress,
+        )
+    made = new_package(profile) if plugin else profile
+    made.write(place, force=force)
+    for note in profile.notes:
+        typer.echo(f"note: {note}", err=True)
+    typer.echo(place)
+    ball = f"--ball-diameter-mm {'D' if ball_diameter_mm is None else f'{ball_diameter_mm:g}'}"
+    if target is not None:
+        ball = f"--target {target}"
+    if plugin:
+        steps = [f"pip install -e {place}", f"pytest {place}", f"tactile validate {name}"]
+    else:
+        steps = [
+            f"tactile validate {place}",
+            f"tactile calibrate {place} --presses {presses or 'FOLDER'} --reference {image} {ball} "
+            f"--out BUNDLE",
+            f"tactile run {place} --bundle BUNDLE --input RECORDING --out RESULTS --save png,npz",
+        ]
+    for step in steps:
+        typer.echo(f"next: {step}", err=True)
+
+
+def _ask(question: str) -> str:
+    # not typer.prompt, which writes a part of the question to stdout
+    typer.echo(f"{question} ", nl=False, err=True)
+    return sys.stdin.readline()

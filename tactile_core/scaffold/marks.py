@@ -1,0 +1,87 @@
+"""Marks printed on one's own gel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_core.algorithms.markers import find_marker_diameter
+from tactile_core.errors import InputError
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Pixels
+from tactile_core.scaffold.finding import Finding
+
+
+@dataclass(frozen=True)
+class FoundMarks:
+    """Typical mark in the resulting image."""
+
+    diameter_px: float
+    pitch_px: float
+
+
+def find_marks(exposures: Sequence[Pixels], name: str, pitch_mm: float | None) -> FoundMarks | None:
+    """Find whether marks are printed, and how large they are.
+
+    Parameters
+    ----------
+    exposures : sequence of (H, W) or (H, W, 3)
+        Of one observation, as measured in.
+    name : str
+    pitch_mm : float or None
+        What somebody knows of them.
+
+    Raises
+    ------
+    InputError
+        A pitch is given, and it is not positive or there are no marks.
+    """
+    if pitch_mm is not None and not pitch_mm > 0:
+        raise InputError(f"--marker-pitch-mm {pitch_mm:g}: marks lie apart by more than nothing")
+    found = find_marker_diameter(_brightest(exposures))
+    if found is None and pitch_mm is not None:
+        raise InputError(
+            f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of marks; leave it out, or "
+            f"give a sharper picture of the untouched gel"
+        )
+    return None if found is None else FoundMarks(*found)
+
+
+def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
+    """The most that any light shows of each pixel: ink is dark in all, a slope bright in one."""
+    planes = np.concatenate([np.atleast_3d(exposure) for exposure in exposures], axis=2)
+    level = np.maximum(np.median(planes.reshape(-1, planes.shape[2]), axis=0), 1.0)
+    return np.asarray((planes / level.astype(np.float32)).max(axis=2))
+
+
+def marks_finding(
+    marks: FoundMarks | None, parent: Profile, mm_per_px: float, name: str
+) -> Finding | None:
+    """Put the marks into words; None where neither gel has any."""
+    if marks is not None:
+        pitch_mm, diameter_mm = marks.pitch_px * mm_per_px, marks.diameter_px * mm_per_px
+        unlike = parent.gel.markers is None
+        doubt = f" {parent.name}'s gel has none." if unlike else ""
+        return Finding(
+            "gel",
+            f"Printed marks, how far apart and how large: in {name} {marks.pitch_px:.1f} and "
+            f"{marks.diameter_px:.1f} px.{doubt}",
+            {
+                "markers": {
+                    "pitch_mm": float(f"{pitch_mm:.3g}"),
+                    "diameter_mm": float(f"{diameter_mm:.2g}"),
+                }
+            },
+            noted=unlike,
+        )
+    if parent.gel.markers is None:
+        return None
+    return Finding(
+        "gel",
+        f"{name} shows no lattice of marks, though {parent.name}'s gel has one; if this one has "
+        f"marks, say {{pitch_mm: …, diameter_mm: …}}, or they will look like dents.",
+        {"markers": None},
+        noted=True,
+    )

@@ -1,0 +1,244 @@
+"""A plugin package around a new profile, which installs and passes its test as it is."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import mkdtemp
+
+from tactile_core.errors import InputError
+from tactile_core.scaffold.place import refuse_existing
+from tactile_core.scaffold.profile import NewProfile
+
+STEP = "deepest"
+"""The first estimator, and its step in the profile."""
+
+_PYPROJECT = """\
+[build-system]
+requires = ["hatchling>=1.24"]
+build-backend = "hatchling.build"
+
+[project]
+name = "{distribution}"
+version = "0.1.0"
+description = "The tactile sensor {name}, as a plugin of tactile-core"
+readme = "README.md"
+requires-python = ">=3.11"
+dependencies = ["numpy>=1.26", "pydantic>=2.7,<3", "tactile-core>=0.1"]
+
+[project.optional-dependencies]
+test = ["pytest>=8"]
+
+# The name on the left is the plugin's: {name}.{step} in a profile.
+[project.entry-points."tactile_core.v1"]
+{name} = "{module}"
+
+[tool.hatch.build.targets.wheel]
+packages = ["{module}"]
+"""
+
+_README = """\
+# {distribution}
+
+The sensor `{name}`, as a plugin of tactile-core: its profile
+([{name}.yaml]({module}/profiles/{name}.yaml)) and an estimator of its own,
+[{step}]({module}/{step}.py), which finds the deepest point.
+
+```sh
+pip install -e '.[test]'
+pytest                     # the conformance test
+tactile validate {name}
+tactile calibrate {name} --presses presses/ --reference untouched.png --ball-diameter-mm 4
+tactile run {name} --input recording/ --out results --json
+```
+
+Another estimator is another module and another line in [__init__.py]({module}/__init__.py).
+"""
+
+_INIT = '''\
+"""The plugin ``{name}``: what it brings, and where. Nothing else is imported before it is named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from tactile_core.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_estimators() -> Mapping[str, str]:
+    """Where each estimator lives."""
+    return {{"{step}": "{module}.{step}:DeepestPoint"}}
+
+
+@hookimpl
+def tactile_profiles() -> Path:
+    """Where the profiles lie."""
+    return Path(__file__).parent / "profiles"
+'''
+
+_ESTIMATOR = '''\
+"""Where the skin is pressed deepest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from tactile_core.device import Options
+from tactile_core.estimator import Estimator
+from tactile_core.quantities import HeightMap, Quantity
+
+
+@dataclass(frozen=True)
+class Deepest(Quantity):
+    """The deepest point, in the sensor frame.
+
+    Attributes
+    ----------
+    x_mm, y_mm : float
+        From the image centre, x right and y down; 0 where nothing touches.
+    depth_mm : float
+        How far the skin is pressed there, 0 where nothing touches.
+    """
+
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    depth_mm: float = 0.0
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """What is saved in the .npz."""
+        return {{"deepest_mm": np.array([self.x_mm, self.y_mm, self.depth_mm])}}
+
+    def summary(self) -> Mapping[str, Any]:
+        """What a line of ``tactile run --json`` says."""
+        return {{"deepest_mm": [self.x_mm, self.y_mm, self.depth_mm]}}
+
+
+class DeepestOptions(Options):
+    """What a profile may set beside ``use: {name}.{step}``."""
+
+    min_depth_mm: float = Field(
+        default=0.05, ge=0, description="Skin pressed less than this is taken for noise."
+    )
+
+
+class DeepestPoint(Estimator):
+    """Finds the deepest point of a height map.
+
+    The annotations of ``estimate`` are all that the core needs to place this step in the chain.
+    """
+
+    Options = DeepestOptions
+    options: DeepestOptions
+
+    def estimate(self, height: HeightMap) -> Deepest:
+        """Return the deepest point of one height map."""
+        rows, columns = height.mm.shape
+        row, column = np.unravel_index(int(np.argmax(height.mm)), height.mm.shape)
+        depth_mm = float(height.mm[row, column])
+        if depth_mm < self.options.min_depth_mm:
+            return Deepest()
+        x_mm = (float(column) - (columns - 1) / 2) * height.mm_per_px
+        y_mm = (float(row) - (rows - 1) / 2) * height.mm_per_px
+        return Deepest(x_mm, y_mm, depth_mm)
+'''
+
+_TEST = """\
+from tactile_core.testing import PluginConformance
+
+
+class TestConformance(PluginConformance):
+    plugin = "{name}"
+    expected_failures = {{}}
+"""
+
+
+@dataclass(frozen=True)
+class NewPackage:
+    """A package that was made, not written yet.
+
+    Attributes
+    ----------
+    name : str
+        The plugin's, and the profile's.
+    files : mapping of str to str
+        Text of each file, by its path in the package's folder.
+    """
+
+    name: str
+    files: Mapping[str, str]
+
+    def write(self, folder: Path, *, force: bool = False) -> None:
+        """Write the package, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            There is such a folder, and not ``force``; with it, only files of the same names are
+            replaced.
+        """
+        folder = Path(folder)
+        refuse_existing(folder, force=force, folder=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        fresh = Path(mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+        try:
+            fresh.chmod(0o755)
+            for name, text in self.files.items():
+                path = fresh / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            if folder.exists():
+                shutil.copytree(fresh, folder, dirs_exist_ok=True)
+            else:
+                fresh.rename(folder)
+        finally:
+            shutil.rmtree(fresh, ignore_errors=True)
+
+
+def profile_path(folder: Path, name: str) -> Path:
+    """Return where the profile lies in the package's folder."""
+    return folder / f"tactile_{name}" / "profiles" / f"{name}.yaml"
+
+
+def new_package(profile: NewProfile) -> NewPackage:
+    """Put a new profile into a plugin package of the same name.
+
+    Raises
+    ------
+    InputError
+        The profile extends a file by its path, which would not travel with the package.
+    """
+    if profile.extends_path:
+        raise InputError(
+            "a package cannot extend a file outside of it; give --from a profile's name, or leave "
+            "--plugin out"
+        )
+    module = f"tactile_{profile.name}"
+    words = {
+        "name": profile.name,
+        "module": module,
+        "distribution": module.replace("_", "-"),
+        "step": STEP,
+    }
+    templates = {
+        "pyproject.toml": _PYPROJECT,
+        "README.md": _README,
+        f"{module}/__init__.py": _INIT,
+        f"{module}/{STEP}.py": _ESTIMATOR,
+        "tests/test_conformance.py": _TEST,
+    }
+    files = {path: text.format(**words) for path, text in templates.items()}
+    files[f"{module}/py.typed"] = ""
+    files[f"{module}/profiles/{profile.name}.yaml"] = profile.text + (
+        f"\nestimators:\n  # The package's own step; remove it with '{STEP}: null'.\n"
+        f"  {STEP}: {{use: {profile.name}.{STEP}}}\n"
+    )
+    return NewPackage(profile.name, files)

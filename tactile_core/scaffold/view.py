@@ -1,0 +1,218 @@
+"""The image in which everything is measured: its size, and which part of the camera's it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from tactile_core.algorithms.lit_area import lit_area
+from tactile_core.errors import InputError
+from tactile_core.formats.images import ImageKind
+from tactile_core.formats.scan import Crop
+from tactile_core.geometry import Size
+from tactile_core.profiles.model import ImageSection, Profile
+from tactile_core.quantities import Pixels
+from tactile_core.scaffold.finding import Finding
+from tactile_core.scaffold.known_size import KnownSize
+
+_STRAIGHT_ON = 0.88
+"""Narrow over wide end of the lit skin, at least; less is seen from aside."""
+
+_DEFAULTS: Mapping[str, Any] = {
+    "crop": None,
+    "flip": "none",
+    "rotate_deg": 0,
+    "lens": None,
+    "warp": None,
+}
+_DEPTHS = (10, 12, 14, 16)
+
+
+def find_view(
+    pixels: Pixels, parent: Profile, name: str, crop: Crop | None, known: KnownSize | None
+) -> list[Finding]:
+    """Find size, crop, perspective and depth of the image.
+
+    Parameters
+    ----------
+    pixels : (H, W) or (H, W, 3)
+        The untouched sensor as the camera sends it.
+    parent : Profile
+    name : str
+        The picture's name, for the comments.
+    crop : (x, y, width, height) or None
+        What the recording itself says.
+    known : KnownSize or None
+        A rectangle straightens a view at an angle.
+
+    Raises
+    ------
+    InputError
+        The picture is in colour and the parent's light wants grey, or the other way round.
+    """
+    depth = _depth(pixels, parent, name)
+    if known is not None and known.is_rectangle:
+        return [_straightened(parent, crop, known), *depth]
+    return [*_upright(pixels, parent, name, crop), *depth]
+
+
+def section_of(parent: Profile, findings: list[Finding], mm_per_px: float = 1.0) -> ImageSection:
+    """Return the ``image`` section that the findings make of the parent's."""
+    values = parent.image.model_dump()
+    for finding in findings:
+        if finding.section == "image":
+            values.update(finding.values)
+    return ImageSection.model_validate({**values, "mm_per_px": mm_per_px})
+
+
+def _depth(pixels: Pixels, parent: Profile, name: str) -> list[Finding]:
+    kind, image = ImageKind.of(pixels), parent.image
+    if image.color == "rgb" and kind.channels == 1:
+        raise InputError(
+            f"{name} is grey and {parent.name!r} measures colours; give --from a profile with "
+            f"lamps in turn, or a picture in colour"
+        )
+    if image.color == "grey" and kind.channels == 3 and not _is_grey(pixels):
+        raise InputError(
+            f"{name} is in colour and {parent.name!r} takes grey images; give --from a profile "
+            f"with coloured lights, or record in grey"
+        )
+    if kind.bits == 8:
+        depth, why = 8, f"{name} has 8 bits."
+    elif image.bit_depth > 8 and pixels.max() <= image.full_scale:
+        return []
+    else:
+        brightest = int(pixels.max())
+        depth = next(bits for bits in _DEPTHS if brightest < 2**bits)
+        why = f"The brightest pixel of {name} has {brightest}, which needs {depth} bits."
+    return [] if depth == image.bit_depth else [Finding("image", why, {"bit_depth": depth})]
+
+
+def _is_grey(pixels: Pixels) -> bool:
+    return bool((np.ptp(pixels, axis=2) == 0).all())
+
+
+def _straightened(parent: Profile, told: Crop | None, known: KnownSize) -> Finding:
+    """Perspective from the corners of a rectangle of known size."""
+    width_mm, height_mm = known.size_mm
+    xy = np.asarray(known.points_px)
+    crop: dict[str, Any] = _reset(parent, ("crop",))
+    if told is not None:  # it comes before the warp, for every recording that tells it
+        crop = {"crop": list(told)}
+        xy = xy - told[:2]
+    sides = np.hypot(*(np.roll(xy, -1, axis=0) - xy).T)
+    long_px = max(sides[0], sides[2], (sides[1] + sides[3]) / 2 * width_mm / height_mm)
+    width = round(long_px / _shrink(long_px, parent.image.width_px))
+    height = round(width * height_mm / width_mm)
+    if min(width, height) < 8:
+        raise InputError(
+            f"the rectangle of --known-px is {width} × {height} px; mark a larger one, its corners "
+            f"in the order left above, right above, right below, left below"
+        )
+    values = {
+        **crop,
+        **_reset(parent, ("flip", "rotate_deg", "lens")),
+        "width_px": width,
+        "height_px": height,
+        "warp": {
+            "source": [[round(float(v), 2) for v in point] for point in xy],
+            "target": [[0, 0], [width, 0], [width, height], [0, height]],
+        },
+    }
+    return Finding(
+        "image",
+        f"The rectangle of {width_mm:g} × {height_mm:g} mm, whose four corners in the camera's "
+        f"pixels (the crop's, if there is one) are 'source', fills the image; what lies outside "
+        f"is not measured.",
+        values,
+    )
+
+
+def _upright(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> list[Finding]:
+    image, findings = parent.image, []
+    camera: Size = (pixels.shape[1], pixels.shape[0])
+    changed = [
+        key for key in ("flip", "rotate_deg", "lens") if getattr(image, key) != _DEFAULTS[key]
+    ]
+    if changed:
+        kept = ", ".join(changed)
+        text = f"{kept}: as {parent.name} has it; it must suit this camera and how it is mounted."
+        findings.append(Finding("image", text, noted=True))
+    if image.warp is not None and _contains(camera, image.warp.source):
+        text = (
+            f"Size, crop and warp are {parent.name}'s; mark a rectangle on the gel again "
+            f"(--known-mm, --known-px) for a camera that looks from elsewhere."
+        )
+        return [*findings, Finding("image", text, noted=True)]
+    dropped = _reset(parent, ("warp",))
+    crop = _crop(pixels, parent, name, told)
+    size: Size = camera if crop.values.get("crop") is None else crop.values["crop"][2:]
+    if image.crop is not None and not crop.values and told is None:
+        size = image.crop[2:]
+    if image.rotate_deg % 180:
+        size = size[1], size[0]
+    if crop.comment:
+        findings.append(crop)
+    return [*findings, _size(size, parent, name, dropped)]
+
+
+def _contains(camera: Size, points: Any) -> bool:
+    return all(0 <= x <= camera[0] and 0 <= y <= camera[1] for x, y in points)
+
+
+def _crop(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> Finding:
+    inherited = parent.image.crop
+    if told is not None:
+        return Finding(
+            "image", "The part of the camera's image that the scan says.", {"crop": list(told)}
+        )
+    if inherited is not None and _holds(pixels, inherited):
+        text = f"The crop is {parent.name}'s; it must suit this camera."
+        return Finding("image", text, noted=True)
+    lit = lit_area(pixels)
+    if lit is not None:
+        text = (
+            f"[x, y, width, height] of the lit skin in {name}: what lies around is darker than a "
+            f"fifth of it. 'crop: null' measures all of the image."
+        )
+        slanted = lit.taper < _STRAIGHT_ON
+        if slanted:
+            text += (
+                " The skin is wider at one end, so the camera looks from aside: mark the four "
+                "corners of a rectangle of known size (--known-mm 24x32, --known-px), and the "
+                "image is straightened."
+            )
+        return Finding("image", text, {"crop": list(lit.box)}, noted=slanted)
+    if inherited is not None:
+        text = f"All of the image: {parent.name}'s crop reaches beyond it."
+        return Finding("image", text, {"crop": None})
+    return Finding("image", "")
+
+
+def _holds(pixels: Pixels, crop: Crop) -> bool:
+    return bool(crop[0] + crop[2] <= pixels.shape[1] and crop[1] + crop[3] <= pixels.shape[0])
+
+
+def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) -> Finding:
+    factor = _shrink(camera[0], parent.image.width_px)
+    size = tuple(max(1, round(side / factor)) for side in camera)
+    text = f"Size of the image in which all is measured: {camera[0]} × {camera[1]} px of {name}."
+    if factor > 1:
+        text += f" Shrunk {factor} times to about {parent.name}'s size: larger images cost time."
+    if dropped:
+        text += f" {parent.name}'s warp reaches beyond this camera's image and is dropped."
+    values: dict[str, Any] = dict(dropped)
+    if size != (parent.image.width_px, parent.image.height_px):
+        values |= {"width_px": size[0], "height_px": size[1]}
+    return Finding("image", text if values else "", values)
+
+
+def _shrink(width_px: float, parents_px: int) -> int:
+    """How many times an image is shrunk: 1.75 times as wide as the parent's, twice, and so on."""
+    return max(1, int(width_px / parents_px + 0.25))
+
+
+def _reset(parent: Profile, keys: tuple[str, ...]) -> dict[str, Any]:
+    return {key: _DEFAULTS[key] for key in keys if getattr(parent.image, key) != _DEFAULTS[key]}

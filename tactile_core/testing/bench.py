@@ -1,0 +1,233 @@
+"""What a plugin registers, and its parts made ready to be tried."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from tactile_core.calibration import Calibration
+from tactile_core.camera import Camera
+from tactile_core.device import Device
+from tactile_core.errors import PluginError, TactileError
+from tactile_core.estimator import Estimator
+from tactile_core.illumination import Illumination
+from tactile_core.plugin import KINDS, Kind, Plugin
+from tactile_core.plugins import find_plugin, resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Component, Profile
+from tactile_core.testing.faults import Unjudged
+from tactile_core.testing.scenes import Rig, generic_rig, small_rig
+
+
+@dataclass(frozen=True)
+class Part:
+    """A registered component: its kind, and its name as profiles say it."""
+
+    kind: Kind
+    use: str
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.use}"
+
+
+@dataclass(frozen=True)
+class ProfileFile:
+    """A profile that the plugin brings, or a shipped one that is written for it."""
+
+    path: Path
+
+    def __str__(self) -> str:
+        return f"profile {self.path.stem}"
+
+
+class Bench:
+    """A plugin's parts, each made when it is asked for.
+
+    Parameters
+    ----------
+    plugin : str
+    options : mapping of component to its options
+    """
+
+    def __init__(self, plugin: str, options: Mapping[str, Mapping[str, Any]]) -> None:
+        self.name = plugin
+        self._options = options
+        self._rigs: dict[Part, Rig] = {}
+        self._fits: dict[Part, Calibration | Exception] = {}
+
+    @cached_property
+    def plugin(self) -> Plugin | None:
+        """The imported plugin; None where that fails."""
+        try:
+            return find_plugin(self.name)
+        except PluginError:
+            return None
+
+    def parts(self, *kinds: Kind) -> list[Part]:
+        """Components of some kinds, or of all."""
+        found = []
+        for kind in kinds or KINDS:
+            try:
+                names = self.plugin.components(kind) if self.plugin is not None else ()
+            except PluginError:
+                continue
+            found += [Part(kind, f"{self.name}.{name}") for name in names]
+        return found
+
+    def cameras(self) -> list[Part]:
+        """The plugin's cameras."""
+        return self.parts("camera")
+
+    def illuminations(self) -> list[Part]:
+        """The plugin's lights."""
+        return self.parts("illumination")
+
+    def devices(self) -> list[Part]:
+        """What is opened and closed."""
+        return self.parts("camera", "illumination")
+
+    def calibrations(self) -> list[Part]:
+        """The plugin's calibration models."""
+        return self.parts("calibration")
+
+    def estimators(self) -> list[Part]:
+        """The plugin's estimators."""
+        return self.parts("estimator")
+
+    def makeable(self) -> list[Part]:
+        """What is made from its options alone."""
+        return self.parts("camera", "illumination", "estimator")
+
+    def profiles(self) -> list[ProfileFile]:
+        """The plugin's profiles, and the shipped ones that use it."""
+        import sensor_profiles
+
+        own: Path | None = None
+        try:
+            own = self.plugin.profile_directory() if self.plugin is not None else None
+        except PluginError:
+            pass
+        found = [] if own is None else sorted(own.glob("*.yaml"))
+        shipped = sorted(sensor_profiles.DIRECTORY.glob("*.yaml"))
+        return [ProfileFile(path) for path in found + [p for p in shipped if self._is_for(p)]]
+
+    @cached_property
+    def sound_profiles(self) -> list[Profile]:
+        """Those of the profiles that can be loaded."""
+        sound = []
+        for file in self.profiles():
+            try:
+                sound.append(load_profile(file.path))
+            except TactileError:
+                continue
+        return sound
+
+    def class_of(self, part: Part) -> Any:
+        """The component's class.
+
+        Raises
+        ------
+        Unjudged
+            It cannot be imported.
+        """
+        try:
+            return resolve(part.kind, part.use)  # type: ignore[call-overload]
+        except PluginError as error:
+            raise Unjudged(f"see the check 'components': {error}") from error
+
+    def options(self, part: Part) -> BaseModel:
+        """Options under which a component is tried; raises pydantic's error where they are wrong."""
+        options: type[BaseModel] = self.class_of(part).Options
+        return options.model_validate(self._said(part))
+
+    def make(self, part: Part) -> Any:
+        """Make a component anew; whatever its constructor raises is raised."""
+        cls = self.class_of(part)
+        if not issubclass(cls, Estimator):
+            return cls(self.options(part))
+        return cls(self.options(part), self.rig(part).context)
+
+    def device(self, part: Part) -> Device:
+        """A closed device; lights have met their camera.
+
+        Raises
+        ------
+        Unjudged
+            It cannot be made.
+        """
+        try:
+            device: Device = self.make(part)
+            camera = self._companion(part)
+            if isinstance(device, Illumination) and camera is not None:
+                device.attach(camera)
+        except Unjudged:
+            raise
+        except Exception as error:
+            raise Unjudged(f"see the check 'construction': {error}") from error
+        return device
+
+    def rig(self, part: Part) -> Rig:
+        """A small virtual rig with the light and the gel of the plugin's own profiles, if any."""
+        if part not in self._rigs:
+            users = [p for p in self.sound_profiles if _uses(p, part)]
+            rigs = (small_rig(profile) for profile in [*users, *self.sound_profiles])
+            self._rigs[part] = next((rig for rig in rigs if rig is not None), generic_rig())
+        return self._rigs[part]
+
+    def fit(self, part: Part) -> Calibration:
+        """A calibration newly fitted on virtual presses."""
+        rig = self.rig(part)
+        cls: type[Calibration] = self.class_of(part)
+        return cls.fit(rig.presses, rig.reference, self.options(part))
+
+    def fitted(self, part: Part) -> Calibration:
+        """A calibration that was fitted once for all checks.
+
+        Raises
+        ------
+        Unjudged
+            It cannot be fitted.
+        """
+        if part not in self._fits:
+            try:
+                self._fits[part] = self.fit(part)
+            except Exception as error:
+                self._fits[part] = error
+        fitted = self._fits[part]
+        if not isinstance(fitted, Calibration):
+            raise Unjudged(f"see the check 'fit': {fitted}")
+        return fitted
+
+    def _said(self, part: Part) -> Mapping[str, Any]:
+        if part.use in self._options:
+            return self._options[part.use]
+        named = [c for p in self.sound_profiles for c in p.components.values()]
+        return next((c.options for c in named if c.use == part.use), {})
+
+    def _companion(self, part: Part) -> Camera | None:
+        """The camera that a profile puts beside lights of this plugin."""
+        for profile in self.sound_profiles:
+            camera = Part("camera", profile.camera.use)
+            if profile.illumination.use == part.use and camera in self.cameras():
+                made: Camera = self.make(camera)
+                return made
+        return None
+
+    def _is_for(self, path: Path) -> bool:
+        """Whether a shipped profile is this plugin's to try; those of the core alone are the core's."""
+        try:
+            profile = load_profile(path, components=False)
+        except TactileError:
+            return False
+        plugins = {component.use.partition(".")[0] for component in profile.components.values()}
+        return plugins == {"core"} if self.name == "core" else self.name in plugins
+
+
+def _uses(profile: Profile, part: Part) -> bool:
+    named: list[Component] = list(profile.components.values())
+    return any(component.use == part.use for component in named)

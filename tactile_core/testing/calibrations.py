@@ -1,0 +1,216 @@
+"""Checks of calibration models, fitted on virtual presses of a ball."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from tactile_core.calibration import Calibration
+from tactile_core.errors import CalibrationError
+from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
+from tactile_core.testing.bench import Bench, Part
+from tactile_core.testing.checks import Suite, check
+from tactile_core.testing.comparing import difference, kept
+from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.sanity import form_fault, truth_fault
+from tactile_core.testing.scenes import PRESSES
+
+_FLAT_SLOPE = 0.1
+"""Mean slope of untouched skin that no model may exceed: 6°."""
+
+
+class CalibrationChecks(Suite):
+    """The contract of :class:`tactile_core.calibration.Calibration`."""
+
+    @check(Bench.calibrations)
+    def test_fit(self, part: Part) -> None:
+        """A model is fitted on presses of a ball, and the same presses give the same model."""
+        try:
+            second = self.bench.fit(part)
+            if not isinstance(second, Calibration):
+                raise TypeError(f"fit() returns {type(second).__name__}, no Calibration")
+        except Unjudged:
+            raise
+        except Exception as error:
+            raise Fault(
+                part,
+                f"it cannot be fitted on {PRESSES} virtual presses ({error})",
+                why="no unit of the sensor can be calibrated",
+                do="fit() takes pixels of known slope; give options for the virtual sensor",
+            ) from error
+        first = self.bench.fitted(part)
+        frame = self.bench.rig(part).scene(0).frame
+        differs = difference(self._measured(part, first, frame), self._measured(part, second, frame))
+        if differs:
+            raise Fault(
+                part,
+                f"two fits on the same presses measure differently: {differs}",
+                why="a calibration could not be repeated, nor its score trusted",
+                do="draw random numbers from np.random.default_rng(options.seed) alone",
+            )
+
+    @check(Bench.calibrations)
+    def test_measurement(self, part: Part) -> None:
+        """What it measures has the image's size, float32, no gaps, and cannot be written to."""
+        scene = self.bench.rig(part).scene(0)
+        try:
+            measured = self.bench.fitted(part).measure(scene.frame, self.bench.rig(part).reference)
+        except Unjudged:
+            raise
+        except Exception as error:
+            raise Fault(
+                part,
+                f"measure() fails ({type(error).__name__}: {error})",
+                why="nothing can be measured",
+                do="try it on the presses that it was fitted on",
+            ) from error
+        wrong = (
+            form_fault(measured, scene)
+            if isinstance(measured, Gradients | HeightMap)
+            else f"measure() returns {type(measured).__name__}, neither Gradients nor HeightMap"
+        )
+        if wrong:
+            raise Fault(
+                part,
+                wrong,
+                why="every step after it relies on dtype, size and scale",
+                do="Gradients(x, y, valid, frame.mm_per_px, frame.timestamp_s), (H, W) float32 "
+                "and bool; fill in what cannot be measured and mark it not valid",
+            )
+
+    @check(Bench.calibrations)
+    def test_sense(self, part: Part) -> None:
+        """A ball that it has not seen rises towards the camera; untouched skin is flat."""
+        rig, model = self.bench.rig(part), self.bench.fitted(part)
+        scene = rig.scene(1)
+        wrong = truth_fault(self._measured(part, model, scene.frame), scene)
+        rest = self._measured(part, model, rig.untouched)
+        if not wrong and isinstance(rest, Gradients):
+            slope = float(np.hypot(rest.x, rest.y).mean())
+            if slope > _FLAT_SLOPE:
+                wrong = f"untouched skin has a mean slope of {slope:.2g}"
+        if wrong:
+            raise Fault(
+                part,
+                wrong,
+                why="unit and sign are part of a quantity's type; nobody checks them again",
+                do="x is right, y down, heights in mm are positive where the object presses",
+            )
+
+    @check(Bench.calibrations)
+    def test_round_trip(self, part: Part) -> None:
+        """A model that was saved and loaded measures the same, and an empty folder is refused."""
+        model = self.bench.fitted(part)
+        frame = self.bench.rig(part).scene(0).frame
+        with TemporaryDirectory(prefix="tactile-conformance-") as name:
+            folder = Path(name)
+            try:
+                type(model).load(folder)
+            except CalibrationError:
+                found = ""
+            except Exception as error:
+                found = f"loading an empty folder raises {type(error).__name__} ({error})"
+            else:
+                found = "loading an empty folder gives a model"
+            try:
+                model.save(folder)
+                loaded = type(model).load(folder)
+            except Exception as error:
+                found = found or f"what it saves cannot be loaded ({type(error).__name__}: {error})"
+            else:
+                before, after = (self._measured(part, m, frame) for m in (model, loaded))
+                found = found or difference(before, after)
+        if found:
+            raise Fault(
+                part,
+                found,
+                why="a bundle would measure otherwise than the calibration that was scored",
+                do="save every fitted number in full precision, and raise CalibrationError where "
+                "files are missing",
+            )
+
+    @check(Bench.calibrations)
+    def test_other_size(self, part: Part) -> None:
+        """An image of another size is refused with a CalibrationError."""
+        rig, model = self.bench.rig(part), self.bench.fitted(part)
+        frame = rig.scene(0).frame
+        cut = replace(frame, pixels=frame.pixels[:-8, :-8])
+        reference = replace(rig.reference, pixels=rig.reference.pixels[:-8, :-8])
+        try:
+            model.measure(cut, reference)
+        except CalibrationError:
+            return
+        except Exception as error:
+            found = f"raises {type(error).__name__} ({error})"
+        else:
+            found = "is measured"
+        raise Fault(
+            part,
+            f"a frame of {_size(cut)} {found}, though it was fitted on {_size(frame)}",
+            why="light and scale belong to one image size; the slopes would be wrong in silence",
+            do="keep the shape that was fitted and raise CalibrationError for another",
+        )
+
+    @check(Bench.calibrations)
+    def test_calibration_inputs(self, part: Part) -> None:
+        """Measuring changes neither the frame nor the reference."""
+        rig, model = self.bench.rig(part), self.bench.fitted(part)
+        given = _writable(rig.scene(0).frame, rig.reference)
+        before = kept(given)
+        frame, reference = given[Frame], given[Reference]
+        assert isinstance(frame, Frame) and isinstance(reference, Reference)
+        self._measured(part, model, frame, reference)
+        changed = difference(before, kept(given))
+        if changed:
+            raise Fault(
+                part,
+                f"measure() changes its input: {changed}",
+                why="recordings, estimators and the next frame see what it left",
+                do="work on copies",
+            )
+
+    @check(Bench.calibrations)
+    def test_calibration_pickling(self, part: Part) -> None:
+        """A model pickles, also after measuring, and measures the same afterwards."""
+        model = self.bench.fitted(part)
+        frame = self.bench.rig(part).scene(0).frame
+        before = self._measured(part, model, frame)
+        try:
+            copy = pickle.loads(pickle.dumps(model))
+        except Exception as error:
+            found = f"it does not pickle ({type(error).__name__}: {error})"
+        else:
+            found = difference(before, self._measured(part, copy, frame))
+        if found:
+            raise Fault(
+                part,
+                found,
+                why="a Pipeline is sent to other processes for recordings and for robots",
+                do="leave locks, handles and caches out of __getstate__",
+            )
+
+    def _measured(
+        self, part: Part, model: Calibration, frame: Frame, reference: Reference | None = None
+    ) -> Quantity:
+        try:
+            return model.measure(frame, reference or self.bench.rig(part).reference)
+        except Exception as error:
+            raise Unjudged(f"see the check 'measurement': {error}") from error
+
+
+def _writable(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
+    """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
+    copies: dict[type[Quantity], Quantity] = {}
+    for quantity in quantities:
+        own = {n: array.copy() for n, array in vars(quantity).items() if isinstance(array, np.ndarray)}
+        copies[type(quantity)] = replace(quantity, **own)
+    return copies
+
+
+def _size(frame: Frame) -> str:
+    height, width = frame.pixels.shape[:2]
+    return f"{width} × {height}"

@@ -1,0 +1,55 @@
+"""Whether two results are the same, and what of a result can be changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.quantities import Quantity
+
+
+def difference(first: object, second: object, name: str = "result") -> str:
+    """Say where two values differ; empty where they do not. NaN equals NaN."""
+    if type(first) is not type(second):
+        return f"{name} is {type(first).__name__}, then {type(second).__name__}"
+    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
+        return _array_difference(first, second, name)
+    if is_dataclass(first) and not isinstance(first, type):
+        parts = ((f.name, getattr(first, f.name), getattr(second, f.name)) for f in fields(first))
+        return next((d for n, a, b in parts if (d := difference(a, b, n))), "")
+    if isinstance(first, Mapping) and isinstance(second, Mapping):
+        if list(first) != list(second):
+            return f"{name} has {list(first)}, then {list(second)}"
+        return next((d for k in first if (d := difference(first[k], second[k], str(k)))), "")
+    if isinstance(first, list | tuple) and isinstance(second, list | tuple):
+        if len(first) != len(second):
+            return f"{name} has {len(first)} entries, then {len(second)}"
+        return next((d for a, b in zip(first, second, strict=True) if (d := difference(a, b))), "")
+    same = bool(first == second) or (first != first and second != second)
+    return "" if same else f"{name} is {first!r}, then {second!r}"
+
+
+def arrays_in(quantity: Quantity) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the arrays among a quantity's fields."""
+    for field in fields(quantity):
+        value = getattr(quantity, field.name)
+        if isinstance(value, np.ndarray):
+            yield field.name, value
+
+
+def kept(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], dict[str, Any]]:
+    """Copy the arrays of some quantities, to see later whether they were changed."""
+    return {kind: {n: a.copy() for n, a in arrays_in(q)} for kind, q in quantities.items()}
+
+
+def _array_difference(first: NDArray[Any], second: NDArray[Any], name: str) -> str:
+    if (first.shape, first.dtype) != (second.shape, second.dtype):
+        return f"{name} is {first.dtype} {first.shape}, then {second.dtype} {second.shape}"
+    if np.array_equal(first, second, equal_nan=first.dtype.kind in "fc"):
+        return ""
+    count = np.count_nonzero(first != second)
+    return f"{count} of {first.size} values of {name} differ"

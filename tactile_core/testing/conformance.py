@@ -1,0 +1,61 @@
+"""The suite that a lab subclasses."""
+
+from __future__ import annotations
+
+import pytest
+
+from tactile_core.testing.calibrations import CalibrationChecks
+from tactile_core.testing.cameras import CameraChecks
+from tactile_core.testing.checks import PREFIX, checks_of, subjects_of
+from tactile_core.testing.devices import DeviceChecks
+from tactile_core.testing.estimators import EstimatorChecks
+from tactile_core.testing.faults import Fault
+from tactile_core.testing.illuminations import IlluminationChecks
+from tactile_core.testing.imports import ImportChecks
+from tactile_core.testing.profiles import ProfileChecks
+from tactile_core.testing.registration import RegistrationChecks
+
+
+class PluginConformance(
+    RegistrationChecks,
+    ImportChecks,
+    DeviceChecks,
+    CameraChecks,
+    IlluminationChecks,
+    CalibrationChecks,
+    EstimatorChecks,
+    ProfileChecks,
+):
+    """Every check, for everything that a plugin registers; see docs/conformance.md.
+
+    Subclass it in a test module, with ``plugin`` and, where there are any, ``expected_failures``
+    and ``options``.
+    """
+
+    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
+        """Repeat each check for what it is about."""
+        found = subjects_of(metafunc.function, self.bench)
+        if found is None:
+            return
+        argument, subjects = found
+        params = [pytest.param(subject, id=str(subject)) for subject in subjects]
+        if not params:
+            nothing = f"plugin {self.plugin!r} registers nothing that this check is about"
+            params = [pytest.param(None, id="none", marks=pytest.mark.skip(reason=nothing))]
+        metafunc.parametrize(argument, params)
+
+    def test_expected_failures(self) -> None:
+        """``expected_failures`` names checks and components that exist."""
+        known = set[str]()
+        for name, method in checks_of(type(self)).items():
+            found = subjects_of(method, self.bench)
+            known |= {name} | {f"{name}[{subject}]" for subject in (found[1] if found else ())}
+        for key in self.expected_failures:
+            if key not in known:
+                fault = Fault(
+                    type(self).__name__,
+                    f"expected_failures names {key!r}, which is no check of this plugin",
+                    why="what it was meant to excuse is not excused, or no longer exists",
+                    do=f"remove it, or write a name as pytest prints it without {PREFIX!r}",
+                )
+                pytest.fail(str(fault), pytrace=False)

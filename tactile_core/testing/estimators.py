@@ -1,0 +1,269 @@
+"""Checks of estimators, on a few virtual presses that follow each other."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tactile_core.chain import Step, declared_step
+from tactile_core.errors import PluginError
+from tactile_core.quantities import Quantity
+from tactile_core.testing.bench import Bench, Part
+from tactile_core.testing.checks import Suite, check
+from tactile_core.testing.comparing import difference, kept
+from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.sanity import form_fault, truth_fault
+from tactile_core.testing.scenes import SCENES, Scene
+from tactile_core.testing.supply import completed
+
+Inputs = Mapping[type[Quantity], Quantity]
+_STATE = "set stateful: ClassVar[bool] = True and forget everything in reset(), or keep nothing"
+
+
+class EstimatorChecks(Suite):
+    """The contract of :class:`tactile_core.estimator.Estimator`."""
+
+    @check(Bench.estimators)
+    def test_annotations(self, part: Part) -> None:
+        """``estimate`` is annotated with quantities, and what it needs can be had."""
+        try:
+            step = declared_step(part.use, self._made(part))
+        except PluginError as error:
+            raise Fault(
+                part,
+                str(error),
+                why="the annotations are the declaration by which a chain is put together",
+                do="def estimate(self, height: HeightMap) -> ContactMask: …",
+            ) from error
+        missing = step.missing(self._given(step, self._scenes(part)[0]))
+        if missing is not None:
+            raise Fault(
+                part,
+                f"it needs {missing.__name__}, which neither the core nor this plugin gives",
+                why="no profile could run it",
+                do="take a quantity of tactile_core.quantities, register an estimator that gives "
+                "it, or return one from inputs() in the test class",
+            )
+
+    @check(Bench.estimators)
+    def test_output(self, part: Part) -> None:
+        """It gives the declared quantity, with the documented dtype and shape, not writable."""
+        step = self._step(part)
+        for scene in self._scenes(part):
+            try:
+                result = _run(step, self._known(step, scene))
+            except Unjudged:
+                raise
+            except Exception as error:
+                raise Fault(
+                    part,
+                    f"estimate() fails ({type(error).__name__}: {error})",
+                    why="the whole reading fails with it",
+                    do="try it on an ordinary press; inputs are read-only, so work on copies",
+                ) from error
+            if not isinstance(result, step.gives):
+                wrong = f"it returns {type(result).__name__} and declares {step.gives.__name__}"
+            else:
+                wrong = form_fault(result, scene)
+            if wrong:
+                raise Fault(
+                    part,
+                    wrong,
+                    why="steps, files and viewers after it rely on what the quantity documents",
+                    do="see the quantity's docstring in tactile_core.quantities",
+                )
+
+    @check(Bench.estimators)
+    def test_units(self, part: Part) -> None:
+        """A ball's height, slopes and contact come out in mm, the right way up and about right."""
+        for result, scene in zip(self._results(part), self._scenes(part), strict=True):
+            wrong = truth_fault(result, scene)
+            if wrong:
+                raise Fault(
+                    part,
+                    wrong,
+                    why="unit, frame and sign are part of a quantity's type; nobody asks again",
+                    do="multiply by mm_per_px where it is due; heights are positive where pressed",
+                )
+
+    @check(Bench.estimators)
+    def test_export(self, part: Part) -> None:
+        """``arrays()`` can be stored without pickles and ``summary()`` as JSON."""
+        result = self._results(part)[0]
+        try:
+            json.dumps(dict(result.summary()), allow_nan=True)
+            objects = [n for n, a in result.arrays().items() if np.asarray(a).dtype == object]
+            found = f"arrays() holds objects in {', '.join(objects)}" if objects else ""
+        except Exception as error:
+            found = f"summary() or arrays() fails ({type(error).__name__}: {error})"
+        if found:
+            raise Fault(
+                part,
+                found,
+                why="'tactile run' stores and prints every quantity by these two",
+                do="float(…) and int(…) in summary(), numeric arrays in arrays()",
+            )
+
+    @check(Bench.estimators)
+    def test_reset(self, part: Part) -> None:
+        """After ``reset()`` the same frames give the same results."""
+        step = self._step(part)
+        first = self._results(part, step)
+        step.estimator.reset()
+        differs = difference(first, self._results(part, step))
+        if differs:
+            raise Fault(
+                part,
+                f"after reset() the same frames give something else: {differs}",
+                why="a recording could not be measured twice alike",
+                do="forget in reset() all that estimate() remembers, and seed random numbers there",
+            )
+
+    @check(Bench.estimators)
+    def test_state(self, part: Part) -> None:
+        """A step that does not declare ``stateful`` gives each frame the same result anew."""
+        step = self._step(part)
+        if step.estimator.stateful:
+            raise Unjudged("it declares its state")
+        together = self._results(part, step)
+        inputs = [self._known(step, scene) for scene in self._scenes(part)]
+        for number in reversed(range(len(inputs))):
+            again = self._step(part)
+            differs = difference(together[number], _tried(again, inputs[number]))
+            if differs:
+                raise Fault(
+                    part,
+                    f"a frame's result depends on the frames before it: {differs}",
+                    why="recordings are shared out over processes unless a step declares a state",
+                    do=_STATE,
+                )
+
+    @check(Bench.estimators)
+    def test_instances(self, part: Part) -> None:
+        """Two estimators at work side by side know nothing of each other."""
+        alone = self._results(part, self._step(part))
+        one, other = self._step(part), self._step(part)
+        scenes = self._scenes(part)
+        mixed = []
+        for scene, elsewhere in zip(scenes, reversed(scenes), strict=True):
+            mixed.append(_tried(one, self._known(one, scene)))
+            _tried(other, self._known(other, elsewhere))
+        differs = difference(alone, mixed)
+        if differs:
+            raise Fault(
+                part,
+                f"its results change when another one is at work: {differs}",
+                why="two fingers of one gripper would disturb each other",
+                do="keep state in self, never in the class or the module",
+            )
+
+    @check(Bench.estimators)
+    def test_own_result(self, part: Part) -> None:
+        """A result stays as it is when the next frame is measured."""
+        step = self._step(part)
+        first, second = (self._known(step, scene) for scene in self._scenes(part)[:2])
+        result = _tried(step, first)
+        before = kept({type(result): result})
+        _tried(step, second)
+        differs = difference(before, kept({type(result): result}))
+        if differs:
+            raise Fault(
+                part,
+                f"the next frame overwrites the result: {differs}",
+                why="readings are kept, compared and saved later",
+                do="return a new array, not the buffer that is used again",
+            )
+
+    @check(Bench.estimators)
+    def test_inputs(self, part: Part) -> None:
+        """Estimating changes none of its inputs."""
+        step = self._step(part)
+        given = writable(self._known(step, self._scenes(part)[0]))
+        before = kept(given)
+        _tried(step, given)
+        differs = difference(before, kept(given))
+        if differs:
+            raise Fault(
+                part,
+                f"estimate() changes its input: {differs}",
+                why="other steps get the same arrays, before or after it",
+                do="work on copies",
+            )
+
+    @check(Bench.estimators)
+    def test_pickling(self, part: Part) -> None:
+        """An estimator pickles, new and used, and goes on with the same results."""
+        step = self._step(part)
+        for when in ("new", "used"):
+            try:
+                copy = pickle.loads(pickle.dumps(step.estimator))
+            except Exception as error:
+                found = f"when {when} it does not pickle ({type(error).__name__}: {error})"
+            else:
+                copied = declared_step(part.use, copy)
+                found = difference(self._results(part, step), self._results(part, copied))
+                found = found and f"when {when}, its pickled copy gives something else: {found}"
+            if found:
+                raise Fault(
+                    part,
+                    found,
+                    why="a Pipeline is sent to other processes for recordings and for robots",
+                    do="leave locks, sessions and open files out of __getstate__, and make them "
+                    "anew when they are needed",
+                )
+
+    def _made(self, part: Part) -> object:
+        try:
+            return self.bench.make(part)
+        except Unjudged:
+            raise
+        except Exception as error:
+            raise Unjudged(f"see the check 'construction': {error}") from error
+
+    def _step(self, part: Part) -> Step:
+        try:
+            return declared_step(part.use, self._made(part))
+        except PluginError as error:
+            raise Unjudged(f"see the check 'annotations': {error}") from error
+
+    def _scenes(self, part: Part) -> list[Scene]:
+        rig = self.bench.rig(part)
+        return [rig.scene(number) for number in range(SCENES)]
+
+    def _given(self, step: Step, scene: Scene) -> Inputs:
+        known = {**scene.truth, **self.inputs(scene)}
+        return completed(known, step.needs, self.bench, without=step.name)
+
+    def _known(self, step: Step, scene: Scene) -> Inputs:
+        given = self._given(step, scene)
+        missing = step.missing(given)
+        if missing is not None:
+            raise Unjudged(f"see the check 'annotations': there is no {missing.__name__}")
+        return {kind: given[kind] for kind in step.takes if kind in given}
+
+    def _results(self, part: Part, step: Step | None = None) -> list[Quantity]:
+        step = step or self._step(part)
+        return [_tried(step, self._known(step, scene)) for scene in self._scenes(part)]
+
+
+def writable(quantities: Inputs) -> dict[type[Quantity], Quantity]:
+    """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
+    copies = {}
+    for kind, quantity in quantities.items():
+        copies[kind] = pickle.loads(pickle.dumps(quantity))
+    return copies
+
+
+def _run(step: Step, given: Inputs) -> Quantity:
+    result: Quantity = step.estimator.estimate(*(given.get(kind) for kind in step.takes))
+    return result
+
+
+def _tried(step: Step, given: Inputs) -> Quantity:
+    try:
+        return _run(step, given)
+    except Exception as error:
+        raise Unjudged(f"see the check 'output': {error}") from error

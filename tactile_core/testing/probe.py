@@ -1,0 +1,97 @@
+"""Imports a plugin's entry module in a fresh interpreter and tells what that changed.
+
+Run as a script: ``probe.py OFFER PATH RESULT`` with an entry point's fields and ``sys.path`` as
+JSON, and the file that the findings are written to.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import sys
+import threading
+import warnings
+from pathlib import Path
+from typing import Any
+
+HEAVY = (
+    "cv2", "cupy", "jax", "matplotlib", "numba", "onnxruntime", "open3d", "pandas", "rclpy",
+    "scipy", "serial", "skimage", "sklearn", "tensorflow", "torch", "torchvision", "usb",
+)  # fmt: skip
+"""What costs a tenth of a second or more to import, or touches hardware when it is."""
+
+_WATCHED = {
+    "os.mkdir": "makes a folder",
+    "os.remove": "removes a file",
+    "os.system": "runs a program",
+    "socket.bind": "binds a socket",
+    "socket.connect": "connects a socket",
+    "subprocess.Popen": "runs a program",
+}
+
+
+def snapshot() -> dict[str, Any]:
+    """State of the process that an import must leave as it is, each by what changing it is."""
+    root = logging.getLogger()
+    fds = Path("/proc/self/fd")
+    return {
+        "changes the environment": dict(os.environ),
+        "changes the working directory": str(Path.cwd()),
+        "changes sys.path": list(sys.path),
+        "changes the filters of warnings": list(warnings.filters),
+        "sets up the root logger": (root.level, list(root.handlers), list(root.filters)),
+        "leaves a thread running": {thread.name for thread in threading.enumerate()},
+        "leaves a file or socket open": len(list(fds.iterdir())) if fds.is_dir() else 0,
+    }
+
+
+class Watch:
+    """Collects what is written, started and connected meanwhile."""
+
+    def __init__(self) -> None:
+        self.seen: list[str] = []
+        self.on = True
+        sys.addaudithook(self._hear)
+
+    def _hear(self, event: str, arguments: tuple[Any, ...]) -> None:
+        if not self.on:
+            return
+        if event in _WATCHED:
+            self.seen.append(f"{_WATCHED[event]} ({arguments[0]})")
+        elif event == "open" and _writes(*arguments[1:]) and isinstance(arguments[0], str | bytes):
+            self.seen.append(f"writes a file ({os.fsdecode(arguments[0])})")
+
+
+def _writes(mode: str | None, flags: int) -> bool:
+    return bool(flags & (os.O_WRONLY | os.O_RDWR)) or bool(set(mode or "r") & set("wax+"))
+
+
+def main(offer: str, path: str, result: str) -> None:
+    """Import what the offer names, call its hooks, and write ``{"heavy": …, "effects": …}``."""
+    sys.path[:] = json.loads(path)
+    import numpy  # noqa: F401, ICN001  (it changes the filters of warnings, and may be imported)
+
+    from tactile_core.entry_points import Offer
+    from tactile_core.errors import PluginError
+    from tactile_core.plugin import Plugin
+
+    before, modules = snapshot(), set(sys.modules)
+    watch, error = Watch(), ""
+    try:
+        Plugin.load(Offer(**json.loads(offer))).report(import_components=False)
+    except PluginError as refusal:
+        error = str(refusal)
+    watch.on = False
+    after = snapshot()
+    new = {name.partition(".")[0] for name in set(sys.modules) - modules}
+    found = {
+        "error": error,
+        "heavy": sorted(new & set(HEAVY)),
+        "effects": [what for what in before if before[what] != after[what]] + watch.seen,
+    }
+    Path(result).write_text(json.dumps(found), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

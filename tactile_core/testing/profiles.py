@@ -1,0 +1,162 @@
+"""Checks of the profiles that a plugin brings, and of the shipped ones that are written for it.
+
+Each profile's pipeline runs once on presses that :mod:`tactile_core.testing.scenes` renders from
+what the profile says. That is the place of the profile's virtual twin: once a simulator opens it as
+``open_sensor(profile, sim=True)``, :meth:`ProfileChecks.test_pipeline` reads from that.
+"""
+
+from __future__ import annotations
+
+import pickle
+import re
+from collections.abc import Iterator
+
+from tactile_core.bundle import Bundle, Manifest
+from tactile_core.calibration import Calibration
+from tactile_core.errors import PluginError, ProfileError
+from tactile_core.pipeline import Pipeline
+from tactile_core.plugins import resolve
+from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
+from tactile_core.profiles.model import Profile
+from tactile_core.profiles.nodes import Node
+from tactile_core.profiles.yaml_tree import read_yaml
+from tactile_core.testing.bench import Bench, ProfileFile
+from tactile_core.testing.checks import Suite, check
+from tactile_core.testing.comparing import difference
+from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.scenes import Rig, full_rig
+
+_ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
+
+
+class ProfileChecks(Suite):
+    """What a sensor build's file must be wherever it is installed."""
+
+    @check(Bench.profiles)
+    def test_profile(self, profile: ProfileFile) -> None:
+        """It is valid: no unknown key, every component exists, all that it extends is found."""
+        try:
+            load_profile(profile.path)
+        except ProfileError as error:
+            raise Fault(
+                profile,
+                str(error),
+                why="the sensor cannot be opened",
+                do="correct the file; 'tactile validate' says the same",
+            ) from error
+
+    @check(Bench.profiles)
+    def test_profile_name(self, profile: ProfileFile) -> None:
+        """Its name is its file's, and no other profile has it."""
+        name = self._loaded(profile).name
+        same = [e for e in list_profiles() if e.name == profile.path.stem]
+        others = [e.origin for e in same if e.path.resolve() != profile.path.resolve()]
+        if name != profile.path.stem:
+            found = f"it is named {name!r} and its file {profile.path.name!r}"
+        elif others:
+            found = f"there is one of this name already ({', '.join(others)})"
+        else:
+            return
+        raise Fault(
+            profile,
+            found,
+            why="profiles are opened by the file's name and bundles belong to the profile's",
+            do="rename one of them",
+        )
+
+    @check(Bench.profiles)
+    def test_profile_paths(self, profile: ProfileFile) -> None:
+        """It names no absolute path, apart from devices."""
+        try:
+            tree, _ = read_yaml(profile.path)
+        except ProfileError as error:
+            raise Unjudged(f"see the check 'profile': {error}") from error
+        for node in _scalars(tree):
+            if isinstance(node.value, str) and _ABSOLUTE.match(node.value):
+                raise Fault(
+                    f"{profile}:{node.place.line}",
+                    f"it names the absolute path {node.value!r}",
+                    why="that folder exists on one machine only",
+                    do="put the file beside the profile and name it relative to that",
+                )
+
+    @check(Bench.profiles)
+    def test_pipeline(self, profile: ProfileFile) -> None:
+        """Its pipeline measures a virtual press, every step, and the same once it was pickled."""
+        loaded = self._loaded(profile)
+        rig = full_rig(loaded)
+        if rig is None:
+            raise Unjudged("no virtual press can be rendered under this light")
+        try:
+            pipeline = Pipeline(loaded, _bundle(loaded, rig))
+            reading = pipeline.process(rig.scene(0).frame)
+        except Exception as error:
+            raise Fault(
+                profile,
+                f"its pipeline fails on a virtual press ({type(error).__name__}: {error})",
+                why="no recording of this sensor could be measured",
+                do="see the checks of the components that it names, and its image section",
+            ) from error
+        idle = [name for name in loaded.estimators if name not in reading.steps]
+        if idle:
+            raise Fault(
+                profile,
+                f"the steps {', '.join(idle)} do not run on a calibrated unit",
+                why="whoever opens the sensor waits for a quantity that never comes",
+                do="name the steps that give what they need, or remove them",
+            )
+        pipeline.reset()
+        try:
+            copy = pickle.loads(pickle.dumps(pipeline))
+        except Exception as error:
+            found = f"its pipeline does not pickle ({type(error).__name__}: {error})"
+        else:
+            frame = rig.scene(1).frame
+            found = difference(pipeline.process(frame).steps, copy.process(frame).steps)
+            found = found and f"its pickled pipeline gives something else: {found}"
+        if found:
+            raise Fault(
+                profile,
+                found,
+                why="recordings are measured in several processes, and robots run it in another",
+                do="see the pickling checks of the components that it names",
+            )
+
+    def _loaded(self, profile: ProfileFile) -> Profile:
+        try:
+            return load_profile(profile.path)
+        except ProfileError as error:
+            raise Unjudged(f"see the check 'profile': {error}") from error
+
+
+def _bundle(profile: Profile, rig: Rig) -> Bundle:
+    """A bundle for the profile, fitted on virtual presses."""
+    component = profile.calibration
+    cls: type[Calibration] = resolve("calibration", component.use)
+    options = cls.Options.model_validate(component.options)
+    try:
+        fitted = cls.fit(rig.presses, rig.reference, options)
+    except Exception as error:
+        raise PluginError(f"{component.use} cannot be fitted: {error}") from error
+    image = profile.image
+    manifest = Manifest(
+        profile=profile.name,
+        model=component.use,
+        image_size_px=(image.width_px, image.height_px),
+        channels=rig.channels,
+        mm_per_px=image.mm_per_px,
+        bit_depth=image.bit_depth,
+        profile_hash=profile_hash(profile),
+    )
+    return Bundle(manifest, fitted, rig.reference)
+
+
+def _scalars(node: Node) -> Iterator[Node]:
+    if isinstance(node.value, dict):
+        for child in node.value.values():
+            yield from _scalars(child)
+    elif isinstance(node.value, tuple):
+        for child in node.value:
+            yield from _scalars(child)
+    else:
+        yield node

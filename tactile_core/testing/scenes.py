@@ -1,0 +1,201 @@
+"""Virtual presses with their truth, small enough for a check.
+
+Everything here comes from :mod:`tactile_core.sim.ball`. A richer simulator takes the place of
+:meth:`Rig.scene` alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.calibration import Press
+from tactile_core.errors import TactileError
+from tactile_core.estimator import SensorContext
+from tactile_core.plugins import resolve
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import (
+    ContactMask,
+    Frame,
+    Gradients,
+    HeightMap,
+    Quantity,
+    Reference,
+)
+from tactile_core.sim.ball import BallPress, render
+
+SMALL_PX = 160
+"""Longer side of a small rig's image."""
+
+PRESSES, SCENES = 7, 4
+_FULL_SCALE = 255.0
+_BALL, _DEPTH = 0.4, 0.2
+"""Diameter of a ball over the shorter side of the view, depth over the diameter."""
+
+_GENERIC = {
+    "schema": 1,
+    "name": "conformance",
+    "image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.1},
+    "gel": {
+        "thickness_mm": 2.0,
+        "shear_modulus_mpa": 0.145,
+        "poisson_ratio": 0.48,
+        "friction": 0.5,
+    },
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One press and all that is true of it.
+
+    Attributes
+    ----------
+    frame : Frame
+    press : BallPress
+    height_mm : (H, W) float64
+    gradients : (H, W, 2) float64
+        ∂z/∂x and ∂z/∂y.
+    contact : (H, W) bool
+    truth : mapping of type to Quantity
+        The same as quantities, with the frame and the reference.
+    """
+
+    frame: Frame
+    press: BallPress
+    height_mm: NDArray[np.float64]
+    gradients: NDArray[np.float64]
+    contact: NDArray[np.bool_]
+    truth: dict[type[Quantity], Quantity]
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A virtual sensor: a profile that can be rendered, and the names of its channels."""
+
+    profile: Profile
+    channels: tuple[str, ...]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(H, W) of the image."""
+        return self.profile.image.height_px, self.profile.image.width_px
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The untouched sensor."""
+        return Reference(
+            self.untouched.pixels.astype(np.float32), self.channels, _FULL_SCALE, noise=1.0
+        )
+
+    @cached_property
+    def untouched(self) -> Frame:
+        """A frame of the untouched sensor."""
+        return self._frame(np.zeros(self.shape), seed=0, number=0)
+
+    @cached_property
+    def context(self) -> SensorContext:
+        """What estimators may know."""
+        return SensorContext(self.profile.image, self.profile.gel, self.reference)
+
+    def scene(self, number: int) -> Scene:
+        """A press that no calibration has seen; numbers that follow each other are neighbours."""
+        height, width = self.shape
+        centre = width * (0.42 + 0.03 * number), height * (0.55 - 0.02 * number)
+        return self._scene(centre, _BALL, _DEPTH * (0.7 + 0.1 * number), 1000 + number, number)
+
+    @cached_property
+    def presses(self) -> tuple[Press, ...]:
+        """Presses to calibrate on: the contact, and a third as many pixels of skin at rest."""
+        rng = np.random.default_rng(7)
+        height, width = self.shape
+        made = []
+        for number in range(PRESSES):
+            centre = rng.uniform(0.2, 0.8) * width, rng.uniform(0.2, 0.8) * height
+            scene = self._scene(centre, _BALL, _DEPTH, number + 1, number)
+            touched = rng.permutation(np.argwhere(scene.contact))[:4000]
+            resting = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
+            rows, columns = np.concatenate([touched, resting[: len(touched) // 3]]).T
+            slopes = scene.gradients[rows, columns].astype(np.float32)
+            made.append(
+                Press(
+                    scene.frame,
+                    rows.astype(np.int32),
+                    columns.astype(np.int32),
+                    slopes,
+                    f"ball {number}",
+                )
+            )
+        return tuple(made)
+
+    def _scene(
+        self, centre: tuple[float, float], ball: float, depth: float, seed: int, number: int
+    ) -> Scene:
+        scale = self.profile.image.mm_per_px
+        diameter_mm = ball * min(self.shape) * scale
+        press = BallPress(centre, diameter_mm, depth * diameter_mm)
+        height_mm = press.height_mm(self.shape, scale)
+        frame = self._frame(height_mm, seed, number)
+        gy, gx = np.gradient(height_mm, scale)
+        contact = height_mm > height_mm.max() - press.depth_mm
+        sure = np.ones(self.shape, np.bool_)
+        x, y, z = (np.ascontiguousarray(a, np.float32) for a in (gx, gy, height_mm))
+        time_s, rest_mm = frame.timestamp_s, self.context.rest_mm
+        truth: dict[type[Quantity], Quantity] = {
+            Frame: frame,
+            Reference: self.reference,
+            Gradients: Gradients(x, y, sure, scale, time_s),
+            HeightMap: HeightMap(z, sure, scale, time_s, rest_mm),
+            ContactMask: ContactMask(contact, scale, time_s),
+        }
+        return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
+
+    def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
+        return Frame(
+            render(self.profile, height_mm, seed=seed),
+            self.channels,
+            self.profile.image.mm_per_px,
+            _FULL_SCALE,
+            timestamp_s=10 + number / 30,
+            wall_time_s=1e9 + number / 30,
+            sequence=number,
+        )
+
+
+def full_rig(profile: Profile) -> Rig | None:
+    """The profile at its own size; None where the renderer cannot show its light."""
+    component = profile.illumination
+    try:
+        cls = resolve("illumination", component.use)
+        channels = cls(cls.Options.model_validate(component.options)).channels
+    except (TactileError, ValueError):
+        return None
+    dot = profile.image.model_copy(update={"width_px": 2, "height_px": 2})
+    tiny = profile.model_copy(update={"image": dot})
+    try:
+        rendered = render(tiny, np.zeros((2, 2))).shape[2]
+    except (LookupError, TypeError, ValueError):
+        return None
+    return Rig(profile, tuple(channels)) if rendered == len(channels) else None
+
+
+def small_rig(profile: Profile) -> Rig | None:
+    """The same sensor with fewer and larger pixels and without marks."""
+    image = profile.image
+    factor = min(1.0, SMALL_PX / max(image.width_px, image.height_px))
+    size = {
+        "width_px": round(image.width_px * factor),
+        "height_px": round(image.height_px * factor),
+        "mm_per_px": image.mm_per_px / factor,
+    }
+    gel = profile.gel.model_copy(update={"markers": None})
+    small = profile.model_copy(update={"image": image.model_copy(update=size), "gel": gel})
+    return full_rig(small)
+
+
+def generic_rig() -> Rig:
+    """Three colours, for a plugin that says nothing of any light."""
+    return Rig(Profile.model_validate(_GENERIC), ("red", "green", "blue"))

@@ -1,0 +1,48 @@
+"""Quantities that an estimator needs and that other estimators make."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from tactile_core.chain import Step, declared_step
+from tactile_core.quantities import Quantity
+from tactile_core.testing.bench import Bench
+from tactile_core.testing.faults import Unjudged
+
+Known = Mapping[type[Quantity], Quantity]
+
+
+def completed(
+    known: Known, needs: Collection[type[Quantity]], bench: Bench, *, without: str
+) -> dict[type[Quantity], Quantity]:
+    """Add what is needed and missing, made by estimators of the plugin or of the core.
+
+    Parameters
+    ----------
+    known : mapping of type to Quantity
+    needs : collection of types
+    bench : Bench
+    without : str
+        The estimator that is being tried.
+    """
+    made = dict(known)
+    if made.keys() >= set(needs):
+        return made
+    steps = list(_steps(bench, without))
+    while step := next((s for s in steps if s.gives not in made and s.missing(made) is None), None):
+        steps.remove(step)
+        try:
+            made[step.gives] = step.estimator.estimate(*(made.get(kind) for kind in step.takes))
+        except Exception:  # its own checks tell
+            continue
+    return made
+
+
+def _steps(bench: Bench, without: str) -> Iterator[Step]:
+    for source in (bench, Bench("core", {})):
+        for part in source.estimators():
+            try:
+                if part.use != without:
+                    yield declared_step(part.use, bench.make(part))
+            except (Unjudged, Exception):  # its own checks tell
+                continue

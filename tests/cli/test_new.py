@@ -1,0 +1,114 @@
+"""``tactile new`` as a user types it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from scaffold.pictures import photograph, sensor
+
+from tactile_core.cli import main
+from tactile_core.profiles.loader import load_profile
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder where one is, empty but for a picture of an untouched sensor."""
+    photograph(sensor(), tmp_path / "untouched.png")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+New = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def new(folder: Path, capsys: pytest.CaptureFixture[str]) -> New:
+    """Run the command; exit code, stdout and stderr."""
+
+    def run(*words: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as end:
+            main(["new", *words])
+        said = capsys.readouterr()
+        assert "Traceback" not in said.err
+        return int(end.value.code or 0), said.out, said.err
+
+    return run
+
+
+MINE = ("mine", "--from", "hex_fingertip_unmarked", "--image", "untouched.png")
+
+
+def test_the_path_goes_to_stdout_and_words_to_stderr(new: New, folder: Path) -> None:
+    code, out, said = new(*MINE, "--known-mm", "5", "--known-px", "20,30,52,54")
+    assert (code, out) == (0, "mine.yaml\n")
+    assert "tactile calibrate mine.yaml --presses FOLDER --reference untouched.png" in said
+    assert "NOT MEASURED" not in said
+    assert load_profile(folder / "mine.yaml").image.mm_per_px == 0.125
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--from", "hex_fingertp", "--image", "untouched.png"), "did you mean 'hex_fingertip'?"),
+        (("--from", "hex_fingertip", "--image", "gone.png"), "gone.png"),
+        (("--from", "hex_fingertip", "--image", "note.png"), "note.png"),
+        (("--from", "hex_fingertip"), "--image"),
+        ((*MINE[1:], "--known-mm", "10"), "--known-px"),
+        ((*MINE[1:], "--marker-pitch-mm", "1"), "no lattice of marks"),
+        ((*MINE[1:], "--presses", "."), "--ball-diameter-mm"),
+        ((*MINE[1:], "--ball-diameter-mm", "4"), "--presses"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_and_nothing_written(
+    new: New, folder: Path, words: tuple[str, ...], said: str
+) -> None:
+    (folder / "note.png").write_text("no picture")
+    before = sorted(folder.iterdir())
+    code, out, error = new("mine", *words)
+    assert (code, out) == (2, "")
+    assert said in error
+    assert sorted(folder.iterdir()) == before
+
+
+def test_nothing_is_overwritten_but_by_force(new: New, folder: Path) -> None:
+    (folder / "mine.yaml").write_text("precious")
+    code, _, said = new(*MINE)
+    assert (code, (folder / "mine.yaml").read_text()) == (2, "precious")
+    assert "--force" in said
+    code, _, _ = new(*MINE, "--force")
+    assert code == 0
+    assert load_profile(folder / "mine.yaml").name == "mine"
+
+
+def test_a_package_is_written_into_a_folder_of_its_own(new: New, folder: Path) -> None:
+    code, out, said = new(*MINE, "--plugin")
+    assert (code, out) == (0, "tactile-mine\n")
+    assert "pip install -e tactile-mine" in said
+    profile = folder / "tactile-mine" / "tactile_mine" / "profiles" / "mine.yaml"
+    assert load_profile(profile, components=False).estimators["deepest"].use == "mine.deepest"
+    assert new(*MINE, "--plugin")[0] == 2
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a pseudo-terminal")
+def test_at_a_terminal_the_scale_is_asked_for(folder: Path) -> None:
+    keyboard, terminal = pty.openpty()
+    os.write(keyboard, b"0.125\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "tactile_core.cli", "new", *MINE],
+        cwd=folder,
+        stdin=terminal,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    os.close(keyboard)
+    os.close(terminal)
+    assert (done.returncode, done.stdout) == (0, "mine.yaml\n"), done.stderr
+    assert "How many mm" in done.stderr
+    assert load_profile(folder / "mine.yaml").image.mm_per_px == 0.125

@@ -1,0 +1,52 @@
+"""Pictures of virtual sensors, for tests of what is found in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.sim.ball import BallPress, render
+
+
+def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:
+    """A small sensor that differs from a shipped one."""
+    image = {"width_px": 160, "height_px": 120, "mm_per_px": 0.125}
+    return load_profile(parent, overrides={"image": image, **overrides})
+
+
+def lights(red: float, green: float, blue: float) -> dict[str, Any]:
+    """Three lamps at these azimuths."""
+    azimuths = {"red": red, "green": green, "blue": blue}
+    return {
+        "lights": [
+            {"name": name, "azimuth_deg": azimuth, "elevation_deg": 35}
+            for name, azimuth in azimuths.items()
+        ]
+    }
+
+
+def photograph(profile: Profile, path: Path, press: BallPress | None = None, seed: int = 0) -> Path:
+    """Write what the camera sees."""
+    image = profile.image
+    shape = image.height_px, image.width_px
+    height_mm = np.zeros(shape) if press is None else press.height_mm(shape, image.mm_per_px)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), render(profile, height_mm, seed=seed)[..., ::-1])
+    return path
+
+
+def photograph_presses(
+    profile: Profile, folder: Path, count: int = 5, depth_mm: float = 0.8
+) -> Path:
+    """Write pictures of a ball of 4 mm pressed here and there."""
+    random = np.random.default_rng(1)
+    for number in range(count):
+        centre = float(random.uniform(30, 130)), float(random.uniform(30, 90))
+        press = BallPress(centre, 4.0, depth_mm)
+        photograph(profile, folder / f"{number}.png", press, seed=number + 1)
+    return folder

@@ -1,0 +1,86 @@
+"""A generated package installs, runs and passes its own test as it is."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dist_info import write_dist_info
+from scaffold.pictures import photograph, sensor
+
+from tactile_core.errors import InputError
+from tactile_core.scaffold import NewPackage, new_package, new_profile
+from tactile_core.scaffold.package import profile_path
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> NewPackage:
+    """A package around the profile of a small sensor."""
+    picture = photograph(sensor(), tmp_path_factory.mktemp("pictures") / "untouched.png")
+    return new_package(new_profile("ourtip", "hex_fingertip_unmarked", picture, mm_per_px=0.125))
+
+
+@pytest.fixture(scope="module")
+def written(package: NewPackage, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its folder, installed as pip would install it."""
+    folder = tmp_path_factory.mktemp("new") / "tactile-ourtip"
+    package.write(folder)
+    write_dist_info(folder, folder)
+    return folder
+
+
+def run(written: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run Python where the package is installed."""
+    path = os.pathsep.join([str(written), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(
+        [sys.executable, *words],
+        cwd=written,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_its_own_tests_pass(written: Path) -> None:
+    done = run(written, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_its_profile_is_known_by_name_and_valid(written: Path) -> None:
+    done = run(written, "-m", "tactile_core.cli", "doctor", "ourtip")
+    assert done.returncode == 0, done.stderr
+    assert "plugin ourtip" in done.stdout
+
+
+def test_its_code_is_as_tidy_as_the_cores(written: Path) -> None:
+    common = ("--isolated", "--line-length=100", "--no-cache", ".")
+    for words in (("check", "--select=B,E,F,I,N,UP,W"), ("format", "--check")):
+        done = run(written, "-m", "ruff", *words, *common)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_what_is_there_is_replaced_only_by_force(package: NewPackage, tmp_path: Path) -> None:
+    folder = tmp_path / "tactile-ourtip"
+    folder.mkdir()
+    (folder / "README.md").write_text("precious")
+    (folder / "notes.md").write_text("mine")
+    with pytest.raises(InputError, match="--force"):
+        package.write(folder)
+    assert (folder / "README.md").read_text() == "precious"
+    package.write(folder, force=True)
+    assert "ourtip" in (folder / "README.md").read_text()
+    assert (folder / "notes.md").read_text() == "mine"
+    assert profile_path(folder, "ourtip").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["tactile-ourtip"]
+
+
+def test_a_package_extends_a_profile_by_name(package: NewPackage, tmp_path: Path) -> None:
+    picture = photograph(sensor(), tmp_path / "untouched.png")
+    new_profile("first", "hex_fingertip_unmarked", picture).write(tmp_path / "first.yaml")
+    second = new_profile("second", tmp_path / "first.yaml", picture)
+    with pytest.raises(InputError, match="a profile's name"):
+        new_package(second)

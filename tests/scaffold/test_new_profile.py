@@ -1,0 +1,315 @@
+"""A profile from a picture: only what differs, found where it can be, said where it cannot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from scaffold.pictures import lights, photograph, photograph_presses, sensor
+
+from tactile_core.errors import InputError, ProfileError
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Markers, Profile
+from tactile_core.scaffold import KnownSize, NewProfile, new_profile
+
+UNMARKED = "hex_fingertip_unmarked"
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> Path:
+    """The untouched skin of a small sensor without marks."""
+    return photograph(sensor(), tmp_path / "untouched.png")
+
+
+def saved(made: NewProfile, folder: Path) -> Profile:
+    """Write it and load it as a user would."""
+    made.write(folder / f"{made.name}.yaml")
+    return load_profile(folder / f"{made.name}.yaml")
+
+
+def known(size: str, points: str) -> KnownSize:
+    made = KnownSize.parse(size, points)
+    assert made is not None
+    return made
+
+
+def test_the_profile_says_only_what_differs(picture: Path, tmp_path: Path) -> None:
+    made = new_profile("mine", UNMARKED, picture, mm_per_px=0.125)
+    keys = [line.split(":")[0].strip() for line in made.text.splitlines() if _says(line)]
+    assert keys == [
+        "extends",
+        "name",
+        "revision",
+        "description",
+        "image",
+        "width_px",
+        "height_px",
+        "mm_per_px",
+    ]
+    profile = saved(made, tmp_path)
+    parent = load_profile(UNMARKED)
+    assert (profile.image.width_px, profile.image.height_px) == (160, 120)
+    assert profile.image.mm_per_px == 0.125
+    assert profile.gel == parent.gel
+    assert profile.estimators == parent.estimators
+
+
+def test_a_picture_of_the_parents_size_leaves_the_scale_alone_to_be_said(tmp_path: Path) -> None:
+    parent = load_profile(UNMARKED)
+    made = new_profile("mine", UNMARKED, photograph(parent, tmp_path / "a.png"))
+    assert "width_px" not in made.text
+    assert saved(made, tmp_path).image == parent.image
+
+
+def test_what_was_not_found_is_the_parents_and_is_said(picture: Path, tmp_path: Path) -> None:
+    made = new_profile("mine", UNMARKED, picture)
+    parent = load_profile(UNMARKED).image
+    view_mm = parent.width_px * parent.mm_per_px
+    assert saved(made, tmp_path).image.mm_per_px == pytest.approx(view_mm / 160, rel=1e-4)
+    assert any("NOT MEASURED" in note for note in made.notes)
+    assert "# NOT MEASURED" in made.text
+    assert any("gel.thickness_mm 2" in note for note in made.notes)
+    assert "thickness_mm: 2" in made.text
+
+
+def test_a_known_length_gives_the_scale(picture: Path, tmp_path: Path) -> None:
+    made = new_profile("mine", UNMARKED, picture, known=known("5", "20,30,52,54"))
+    assert saved(made, tmp_path).image.mm_per_px == pytest.approx(5 / 40)
+    assert not any("MEASURED" in note for note in made.notes)
+
+
+def test_a_length_is_the_same_whether_the_image_is_shrunk(tmp_path: Path) -> None:
+    large = sensor(image={"width_px": 1280, "height_px": 960, "mm_per_px": 0.0138})
+    picture = photograph(large, tmp_path / "large.png")
+    made = new_profile("mine", UNMARKED, picture, known=known("10", "100,100,824.6,100"))
+    image = saved(made, tmp_path).image
+    assert (image.width_px, image.height_px) == (640, 480)
+    assert image.mm_per_px == pytest.approx(2 * 0.0138, rel=1e-3)
+
+
+def test_a_rectangle_straightens_the_view_and_gives_the_scale(tmp_path: Path) -> None:
+    straight = photograph(sensor("hex_fingertip"), tmp_path / "straight.png")
+    corners = np.array([[30, 20], [140, 32], [126, 110], [24, 100]], np.float32)
+    full = np.array([[0, 0], [160, 0], [160, 120], [0, 120]], np.float32)
+    view = cv2.getPerspectiveTransform(full, corners)
+    aside = cv2.warpPerspective(cv2.imread(str(straight)), view, (170, 130))
+    cv2.imwrite(str(tmp_path / "aside.png"), aside)
+    points = ",".join(f"{v:g}" for v in corners.ravel())
+    rectangle = known("20x15", points)
+    made = new_profile("mine", UNMARKED, tmp_path / "aside.png", known=rectangle)
+    image = saved(made, tmp_path).image
+    assert image.width_px * image.mm_per_px == pytest.approx(20, rel=0.01)
+    assert image.height_px * image.mm_per_px == pytest.approx(15, rel=0.01)
+    assert image.warp is not None
+    assert np.array_equal(np.array(image.warp.source), corners)
+
+
+def test_marks_are_found_and_their_pitch_gives_the_scale(tmp_path: Path) -> None:
+    small = {"width_px": 320, "height_px": 240, "mm_per_px": 0.06}
+    marked = sensor("hex_fingertip", image=small)
+    picture = photograph(marked, tmp_path / "marked.png")
+    profile = saved(new_profile("mine", UNMARKED, picture, marker_pitch_mm=1.1), tmp_path)
+    assert profile.image.mm_per_px == pytest.approx(0.06, rel=0.02)
+    assert isinstance(profile.gel.markers, Markers)
+    assert profile.gel.markers.pitch_mm == pytest.approx(1.1, rel=0.01)
+    assert profile.gel.markers.diameter_mm == pytest.approx(0.4, rel=0.25)
+
+
+def test_a_gel_without_marks_is_told_from_a_parent_with_them(picture: Path, tmp_path: Path) -> None:
+    made = new_profile("mine", "hex_fingertip", picture, mm_per_px=0.125)
+    assert saved(made, tmp_path).gel.markers is None
+    assert any("no lattice of marks" in note for note in made.notes)
+
+
+def test_dark_surroundings_are_cut_off(tmp_path: Path) -> None:
+    lit = cv2.imread(str(photograph(sensor(), tmp_path / "lit.png")))
+    framed = cv2.copyMakeBorder(lit, 20, 10, 30, 40, cv2.BORDER_CONSTANT)
+    cv2.imwrite(str(tmp_path / "framed.png"), framed)
+    made = new_profile("mine", UNMARKED, tmp_path / "framed.png", mm_per_px=0.125)
+    crop = saved(made, tmp_path).image.crop
+    assert crop is not None
+    assert np.abs(np.subtract(crop, (30, 20, 160, 120))).max() <= 3
+
+
+def test_two_scales_that_contradict_each_other_are_refused(picture: Path) -> None:
+    with pytest.raises(InputError, match="give only the one that is right"):
+        new_profile("mine", UNMARKED, picture, mm_per_px=0.2, known=known("5", "20,30,52,54"))
+
+
+def test_the_scale_is_asked_for_only_where_nothing_tells_it(picture: Path, tmp_path: Path) -> None:
+    asked = []
+
+    def answer(question: str) -> str:
+        asked.append(question)
+        return "0,125"
+
+    profile = saved(new_profile("mine", UNMARKED, picture, ask=answer), tmp_path)
+    assert profile.image.mm_per_px == 0.125
+    assert len(asked) == 1
+    new_profile("other", UNMARKED, picture, mm_per_px=0.1, ask=answer)
+    assert len(asked) == 1
+    unknown = new_profile("third", UNMARKED, picture, ask=lambda question: "")
+    assert any("NOT MEASURED" in note for note in unknown.notes)
+    with pytest.raises(InputError, match="no number"):
+        new_profile("fourth", UNMARKED, picture, ask=lambda question: "wide")
+
+
+@pytest.mark.parametrize("shift_deg", [0, 90])
+def test_presses_tell_where_the_lights_stand(tmp_path: Path, shift_deg: float) -> None:
+    turned = sensor(illumination=lights(90 + shift_deg, 210 + shift_deg, 330 + shift_deg))
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        photograph(turned, tmp_path / "untouched.png"),
+        mm_per_px=0.125,
+        presses=photograph_presses(turned, tmp_path / "presses"),
+        ball_diameter_mm=4.0,
+    )
+    assert ("lights:" in made.text) == bool(shift_deg)
+    said: list[dict[str, Any]] = saved(made, tmp_path).illumination.options["lights"]
+    off = [
+        light["azimuth_deg"] - azimuth - shift_deg
+        for light, azimuth in zip(said, (90, 210, 330), strict=True)
+    ]
+    assert np.abs((np.array(off) + 180) % 360 - 180).max() < 10
+
+
+@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.16, True)])
+def test_a_ball_that_touches_as_wide_as_it_is_betrays_the_scale(
+    tmp_path: Path, mm_per_px: float, warned: bool
+) -> None:
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        photograph(sensor(), tmp_path / "untouched.png"),
+        mm_per_px=mm_per_px,
+        presses=photograph_presses(sensor(), tmp_path / "presses", depth_mm=1.0),
+        ball_diameter_mm=4.0,
+    )
+    assert any("too large" in note for note in made.notes) == warned
+
+
+def test_swapped_colours_are_pointed_out(tmp_path: Path) -> None:
+    swapped = sensor(illumination=lights(330, 210, 90))
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        photograph(swapped, tmp_path / "untouched.png"),
+        mm_per_px=0.125,
+        presses=photograph_presses(swapped, tmp_path / "presses"),
+        ball_diameter_mm=4.0,
+    )
+    assert "BGR" in made.text
+
+
+def test_a_parent_by_path_is_written_relative_to_the_file(picture: Path, tmp_path: Path) -> None:
+    first = new_profile("first", UNMARKED, picture, mm_per_px=0.125)
+    first.write(tmp_path / "first.yaml")
+    place = tmp_path / "deeper" / "second.yaml"
+    second = new_profile("second", tmp_path / "first.yaml", picture, out=place, mm_per_px=0.124)
+    second.write(place)
+    assert 'extends: "../first.yaml"' in second.text
+    assert load_profile(place).image.mm_per_px == 0.124
+
+
+def test_the_parents_own_file_is_never_replaced(picture: Path, tmp_path: Path) -> None:
+    place = tmp_path / "first.yaml"
+    new_profile("first", UNMARKED, picture).write(place)
+    with pytest.raises(InputError, match="would replace"):
+        new_profile("second", place, picture, out=place)
+
+
+def test_what_is_there_is_replaced_only_by_force(picture: Path, tmp_path: Path) -> None:
+    made = new_profile("mine", UNMARKED, picture)
+    place = tmp_path / "mine.yaml"
+    place.write_text("precious")
+    with pytest.raises(InputError, match="--force"):
+        made.write(place)
+    assert place.read_text() == "precious"
+    made.write(place, force=True)
+    assert place.read_text() == made.text
+    with pytest.raises(InputError, match="no file"):
+        made.write(tmp_path, force=True)
+
+
+@pytest.mark.parametrize(
+    "name", ["", "my-tip", "my tip", "../x", "9lives", "hex_fingertip", "täst"]
+)
+def test_a_name_that_cannot_be_used_is_refused(name: str, picture: Path) -> None:
+    with pytest.raises(InputError, match=r"name"):
+        new_profile(name, UNMARKED, picture)
+
+
+def test_a_grey_picture_needs_a_parent_that_takes_grey(tmp_path: Path, picture: Path) -> None:
+    cv2.imwrite(str(tmp_path / "grey.png"), np.full((120, 160), 90, np.uint8))
+    with pytest.raises(InputError, match="grey"):
+        new_profile("mine", UNMARKED, tmp_path / "grey.png")
+    for number in range(6):
+        (tmp_path / "scan").mkdir(exist_ok=True)
+        (tmp_path / "scan" / f"{number}.png").write_bytes(picture.read_bytes())
+    with pytest.raises(InputError, match="in colour"):
+        new_profile("mine", "desktop_six_led", tmp_path / "scan")
+
+
+def test_more_bits_are_recognised(tmp_path: Path) -> None:
+    pixels = np.full((120, 160, 3), 900, np.uint16)
+    cv2.imwrite(str(tmp_path / "deep.png"), pixels)
+    made = new_profile("mine", UNMARKED, tmp_path / "deep.png", mm_per_px=0.125)
+    assert saved(made, tmp_path).image.bit_depth == 10
+
+
+def test_pixels_per_mm_in_place_of_mm_per_pixel_are_refused(picture: Path) -> None:
+    with pytest.raises(ProfileError, match="pixels per mm"):
+        new_profile("mine", UNMARKED, picture, mm_per_px=8.0)
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    ("parent", "image", "extra", "mm_per_px"),
+    [
+        (UNMARKED, "three_colour/objectfolder/reference.png", {"mm_per_px": 0.1245}, 0.1245),
+        (
+            "hex_fingertip",
+            "three_colour/wedge/bg-0.jpg",
+            {"known": known("24x32", "33,58,208,61,185,244,56,250"), "marker_pitch_mm": 1.96},
+            24 / 175,
+        ),
+        (
+            "hex_fingertip",
+            "three_colour/hex_fingertip/frame0.jpg",
+            {"marker_pitch_mm": 1.71},
+            0.03026,
+        ),
+        ("desktop_six_led", "six_led/ball_grid/BGA-001", {}, 0.0136152),
+    ],
+)
+def test_real_sensors_get_their_scale(
+    recordings: Path, tmp_path: Path, parent: str, image: str, extra: Any, mm_per_px: float
+) -> None:
+    profile = saved(new_profile("mine", parent, recordings / image, **extra), tmp_path)
+    assert profile.image.mm_per_px == pytest.approx(mm_per_px, rel=0.02)
+
+
+@pytest.mark.recordings
+def test_balls_pressed_are_not_taken_for_marks(recordings: Path, tmp_path: Path) -> None:
+    pressed = recordings / "six_led/ball_grid/BGA-002"
+    assert saved(new_profile("mine", "desktop_six_led", pressed), tmp_path).gel.markers is None
+
+
+@pytest.mark.recordings
+def test_a_grid_of_balls_gives_the_scale(recordings: Path, tmp_path: Path) -> None:
+    grid = recordings / "four_colour" / "ball_grid"
+    made = new_profile(
+        "mine",
+        "baxter_fingertip_flat",
+        grid / "Flat-001.png",
+        target=grid / "BGA-001_bgatarget.yaml",
+    )
+    assert saved(made, tmp_path).image.mm_per_px == pytest.approx(0.0136152, rel=2e-3)
+
+
+def _says(line: str) -> bool:
+    return bool(line.strip()) and not line.strip().startswith("#")

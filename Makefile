@@ -2,7 +2,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -19,10 +19,20 @@ lint: .venv/installed
 bench: .venv/installed
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 
+wheels: .venv/installed
+	rm -rf dist
+	for d in . $(PLUGINS); do $(BIN)/python -m build --wheel --no-isolation --outdir dist $$d || exit; done
+
+# Installs the wheels into an empty environment elsewhere and runs the demo there.
+try-wheels: wheels
+	elsewhere=$$(mktemp -d) && $(PYTHON) -m venv $$elsewhere/env \
+	&& $$elsewhere/env/bin/pip install --quiet --disable-pip-version-check dist/*.whl \
+	&& cd $$elsewhere && env/bin/tactile demo --out demo && rm -rf $$elsewhere
+
 .venv/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' $(PLUGINS:%=-e %)
 	touch $@
 
 clean:
-	rm -rf .venv demo
+	rm -rf .venv demo dist

@@ -47,7 +47,8 @@ def list_profiles() -> list[ProfileEntry]:
 
 def list_rigs() -> list[ProfileEntry]:
     """List the shipped profiles that are no revision of another."""
-    return [entry for entry in shipped_profiles() if read_yaml(entry.path)[0].get("extends") is None]
+    entries = shipped_profiles()
+    return [entry for entry in entries if read_yaml(entry.path)[0].get("extends") is None]
 
 
 def find_profile(name_or_path: str | Path) -> Path:

@@ -136,7 +136,7 @@ class Bench:
             It cannot be imported.
         """
         try:
-            return resolve(part.kind, part.use)  # type: ignore[call-overload]
+            return resolve(part.kind, part.use)
         except PluginError as error:
             raise Unjudged(f"see the check 'components': {error}") from error
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from tactile_core.chain import Step, declared_step
 from tactile_core.errors import PluginError
+from tactile_core.estimator import Estimator
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
@@ -215,13 +216,14 @@ class EstimatorChecks(Suite):
                     "anew when they are needed",
                 )
 
-    def _made(self, part: Part) -> object:
+    def _made(self, part: Part) -> Estimator:
         try:
-            return self.bench.make(part)
+            made: Estimator = self.bench.make(part)
         except Unjudged:
             raise
         except Exception as error:
             raise Unjudged(f"see the check 'construction': {error}") from error
+        return made
 
     def _step(self, part: Part) -> Step:
         try:

@@ -42,7 +42,7 @@ class IlluminationChecks(Suite):
                 part,
                 wrong,
                 why="acquisition stacks the exposures' images into the frame's channels",
-                do="return one Exposure(levels, channels) after another; a dark one has no channels",
+                do="return one Exposure(levels, channels) after another; a dark one has none",
             )
 
     @check(Bench.illuminations)

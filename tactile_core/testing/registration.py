@@ -68,7 +68,7 @@ class RegistrationChecks(Suite):
     def test_components(self, part: Part) -> None:
         """Each name leads to a class that implements the interface of its hook."""
         try:
-            resolve(part.kind, part.use)  # type: ignore[call-overload]
+            resolve(part.kind, part.use)
         except PluginError as error:
             raise Fault(
                 part,

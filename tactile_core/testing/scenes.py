@@ -30,7 +30,7 @@ from tactile_core.sim.ball import BallPress, render
 SMALL_PX = 160
 """Longer side of a small rig's image."""
 
-PRESSES, SCENES = 7, 4
+PRESSES, PIXELS, SCENES = 7, 500, 4
 _FULL_SCALE = 255.0
 _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
@@ -116,7 +116,7 @@ class Rig:
         for number in range(PRESSES):
             centre = rng.uniform(0.2, 0.8) * width, rng.uniform(0.2, 0.8) * height
             scene = self._scene(centre, _BALL, _DEPTH, number + 1, number)
-            touched = rng.permutation(np.argwhere(scene.contact))[:4000]
+            touched = rng.permutation(np.argwhere(scene.contact))[:PIXELS]
             resting = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
             rows, columns = np.concatenate([touched, resting[: len(touched) // 3]]).T
             slopes = scene.gradients[rows, columns].astype(np.float32)

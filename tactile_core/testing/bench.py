@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -108,10 +109,8 @@ class Bench:
         import sensor_profiles
 
         own: Path | None = None
-        try:
+        with suppress(PluginError):
             own = self.plugin.profile_directory() if self.plugin is not None else None
-        except PluginError:
-            pass
         found = [] if own is None else sorted(own.glob("*.yaml"))
         shipped = sorted(sensor_profiles.DIRECTORY.glob("*.yaml"))
         return [ProfileFile(path) for path in found + [p for p in shipped if self._is_for(p)]]
@@ -141,7 +140,7 @@ class Bench:
             raise Unjudged(f"see the check 'components': {error}") from error
 
     def options(self, part: Part) -> BaseModel:
-        """Options under which a component is tried; raises pydantic's error where they are wrong."""
+        """Options under which a component is tried; pydantic's error where they are wrong."""
         options: type[BaseModel] = self.class_of(part).Options
         return options.model_validate(self._said(part))
 
@@ -219,13 +218,19 @@ class Bench:
         return None
 
     def _is_for(self, path: Path) -> bool:
-        """Whether a shipped profile is this plugin's to try; those of the core alone are the core's."""
-        try:
-            profile = load_profile(path, components=False)
-        except TactileError:
-            return False
-        plugins = {component.use.partition(".")[0] for component in profile.components.values()}
+        """Whether a shipped profile is this plugin's; those of the core alone are the core's."""
+        plugins = _plugins_named_by(path)
         return plugins == {"core"} if self.name == "core" else self.name in plugins
+
+
+@cache
+def _plugins_named_by(path: Path) -> frozenset[str]:
+    """Plugins of the components that a shipped profile names."""
+    try:
+        profile = load_profile(path, components=False)
+    except TactileError:
+        return frozenset()
+    return frozenset(component.use.partition(".")[0] for component in profile.components.values())
 
 
 def _uses(profile: Profile, part: Part) -> bool:

@@ -164,7 +164,8 @@ class CalibrationChecks(Suite):
         given = _writable(rig.scene(0).frame, rig.reference)
         before = kept(given)
         frame, reference = given[Frame], given[Reference]
-        assert isinstance(frame, Frame) and isinstance(reference, Reference)
+        assert isinstance(frame, Frame)
+        assert isinstance(reference, Reference)
         self._measured(part, model, frame, reference)
         changed = difference(before, kept(given))
         if changed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Mapping
+from copy import deepcopy
 
 import numpy as np
 
@@ -248,7 +249,8 @@ class EstimatorChecks(Suite):
 
     def _results(self, part: Part, step: Step | None = None) -> list[Quantity]:
         step = step or self._step(part)
-        return [_tried(step, self._known(step, scene)) for scene in self._scenes(part)]
+        # Copies, so that a buffer that is used again confuses no comparison but its own.
+        return [deepcopy(_tried(step, self._known(step, scene))) for scene in self._scenes(part)]
 
 
 def writable(quantities: Inputs) -> dict[type[Quantity], Quantity]:

@@ -61,9 +61,9 @@ def form_fault(result: Quantity, scene: Scene) -> str:
 
 
 def truth_fault(result: Quantity, scene: Scene) -> str:
-    """Say how a result contradicts the press; empty where it does not."""
+    """Say how a result of sound form contradicts the press; empty where it does not."""
     judge = _JUDGES.get(type(result))
-    return "" if judge is None else judge(result, scene)
+    return "" if judge is None or form_fault(result, scene) else judge(result, scene)
 
 
 def _height(result: Any, scene: Scene) -> str:

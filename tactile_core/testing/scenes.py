@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,9 @@ _GENERIC = {
         "friction": 0.5,
     },
 }
+
+
+S = TypeVar("S", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +92,7 @@ class Rig:
     def reference(self) -> Reference:
         """The untouched sensor."""
         return Reference(
-            self.untouched.pixels.astype(np.float32), self.channels, _FULL_SCALE, noise=1.0
+            _frozen(self.untouched.pixels.astype(np.float32)), self.channels, _FULL_SCALE, noise=1.0
         )
 
     @cached_property
@@ -140,9 +144,9 @@ class Rig:
         height_mm = press.height_mm(self.shape, scale)
         frame = self._frame(height_mm, seed, number)
         gy, gx = np.gradient(height_mm, scale)
-        contact = height_mm > height_mm.max() - press.depth_mm
-        sure = np.ones(self.shape, np.bool_)
-        x, y, z = (np.ascontiguousarray(a, np.float32) for a in (gx, gy, height_mm))
+        contact = _frozen(height_mm > height_mm.max() - press.depth_mm)
+        sure = _frozen(np.ones(self.shape, np.bool_))
+        x, y, z = (_frozen(np.asarray(a, np.float32)) for a in (gx, gy, height_mm))
         time_s, rest_mm = frame.timestamp_s, self.context.rest_mm
         truth: dict[type[Quantity], Quantity] = {
             Frame: frame,
@@ -155,7 +159,7 @@ class Rig:
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
         return Frame(
-            render(self.profile, height_mm, seed=seed),
+            _frozen(render(self.profile, height_mm, seed=seed)),
             self.channels,
             self.profile.image.mm_per_px,
             _FULL_SCALE,
@@ -163,6 +167,12 @@ class Rig:
             wall_time_s=1e9 + number / 30,
             sequence=number,
         )
+
+
+def _frozen(array: NDArray[S]) -> NDArray[S]:
+    """The same array, which what is tried cannot even write to through a view's base."""
+    array.flags.writeable = False
+    return array
 
 
 def full_rig(profile: Profile) -> Rig | None:

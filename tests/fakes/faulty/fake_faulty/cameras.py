@@ -22,19 +22,19 @@ DRIVER = Path(__file__)
 
 
 class Ramp(Camera):
-    """Shows a ramp that moves, at 200 images a second; holds a thread and a file while it is open."""
+    """Shows a ramp that moves; holds a thread and a file while it is open."""
 
     def __init__(self, options: BaseModel) -> None:
         super().__init__(options)
         self._ended: threading.Event | None = None
         self._reader: threading.Thread | None = None
-        self._file: Any = None
+        self._file: int | None = None
         self.stalled = False
 
     def _open(self) -> None:
-        self._file = DRIVER.open("rb")
+        self._file = os.open(DRIVER, os.O_RDONLY)
         self._ended = threading.Event()
-        self._reader = threading.Thread(target=self._ended.wait, name="reader")
+        self._reader = threading.Thread(target=self._ended.wait, name="reader", daemon=True)
         self._reader.start()
         self._sequence = 0
 
@@ -44,7 +44,7 @@ class Ramp(Camera):
             self._reader.join()
             self._reader = None
         if self._file is not None:
-            self._file.close()
+            os.close(self._file)
             self._file = None
 
     def _read(self, timeout_s: float) -> Image | None:
@@ -202,7 +202,7 @@ class Waits(Ramp):
     """Waits for the next image however long that takes."""
 
     def _read(self, timeout_s: float) -> Image | None:
-        time.sleep(0.7)
+        time.sleep(0.7 if timeout_s < 0.005 else 0)
         return super()._read(1.0)
 
 

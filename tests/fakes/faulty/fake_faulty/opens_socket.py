@@ -4,5 +4,5 @@ import socket
 
 from fake_faulty.hooks import Hooks
 
-listener = socket.socket()
+listener = socket.socket().detach()
 plugin = Hooks(estimators="Sound")

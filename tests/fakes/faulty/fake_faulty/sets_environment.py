@@ -4,5 +4,5 @@ import os
 
 from fake_faulty.hooks import Hooks
 
-os.environ["OPENCV_LOG_LEVEL"] = "OFF"
+os.environ["FAKE_FAULTY"] = "imported"
 plugin = Hooks(estimators="Sound")

@@ -14,7 +14,7 @@ from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference, kept
+from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.sanity import form_fault, truth_fault
 from tactile_core.testing.scenes import PRESSES
@@ -161,7 +161,7 @@ class CalibrationChecks(Suite):
     def test_calibration_inputs(self, part: Part) -> None:
         """Measuring changes neither the frame nor the reference."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        given = _writable(rig.scene(0).frame, rig.reference)
+        given = writable({Frame: rig.scene(0).frame, Reference: rig.reference})
         before = kept(given)
         frame, reference = given[Frame], given[Reference]
         assert isinstance(frame, Frame)
@@ -203,17 +203,6 @@ class CalibrationChecks(Suite):
             return model.measure(frame, reference or self.bench.rig(part).reference)
         except Exception as error:
             raise Unjudged(f"see the check 'measurement': {error}") from error
-
-
-def _writable(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
-    """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
-    copies: dict[type[Quantity], Quantity] = {}
-    for quantity in quantities:
-        own = {
-            n: array.copy() for n, array in vars(quantity).items() if isinstance(array, np.ndarray)
-        }
-        copies[type(quantity)] = replace(quantity, **own)
-    return copies
 
 
 def _size(frame: Frame) -> str:

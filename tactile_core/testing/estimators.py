@@ -15,7 +15,7 @@ from tactile_core.estimator import Estimator
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference, kept
+from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.sanity import form_fault, truth_fault
 from tactile_core.testing.scenes import SCENES, Scene
@@ -151,7 +151,7 @@ class EstimatorChecks(Suite):
         scenes = self._scenes(part)
         mixed = []
         for scene, elsewhere in zip(scenes, reversed(scenes), strict=True):
-            mixed.append(_tried(one, self._known(one, scene)))
+            mixed.append(deepcopy(_tried(one, self._known(one, scene))))
             _tried(other, self._known(other, elsewhere))
         differs = difference(alone, mixed)
         if differs:
@@ -251,14 +251,6 @@ class EstimatorChecks(Suite):
         step = step or self._step(part)
         # Copies, so that a buffer that is used again confuses no comparison but its own.
         return [deepcopy(_tried(step, self._known(step, scene))) for scene in self._scenes(part)]
-
-
-def writable(quantities: Inputs) -> dict[type[Quantity], Quantity]:
-    """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
-    copies = {}
-    for kind, quantity in quantities.items():
-        copies[kind] = pickle.loads(pickle.dumps(quantity))
-    return copies
 
 
 def _run(step: Step, given: Inputs) -> Quantity:

@@ -89,9 +89,14 @@ def test_options_and_stall_make_a_device_testable(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     counts, _ = outcome(
-        pytester, monkeypatch, "plugin = 'demanding'", "options = {'demanding.x': {'port': 'loop'}}",
-        "def stall(self, camera):", "    camera.stalled = True", "    return True",
-    )  # fmt: skip
+        pytester,
+        monkeypatch,
+        "plugin = 'demanding'",
+        "options = {'demanding.x': {'port': 'loop'}}",
+        "def stall(self, camera):",
+        "    camera.stalled = True",
+        "    return True",
+    )
     assert "failed" not in counts
 
 

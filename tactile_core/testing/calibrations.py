@@ -43,7 +43,7 @@ class CalibrationChecks(Suite):
                 do="fit() takes pixels of known slope; give options for the virtual sensor",
             ) from error
         first = self.bench.fitted(part)
-        frame = self.bench.rig(part).scene(0).frame
+        frame = self.bench.rig(part).scenes[0].frame
         differs = difference(
             self._measured(part, first, frame), self._measured(part, second, frame)
         )
@@ -58,7 +58,7 @@ class CalibrationChecks(Suite):
     @check(Bench.calibrations)
     def test_measurement(self, part: Part) -> None:
         """What it measures has the image's size, float32, no gaps, and cannot be written to."""
-        scene = self.bench.rig(part).scene(0)
+        scene = self.bench.rig(part).scenes[0]
         try:
             measured = self.bench.fitted(part).measure(scene.frame, self.bench.rig(part).reference)
         except Unjudged:
@@ -88,7 +88,7 @@ class CalibrationChecks(Suite):
     def test_sense(self, part: Part) -> None:
         """A ball that it has not seen rises towards the camera; untouched skin is flat."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        scene = rig.scene(1)
+        scene = rig.scenes[1]
         wrong = truth_fault(self._measured(part, model, scene.frame), scene)
         rest = self._measured(part, model, rig.untouched)
         if not wrong and isinstance(rest, Gradients):
@@ -107,7 +107,7 @@ class CalibrationChecks(Suite):
     def test_round_trip(self, part: Part) -> None:
         """A model that was saved and loaded measures the same, and an empty folder is refused."""
         model = self.bench.fitted(part)
-        frame = self.bench.rig(part).scene(0).frame
+        frame = self.bench.rig(part).scenes[0].frame
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
             folder = Path(name)
             try:
@@ -139,7 +139,7 @@ class CalibrationChecks(Suite):
     def test_other_size(self, part: Part) -> None:
         """An image of another size is refused with a CalibrationError."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        frame = rig.scene(0).frame
+        frame = rig.scenes[0].frame
         cut = replace(frame, pixels=frame.pixels[:-8, :-8])
         reference = replace(rig.reference, pixels=rig.reference.pixels[:-8, :-8])
         try:
@@ -161,7 +161,7 @@ class CalibrationChecks(Suite):
     def test_calibration_inputs(self, part: Part) -> None:
         """Measuring changes neither the frame nor the reference."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        given = writable({Frame: rig.scene(0).frame, Reference: rig.reference})
+        given = writable({Frame: rig.scenes[0].frame, Reference: rig.reference})
         before = kept(given)
         frame, reference = given[Frame], given[Reference]
         assert isinstance(frame, Frame)
@@ -180,7 +180,7 @@ class CalibrationChecks(Suite):
     def test_calibration_pickling(self, part: Part) -> None:
         """A model pickles, also after measuring, and measures the same afterwards."""
         model = self.bench.fitted(part)
-        frame = self.bench.rig(part).scene(0).frame
+        frame = self.bench.rig(part).scenes[0].frame
         before = self._measured(part, model, frame)
         try:
             copy = pickle.loads(pickle.dumps(model))

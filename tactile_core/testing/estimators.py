@@ -18,7 +18,7 @@ from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.sanity import form_fault, truth_fault
-from tactile_core.testing.scenes import SCENES, Scene
+from tactile_core.testing.scenes import Scene
 from tactile_core.testing.supply import completed
 
 Inputs = Mapping[type[Quantity], Quantity]
@@ -232,9 +232,8 @@ class EstimatorChecks(Suite):
         except PluginError as error:
             raise Unjudged(f"see the check 'annotations': {error}") from error
 
-    def _scenes(self, part: Part) -> list[Scene]:
-        rig = self.bench.rig(part)
-        return [rig.scene(number) for number in range(SCENES)]
+    def _scenes(self, part: Part) -> tuple[Scene, ...]:
+        return self.bench.rig(part).scenes
 
     def _given(self, step: Step, scene: Scene) -> Inputs:
         known = {**scene.truth, **self.inputs(scene)}

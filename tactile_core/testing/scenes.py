@@ -31,7 +31,7 @@ from tactile_core.sim.ball import BallPress, render
 SMALL_PX = 160
 """Longer side of a small rig's image."""
 
-PRESSES, PIXELS, SCENES = 7, 500, 4
+PRESSES, PIXELS, SCENES = 7, 300, 4
 _FULL_SCALE = 255.0
 _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
@@ -104,6 +104,11 @@ class Rig:
     def context(self) -> SensorContext:
         """What estimators may know."""
         return SensorContext(self.profile.image, self.profile.gel, self.reference)
+
+    @cached_property
+    def scenes(self) -> tuple[Scene, ...]:
+        """A few presses that follow each other."""
+        return tuple(self.scene(number) for number in range(SCENES))
 
     def scene(self, number: int) -> Scene:
         """A press that no calibration has seen; numbers that follow each other are neighbours."""

@@ -8,7 +8,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.entry_points import installed_offers
+from tactile_core import __version__
+from tactile_core.entry_points import installed_offers, normalized
 from tactile_core.errors import PluginError
 from tactile_core.hookspecs import GROUP
 from tactile_core.plugins import find_plugin, resolve
@@ -26,7 +27,7 @@ class RegistrationChecks(Suite):
     @check()
     def test_registration(self) -> None:
         """The plugin imports, its hooks return what they must, and there is something in it."""
-        if self._claimants() > 1:
+        if len(self._claimants()) > 1:
             raise Unjudged("see the check 'collision'")
         try:
             problems = find_plugin(self.plugin).report(import_components=False).problems
@@ -44,11 +45,12 @@ class RegistrationChecks(Suite):
     @check()
     def test_collision(self) -> None:
         """No other distribution offers a plugin of this name."""
-        if self._claimants() > 1:
-            offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
+        claimants = self._claimants()
+        if len(claimants) > 1:
+            origins = [f"{name} {version}" for name, version in claimants.items()]
             raise Fault(
                 f"plugin {self.plugin!r}",
-                f"it is offered by {' and by '.join(offer.origin for offer in offers)}",
+                f"it is offered by {' and by '.join(sorted(origins))}",
                 why="the core refuses both rather than guess which one a profile means",
                 do="uninstall one of them, or rename your entry point",
             )
@@ -100,13 +102,11 @@ class RegistrationChecks(Suite):
                 f"options = {{{part.use!r}: {{…}}}}; hardware is first touched in _open",
             ) from error
 
-    def _claimants(self) -> int:
-        names = {o.distribution for o in installed_offers() if (o.name, o.group) == self._key}
-        return len(names | {"tactile-core"} if self.plugin == "core" else names)
-
-    @property
-    def _key(self) -> tuple[str, str]:
-        return self.plugin, GROUP
+    def _claimants(self) -> dict[str, str]:
+        """Each distribution that offers a plugin of this name, and its version."""
+        offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
+        core = {"tactile-core": __version__} if self.plugin == "core" else {}
+        return core | {normalized(offer.distribution): offer.version for offer in offers}
 
     def _judge_options(self, part: Part, model: type[BaseModel]) -> None:
         where = f"{part}: {model.__name__}"

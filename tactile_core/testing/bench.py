@@ -15,14 +15,14 @@ from tactile_core.calibration import Calibration
 from tactile_core.camera import Camera
 from tactile_core.device import Device
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.estimator import Estimator
+from tactile_core.estimator import Estimator, SensorContext
 from tactile_core.illumination import Illumination
 from tactile_core.plugin import KINDS, Kind, Plugin
 from tactile_core.plugins import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.testing.faults import Unjudged
-from tactile_core.testing.scenes import Rig, generic_rig, small_rig
+from tactile_core.testing.scenes import Rig, full_rig, generic_rig, small_rig
 
 
 @dataclass(frozen=True)
@@ -117,13 +117,16 @@ class Bench:
 
     @cached_property
     def sound_profiles(self) -> list[Profile]:
-        """Those of the profiles that can be loaded."""
+        """Profiles that tell how components are used: the plugin's; for the core, all shipped."""
+        import sensor_profiles
+
+        paths = [file.path for file in self.profiles()]
+        if self.name == "core":
+            paths += sorted(set(sensor_profiles.DIRECTORY.glob("*.yaml")) - set(paths))
         sound = []
-        for file in self.profiles():
-            try:
-                sound.append(load_profile(file.path))
-            except TactileError:
-                continue
+        for path in paths:
+            with suppress(TactileError):
+                sound.append(load_profile(path))
         return sound
 
     def class_of(self, part: Part) -> Any:
@@ -144,12 +147,12 @@ class Bench:
         options: type[BaseModel] = self.class_of(part).Options
         return options.model_validate(self._said(part))
 
-    def make(self, part: Part) -> Any:
+    def make(self, part: Part, context: SensorContext | None = None) -> Any:
         """Make a component anew; whatever its constructor raises is raised."""
         cls = self.class_of(part)
         if not issubclass(cls, Estimator):
             return cls(self.options(part))
-        return cls(self.options(part), self.rig(part).context)
+        return cls(self.options(part), context or self.rig(part).context)
 
     def device(self, part: Part) -> Device:
         """A closed device; lights have met their camera.
@@ -171,10 +174,17 @@ class Bench:
         return device
 
     def rig(self, part: Part) -> Rig:
-        """A small virtual rig with the light and the gel of the plugin's own profiles, if any."""
+        """A virtual rig with the light and the gel of a profile that uses the component, if any.
+
+        A calibration's is small. An estimator's has the size of the profile, to which weights may
+        belong, and its marks.
+        """
         if part not in self._rigs:
             users = [p for p in self.sound_profiles if _uses(p, part)]
-            rigs = (small_rig(profile) for profile in [*users, *self.sound_profiles])
+            if part.kind == "estimator":
+                rigs = (full_rig(profile) for profile in users)
+            else:
+                rigs = (small_rig(profile) for profile in [*users, *self.sound_profiles])
             self._rigs[part] = next((rig for rig in rigs if rig is not None), generic_rig())
         return self._rigs[part]
 

@@ -40,7 +40,7 @@ class EstimatorChecks(Suite):
                 why="the annotations are the declaration by which a chain is put together",
                 do="def estimate(self, height: HeightMap) -> ContactMask: …",
             ) from error
-        missing = step.missing(self._given(step, self._scenes(part)[0]))
+        missing = step.missing(self._given(part, step, self._scenes(part)[0]))
         if missing is not None:
             raise Fault(
                 part,
@@ -56,7 +56,7 @@ class EstimatorChecks(Suite):
         step = self._step(part)
         for scene in self._scenes(part):
             try:
-                result = _run(step, self._known(step, scene))
+                result = _run(step, self._known(part, step, scene))
             except Unjudged:
                 raise
             except Exception as error:
@@ -131,7 +131,7 @@ class EstimatorChecks(Suite):
         if step.estimator.stateful:
             raise Unjudged("it declares its state")
         together = self._results(part, step)
-        inputs = [self._known(step, scene) for scene in self._scenes(part)]
+        inputs = [self._known(part, step, scene) for scene in self._scenes(part)]
         for number in reversed(range(len(inputs))):
             again = self._step(part)
             differs = difference(together[number], _tried(again, inputs[number]))
@@ -151,8 +151,8 @@ class EstimatorChecks(Suite):
         scenes = self._scenes(part)
         mixed = []
         for scene, elsewhere in zip(scenes, reversed(scenes), strict=True):
-            mixed.append(deepcopy(_tried(one, self._known(one, scene))))
-            _tried(other, self._known(other, elsewhere))
+            mixed.append(deepcopy(_tried(one, self._known(part, one, scene))))
+            _tried(other, self._known(part, other, elsewhere))
         differs = difference(alone, mixed)
         if differs:
             raise Fault(
@@ -166,7 +166,7 @@ class EstimatorChecks(Suite):
     def test_own_result(self, part: Part) -> None:
         """A result stays as it is when the next frame is measured."""
         step = self._step(part)
-        first, second = (self._known(step, scene) for scene in self._scenes(part)[:2])
+        first, second = (self._known(part, step, scene) for scene in self._scenes(part)[:2])
         result = _tried(step, first)
         before = kept({type(result): result})
         _tried(step, second)
@@ -183,7 +183,7 @@ class EstimatorChecks(Suite):
     def test_inputs(self, part: Part) -> None:
         """Estimating changes none of its inputs."""
         step = self._step(part)
-        given = writable(self._known(step, self._scenes(part)[0]))
+        given = writable(self._known(part, step, self._scenes(part)[0]))
         before = kept(given)
         _tried(step, given)
         differs = difference(before, kept(given))
@@ -235,12 +235,13 @@ class EstimatorChecks(Suite):
     def _scenes(self, part: Part) -> tuple[Scene, ...]:
         return self.bench.rig(part).scenes
 
-    def _given(self, step: Step, scene: Scene) -> Inputs:
+    def _given(self, part: Part, step: Step, scene: Scene) -> Inputs:
         known = {**scene.truth, **self.inputs(scene)}
-        return completed(known, step.needs, self.bench, without=step.name)
+        context = self.bench.rig(part).context
+        return completed(known, step.needs, self.bench, context, without=step.name)
 
-    def _known(self, step: Step, scene: Scene) -> Inputs:
-        given = self._given(step, scene)
+    def _known(self, part: Part, step: Step, scene: Scene) -> Inputs:
+        given = self._given(part, step, scene)
         missing = step.missing(given)
         if missing is not None:
             raise Unjudged(f"see the check 'annotations': there is no {missing.__name__}")
@@ -249,7 +250,9 @@ class EstimatorChecks(Suite):
     def _results(self, part: Part, step: Step | None = None) -> list[Quantity]:
         step = step or self._step(part)
         # Copies, so that a buffer that is used again confuses no comparison but its own.
-        return [deepcopy(_tried(step, self._known(step, scene))) for scene in self._scenes(part)]
+        return [
+            deepcopy(_tried(step, self._known(part, step, scene))) for scene in self._scenes(part)
+        ]
 
 
 def _run(step: Step, given: Inputs) -> Quantity:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 _FDS = Path("/proc/self/fd")
-_GRACE_S = 1.0
+_GRACE_S = 0.5
 _POLL_S = 0.01
 
 

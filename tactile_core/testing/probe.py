@@ -17,9 +17,9 @@ from typing import Any
 
 HEAVY = (
     "cv2", "cupy", "jax", "matplotlib", "numba", "onnxruntime", "open3d", "pandas", "rclpy",
-    "scipy", "serial", "skimage", "sklearn", "tensorflow", "torch", "torchvision", "usb",
+    "scipy", "skimage", "sklearn", "tensorflow", "torch", "torchvision",
 )  # fmt: skip
-"""What costs a tenth of a second or more to import, or touches hardware when it is."""
+"""What costs a tenth of a second or more to import."""
 
 _WATCHED = {
     "os.mkdir": "makes a folder",

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from tactile_core import __version__
+from tactile_core.device import Device
 from tactile_core.entry_points import installed_offers, normalized
 from tactile_core.errors import PluginError
 from tactile_core.hookspecs import GROUP
@@ -16,6 +17,7 @@ from tactile_core.plugins import find_plugin, resolve
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.footprint import Footprint
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 _UNKNOWN = "no_such_option"
@@ -88,9 +90,10 @@ class RegistrationChecks(Suite):
 
     @check(Bench.makeable)
     def test_construction(self, part: Part) -> None:
-        """A component is made from its options, without touching any hardware."""
+        """A component is made from its options, and a device does not open in its constructor."""
+        before = Footprint.now()
         try:
-            self.bench.make(part)
+            made = self.bench.make(part)
         except Unjudged:
             raise
         except Exception as error:
@@ -99,8 +102,16 @@ class RegistrationChecks(Suite):
                 f"it cannot be made ({type(error).__name__}: {error})",
                 why="nothing else can be tried, and a profile that names it is refused",
                 do="give options that work here, in the test class: "
-                f"options = {{{part.use!r}: {{…}}}}; hardware is first touched in _open",
+                f"options = {{{part.use!r}: {{…}}}}",
             ) from error
+        left = before.left() if isinstance(made, Device) else ""
+        if left:
+            raise Fault(
+                part,
+                f"its constructor leaves {left}",
+                why="devices are made to ask for their channels, and nobody closes those",
+                do="touch hardware in _open alone",
+            )
 
     def _claimants(self) -> dict[str, str]:
         """Each distribution that offers a plugin of this name, and its version."""

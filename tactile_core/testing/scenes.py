@@ -1,4 +1,4 @@
-"""Virtual presses with their truth, small enough for a check.
+"""Virtual presses with their truth, few and small enough for a check.
 
 Everything here comes from :mod:`tactile_core.sim.ball`. A richer simulator takes the place of
 :meth:`Rig.scene` alone.
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from tactile_core.calibration import Press
 from tactile_core.errors import TactileError
 from tactile_core.estimator import SensorContext
+from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
-from tactile_core.profiles.model import Profile
+from tactile_core.profiles.model import Markers, Profile
 from tactile_core.quantities import (
     ContactMask,
     Frame,
@@ -92,7 +93,11 @@ class Rig:
     def reference(self) -> Reference:
         """The untouched sensor."""
         return Reference(
-            _frozen(self.untouched.pixels.astype(np.float32)), self.channels, _FULL_SCALE, noise=1.0
+            _frozen(self.untouched.pixels.astype(np.float32)),
+            self.channels,
+            _FULL_SCALE,
+            self.untouched.marks,
+            noise=1.0,
         )
 
     @cached_property
@@ -163,11 +168,15 @@ class Rig:
         return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
+        pixels = _frozen(render(self.profile, height_mm, seed=seed))
+        printed = isinstance(self.profile.gel.markers, Markers)
+        finder = MarkFinder.of(self.profile) if printed else None
         return Frame(
-            _frozen(render(self.profile, height_mm, seed=seed)),
+            pixels,
             self.channels,
             self.profile.image.mm_per_px,
             _FULL_SCALE,
+            None if finder is None else _frozen(finder.find(pixels)),
             timestamp_s=10 + number / 30,
             wall_time_s=1e9 + number / 30,
             sequence=number,

@@ -10,9 +10,12 @@ from typing import Any
 
 import pytest
 
+from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.checks import checks_of, subjects_of
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.scenes import Scene, generic_rig
+from tactile_core.testing.supply import completed
 
 FAKES = Path(__file__).parents[1] / "fakes" / "faulty"
 IMPORTS = ("light_import", "import_effects")
@@ -32,6 +35,7 @@ REGISTERED: Mapping[str, tuple[str, str]] = {
     "nested_options": ("options", "Lens: it accepts a key that it does not know"),
     "undocumented_options": ("options", "fps: no description"),
     "demanding": ("construction", "port"),
+    "hasty": ("construction", "its constructor leaves the open file"),
 }
 IMPORTED: Mapping[str, tuple[str, str]] = {
     "imports_cv2": ("light_import", "imports cv2"),
@@ -187,6 +191,27 @@ def test_a_fault_says_why_it_matters_and_what_to_do(name: str) -> None:
     assert name in said
     assert "\n  Why it matters: " in said
     assert "\n  What to do: " in said
+
+
+def test_a_quantity_that_nobody_registers_can_be_given() -> None:
+    def inputs(suite: PluginConformance, scene: Scene) -> dict[type[Quantity], Quantity]:
+        from fake_faulty.estimators import Temperature
+
+        return {Temperature: Temperature(300.0)}
+
+    found = failures(suite_of("needs_unknown", inputs=inputs), imports=False)
+    assert set(found) == {"output"}
+    assert "NotImplementedError" in found["output"]
+
+
+def test_what_an_estimator_needs_is_made_by_the_plugins_others() -> None:
+    from fake_faulty.estimators import Temperature
+
+    bench, rig = suite_of("not_json").bench, generic_rig()
+    truth = rig.scenes[0].truth
+    made = completed(truth, [Temperature], bench, rig.context, without="not_json.y")
+    assert made.keys() == truth.keys() | {Temperature}
+    assert completed(truth, [Temperature], bench, rig.context, without="not_json.x") == truth
 
 
 def stall(suite: PluginConformance, camera: Any) -> bool:

@@ -93,6 +93,12 @@ class Demanding(Ramp):
         port: str = Field(description="Where it is plugged in.")
 
 
+class Hasty(Ramp):
+    def __init__(self, options: BaseModel) -> None:
+        super().__init__(options)
+        self.lock = os.open(DRIVER, os.O_RDONLY)
+
+
 class Absent(Ramp):
     def _open(self) -> None:
         raise DeviceError("there is no camera; plug it in")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -57,17 +57,20 @@ class CameraChecks(Suite):
     @check(Bench.cameras)
     def test_own_pixels(self, part: Part) -> None:
         """An image keeps its pixels when the next one is read."""
+        images, before = [], []
         with opened(self.bench.device(part)) as camera:
-            first = _one(camera)
-            before = first.pixels.copy()
-            second = _one(camera)
-        shared = np.shares_memory(first.pixels, second.pixels)
-        if shared or not np.array_equal(before, first.pixels):
+            for _ in range(_READS):
+                images.append(self._next(camera).pixels)
+                before.append(images[-1].copy())
+        found = ""
+        if any(np.shares_memory(a, b) for a, b in combinations(images, 2)):
+            found = "two images share one buffer"
+        elif not all(np.array_equal(a, b) for a, b in zip(images, before, strict=True)):
+            found = "an image's pixels are overwritten when later ones are read"
+        if found:
             raise Fault(
                 part,
-                "the first image's pixels are overwritten by the second"
-                if not shared
-                else "two images share one buffer",
+                found,
                 why="a frame that waits in a queue, or a reference, would turn into a later one",
                 do="copy what the driver hands out before it is returned",
             )
@@ -139,12 +142,11 @@ class CameraChecks(Suite):
     def _read(self, part: Part, count: int, *, judged: bool = False) -> list[Image]:
         with opened(self.bench.device(part)) as camera:
             try:
-                return [_one(camera) for _ in range(count)]
-            except Unjudged:
-                raise
-            except Exception as error:
-                if not judged:
-                    raise Unjudged(f"see the check 'image': {error}") from error
+                return [self._next(camera) for _ in range(count)]
+            except Unjudged as unjudged:
+                if not judged or unjudged.__cause__ is None:
+                    raise
+                error = unjudged.__cause__
                 raise Fault(
                     part,
                     f"reading fails ({type(error).__name__}: {error})",
@@ -152,17 +154,19 @@ class CameraChecks(Suite):
                     do="where no hardware is attached, give options for an emulator",
                 ) from error
 
+    def _next(self, camera: Camera) -> Image:
+        try:
+            image = camera.read(_PATIENCE_S)
+            if not isinstance(image, Image | None):
+                raise TypeError(f"read() returns {type(image).__name__} instead of an Image")
+        except Exception as error:
+            raise Unjudged(f"see the check 'image': {error}") from error
+        if image is None:
+            raise Unjudged("the recording ended too soon; give a longer one in options, or a loop")
+        return image
 
-def _one(camera: Camera) -> Image:
-    image = camera.read(_PATIENCE_S)
-    if image is None:
-        raise Unjudged("the recording ended too soon; give a longer one in options, or a loop")
-    return image
 
-
-def _what_is_wrong_with(image: object, first: Image) -> str:
-    if not isinstance(image, Image):
-        return f"read() returns {type(image).__name__} instead of an Image"
+def _what_is_wrong_with(image: Image, first: Image) -> str:
     pixels = image.pixels
     if not isinstance(pixels, np.ndarray) or pixels.dtype not in (np.uint8, np.uint16):
         kind = getattr(pixels, "dtype", type(pixels).__name__)

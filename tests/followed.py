@@ -20,9 +20,9 @@ BLOCK = re.compile(r"(?:^`([\w./-]+)`:\n\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE
 class Reader:
     """Somebody who does what pages say, from top to bottom.
 
-    A block under a file's name is written to that file. Python is run, in a process of its own; of a
-    shell block every line is typed, and a line that begins with ``!`` has to fail. A block of text is
-    what the commands before it have printed, among other things.
+    A block under a file's name is written to that file. Python is run, in a process of its own. Of
+    a shell block every line is typed, and one that begins with ``!`` has to fail. A block of text
+    is what the commands before it have printed, among other things.
     """
 
     folder: Path

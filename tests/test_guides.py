@@ -16,6 +16,12 @@ def test_each_way_to_calibrate_works_and_says_what_the_page_says(tmp_path: Path)
     assert not (tmp_path / "wrong").exists()
 
 
+def test_a_plugin_is_installed_listed_and_conforms(tmp_path: Path) -> None:
+    reader = Reader(tmp_path)
+    reader.follow(ROOT / "plugins" / "README.md")
+    assert "passed" in reader.printed
+
+
 def test_an_estimator_of_ones_own_measures_and_conforms(lab: VirtualLab, tmp_path: Path) -> None:
     # what the guide to the first sensor leaves behind: its profile, a bundle and a marble
     shutil.copy(lab.profile_path, tmp_path / "my_sensor.yaml")

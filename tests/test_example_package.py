@@ -67,7 +67,7 @@ def test_its_own_tests_pass(installed: list[Path]) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"],
         cwd=PROJECT,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, installed))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([*map(str, installed), *sys.path])},
         capture_output=True,
         text=True,
         check=False,

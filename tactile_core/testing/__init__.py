@@ -14,15 +14,15 @@ Nothing at run time imports this package; it needs the extra ``testing``.
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 from tactile_core.errors import PluginError
 
-if find_spec("pytest") is None:
+try:
+    import pytest  # noqa: F401
+except ImportError:
     raise PluginError(
         "tactile_core.testing runs its checks with pytest, which is not installed; run "
         "\"pip install 'tactile-core[testing]'\""
-    )
+    ) from None
 
 from tactile_core.testing.conformance import PluginConformance as PluginConformance
 from tactile_core.testing.faults import Fault as Fault

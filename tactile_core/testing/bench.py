@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,14 @@ from tactile_core.calibration import Calibration
 from tactile_core.camera import Camera
 from tactile_core.device import Device
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.estimator import Estimator
+from tactile_core.estimator import Estimator, SensorContext
 from tactile_core.illumination import Illumination
 from tactile_core.plugin import KINDS, Kind, Plugin
 from tactile_core.plugins import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.testing.faults import Unjudged
-from tactile_core.testing.scenes import Rig, generic_rig, small_rig
+from tactile_core.testing.scenes import Rig, full_rig, generic_rig, small_rig
 
 
 @dataclass(frozen=True)
@@ -108,23 +109,24 @@ class Bench:
         import sensor_profiles
 
         own: Path | None = None
-        try:
+        with suppress(PluginError):
             own = self.plugin.profile_directory() if self.plugin is not None else None
-        except PluginError:
-            pass
         found = [] if own is None else sorted(own.glob("*.yaml"))
         shipped = sorted(sensor_profiles.DIRECTORY.glob("*.yaml"))
         return [ProfileFile(path) for path in found + [p for p in shipped if self._is_for(p)]]
 
     @cached_property
     def sound_profiles(self) -> list[Profile]:
-        """Those of the profiles that can be loaded."""
+        """Profiles that tell how components are used: the plugin's; for the core, all shipped."""
+        import sensor_profiles
+
+        paths = [file.path for file in self.profiles()]
+        if self.name == "core":
+            paths += sorted(set(sensor_profiles.DIRECTORY.glob("*.yaml")) - set(paths))
         sound = []
-        for file in self.profiles():
-            try:
-                sound.append(load_profile(file.path))
-            except TactileError:
-                continue
+        for path in paths:
+            with suppress(TactileError):
+                sound.append(load_profile(path))
         return sound
 
     def class_of(self, part: Part) -> Any:
@@ -136,21 +138,21 @@ class Bench:
             It cannot be imported.
         """
         try:
-            return resolve(part.kind, part.use)  # type: ignore[call-overload]
+            return resolve(part.kind, part.use)
         except PluginError as error:
             raise Unjudged(f"see the check 'components': {error}") from error
 
     def options(self, part: Part) -> BaseModel:
-        """Options under which a component is tried; raises pydantic's error where they are wrong."""
+        """Options under which a component is tried; pydantic's error where they are wrong."""
         options: type[BaseModel] = self.class_of(part).Options
         return options.model_validate(self._said(part))
 
-    def make(self, part: Part) -> Any:
+    def make(self, part: Part, context: SensorContext | None = None) -> Any:
         """Make a component anew; whatever its constructor raises is raised."""
         cls = self.class_of(part)
         if not issubclass(cls, Estimator):
             return cls(self.options(part))
-        return cls(self.options(part), self.rig(part).context)
+        return cls(self.options(part), context or self.rig(part).context)
 
     def device(self, part: Part) -> Device:
         """A closed device; lights have met their camera.
@@ -172,10 +174,17 @@ class Bench:
         return device
 
     def rig(self, part: Part) -> Rig:
-        """A small virtual rig with the light and the gel of the plugin's own profiles, if any."""
+        """A virtual rig with the light and the gel of a profile that uses the component, if any.
+
+        A calibration's is small. An estimator's has the size of the profile, to which weights may
+        belong, and its marks.
+        """
         if part not in self._rigs:
             users = [p for p in self.sound_profiles if _uses(p, part)]
-            rigs = (small_rig(profile) for profile in [*users, *self.sound_profiles])
+            if part.kind == "estimator":
+                rigs = (full_rig(profile) for profile in users)
+            else:
+                rigs = (small_rig(profile) for profile in [*users, *self.sound_profiles])
             self._rigs[part] = next((rig for rig in rigs if rig is not None), generic_rig())
         return self._rigs[part]
 
@@ -219,13 +228,19 @@ class Bench:
         return None
 
     def _is_for(self, path: Path) -> bool:
-        """Whether a shipped profile is this plugin's to try; those of the core alone are the core's."""
-        try:
-            profile = load_profile(path, components=False)
-        except TactileError:
-            return False
-        plugins = {component.use.partition(".")[0] for component in profile.components.values()}
+        """Whether a shipped profile is this plugin's; those of the core alone are the core's."""
+        plugins = _plugins_named_by(path)
         return plugins == {"core"} if self.name == "core" else self.name in plugins
+
+
+@cache
+def _plugins_named_by(path: Path) -> frozenset[str]:
+    """Plugins of the components that a shipped profile names."""
+    try:
+        profile = load_profile(path, components=False)
+    except TactileError:
+        return frozenset()
+    return frozenset(component.use.partition(".")[0] for component in profile.components.values())
 
 
 def _uses(profile: Profile, part: Part) -> bool:

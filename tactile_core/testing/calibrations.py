@@ -14,7 +14,7 @@ from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference, kept
+from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.sanity import form_fault, truth_fault
 from tactile_core.testing.scenes import PRESSES
@@ -43,8 +43,10 @@ class CalibrationChecks(Suite):
                 do="fit() takes pixels of known slope; give options for the virtual sensor",
             ) from error
         first = self.bench.fitted(part)
-        frame = self.bench.rig(part).scene(0).frame
-        differs = difference(self._measured(part, first, frame), self._measured(part, second, frame))
+        frame = self.bench.rig(part).scenes[0].frame
+        differs = difference(
+            self._measured(part, first, frame), self._measured(part, second, frame)
+        )
         if differs:
             raise Fault(
                 part,
@@ -56,7 +58,7 @@ class CalibrationChecks(Suite):
     @check(Bench.calibrations)
     def test_measurement(self, part: Part) -> None:
         """What it measures has the image's size, float32, no gaps, and cannot be written to."""
-        scene = self.bench.rig(part).scene(0)
+        scene = self.bench.rig(part).scenes[0]
         try:
             measured = self.bench.fitted(part).measure(scene.frame, self.bench.rig(part).reference)
         except Unjudged:
@@ -86,7 +88,7 @@ class CalibrationChecks(Suite):
     def test_sense(self, part: Part) -> None:
         """A ball that it has not seen rises towards the camera; untouched skin is flat."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        scene = rig.scene(1)
+        scene = rig.scenes[1]
         wrong = truth_fault(self._measured(part, model, scene.frame), scene)
         rest = self._measured(part, model, rig.untouched)
         if not wrong and isinstance(rest, Gradients):
@@ -105,7 +107,7 @@ class CalibrationChecks(Suite):
     def test_round_trip(self, part: Part) -> None:
         """A model that was saved and loaded measures the same, and an empty folder is refused."""
         model = self.bench.fitted(part)
-        frame = self.bench.rig(part).scene(0).frame
+        frame = self.bench.rig(part).scenes[0].frame
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
             folder = Path(name)
             try:
@@ -137,7 +139,7 @@ class CalibrationChecks(Suite):
     def test_other_size(self, part: Part) -> None:
         """An image of another size is refused with a CalibrationError."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        frame = rig.scene(0).frame
+        frame = rig.scenes[0].frame
         cut = replace(frame, pixels=frame.pixels[:-8, :-8])
         reference = replace(rig.reference, pixels=rig.reference.pixels[:-8, :-8])
         try:
@@ -159,10 +161,11 @@ class CalibrationChecks(Suite):
     def test_calibration_inputs(self, part: Part) -> None:
         """Measuring changes neither the frame nor the reference."""
         rig, model = self.bench.rig(part), self.bench.fitted(part)
-        given = _writable(rig.scene(0).frame, rig.reference)
+        given = writable({Frame: rig.scenes[0].frame, Reference: rig.reference})
         before = kept(given)
         frame, reference = given[Frame], given[Reference]
-        assert isinstance(frame, Frame) and isinstance(reference, Reference)
+        assert isinstance(frame, Frame)
+        assert isinstance(reference, Reference)
         self._measured(part, model, frame, reference)
         changed = difference(before, kept(given))
         if changed:
@@ -177,7 +180,7 @@ class CalibrationChecks(Suite):
     def test_calibration_pickling(self, part: Part) -> None:
         """A model pickles, also after measuring, and measures the same afterwards."""
         model = self.bench.fitted(part)
-        frame = self.bench.rig(part).scene(0).frame
+        frame = self.bench.rig(part).scenes[0].frame
         before = self._measured(part, model, frame)
         try:
             copy = pickle.loads(pickle.dumps(model))
@@ -200,15 +203,6 @@ class CalibrationChecks(Suite):
             return model.measure(frame, reference or self.bench.rig(part).reference)
         except Exception as error:
             raise Unjudged(f"see the check 'measurement': {error}") from error
-
-
-def _writable(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
-    """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
-    copies: dict[type[Quantity], Quantity] = {}
-    for quantity in quantities:
-        own = {n: array.copy() for n, array in vars(quantity).items() if isinstance(array, np.ndarray)}
-        copies[type(quantity)] = replace(quantity, **own)
-    return copies
 
 
 def _size(frame: Frame) -> str:

@@ -58,9 +58,9 @@ class CameraChecks(Suite):
     def test_own_pixels(self, part: Part) -> None:
         """An image keeps its pixels when the next one is read."""
         with opened(self.bench.device(part)) as camera:
-            first = _one(camera)
+            first = self._next(camera)
             before = first.pixels.copy()
-            second = _one(camera)
+            second = self._next(camera)
         shared = np.shares_memory(first.pixels, second.pixels)
         if shared or not np.array_equal(before, first.pixels):
             raise Fault(
@@ -139,12 +139,11 @@ class CameraChecks(Suite):
     def _read(self, part: Part, count: int, *, judged: bool = False) -> list[Image]:
         with opened(self.bench.device(part)) as camera:
             try:
-                return [_one(camera) for _ in range(count)]
-            except Unjudged:
-                raise
-            except Exception as error:
-                if not judged:
-                    raise Unjudged(f"see the check 'image': {error}") from error
+                return [self._next(camera) for _ in range(count)]
+            except Unjudged as unjudged:
+                if not judged or unjudged.__cause__ is None:
+                    raise
+                error = unjudged.__cause__
                 raise Fault(
                     part,
                     f"reading fails ({type(error).__name__}: {error})",
@@ -152,17 +151,19 @@ class CameraChecks(Suite):
                     do="where no hardware is attached, give options for an emulator",
                 ) from error
 
+    def _next(self, camera: Camera) -> Image:
+        try:
+            image = camera.read(_PATIENCE_S)
+            if not isinstance(image, Image | None):
+                raise TypeError(f"read() returns {type(image).__name__} instead of an Image")
+        except Exception as error:
+            raise Unjudged(f"see the check 'image': {error}") from error
+        if image is None:
+            raise Unjudged("the recording ended too soon; give a longer one in options, or a loop")
+        return image
 
-def _one(camera: Camera) -> Image:
-    image = camera.read(_PATIENCE_S)
-    if image is None:
-        raise Unjudged("the recording ended too soon; give a longer one in options, or a loop")
-    return image
 
-
-def _what_is_wrong_with(image: object, first: Image) -> str:
-    if not isinstance(image, Image):
-        return f"read() returns {type(image).__name__} instead of an Image"
+def _what_is_wrong_with(image: Image, first: Image) -> str:
     pixels = image.pixels
     if not isinstance(pixels, np.ndarray) or pixels.dtype not in (np.uint8, np.uint16):
         kind = getattr(pixels, "dtype", type(pixels).__name__)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,14 @@ def arrays_in(quantity: Quantity) -> Iterator[tuple[str, NDArray[Any]]]:
 def kept(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], dict[str, Any]]:
     """Copy the arrays of some quantities, to see later whether they were changed."""
     return {kind: {n: a.copy() for n, a in arrays_in(q)} for kind, q in quantities.items()}
+
+
+def writable(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], Quantity]:
+    """Copy quantities over arrays that a view's base lets one write to, as a camera's do."""
+    return {
+        kind: replace(quantity, **{name: array.copy() for name, array in arrays_in(quantity)})
+        for kind, quantity in quantities.items()
+    }
 
 
 def _array_difference(first: NDArray[Any], second: NDArray[Any], name: str) -> str:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from copy import deepcopy
 
 import numpy as np
 
 from tactile_core.chain import Step, declared_step
 from tactile_core.errors import PluginError
+from tactile_core.estimator import Estimator
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference, kept
+from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.sanity import form_fault, truth_fault
-from tactile_core.testing.scenes import SCENES, Scene
+from tactile_core.testing.scenes import Scene
 from tactile_core.testing.supply import completed
 
 Inputs = Mapping[type[Quantity], Quantity]
@@ -38,7 +40,7 @@ class EstimatorChecks(Suite):
                 why="the annotations are the declaration by which a chain is put together",
                 do="def estimate(self, height: HeightMap) -> ContactMask: …",
             ) from error
-        missing = step.missing(self._given(step, self._scenes(part)[0]))
+        missing = step.missing(self._given(part, step, self._scenes(part)[0]))
         if missing is not None:
             raise Fault(
                 part,
@@ -54,7 +56,7 @@ class EstimatorChecks(Suite):
         step = self._step(part)
         for scene in self._scenes(part):
             try:
-                result = _run(step, self._known(step, scene))
+                result = _run(step, self._known(part, step, scene))
             except Unjudged:
                 raise
             except Exception as error:
@@ -129,7 +131,7 @@ class EstimatorChecks(Suite):
         if step.estimator.stateful:
             raise Unjudged("it declares its state")
         together = self._results(part, step)
-        inputs = [self._known(step, scene) for scene in self._scenes(part)]
+        inputs = [self._known(part, step, scene) for scene in self._scenes(part)]
         for number in reversed(range(len(inputs))):
             again = self._step(part)
             differs = difference(together[number], _tried(again, inputs[number]))
@@ -149,8 +151,8 @@ class EstimatorChecks(Suite):
         scenes = self._scenes(part)
         mixed = []
         for scene, elsewhere in zip(scenes, reversed(scenes), strict=True):
-            mixed.append(_tried(one, self._known(one, scene)))
-            _tried(other, self._known(other, elsewhere))
+            mixed.append(deepcopy(_tried(one, self._known(part, one, scene))))
+            _tried(other, self._known(part, other, elsewhere))
         differs = difference(alone, mixed)
         if differs:
             raise Fault(
@@ -164,7 +166,7 @@ class EstimatorChecks(Suite):
     def test_own_result(self, part: Part) -> None:
         """A result stays as it is when the next frame is measured."""
         step = self._step(part)
-        first, second = (self._known(step, scene) for scene in self._scenes(part)[:2])
+        first, second = (self._known(part, step, scene) for scene in self._scenes(part)[:2])
         result = _tried(step, first)
         before = kept({type(result): result})
         _tried(step, second)
@@ -181,7 +183,7 @@ class EstimatorChecks(Suite):
     def test_inputs(self, part: Part) -> None:
         """Estimating changes none of its inputs."""
         step = self._step(part)
-        given = writable(self._known(step, self._scenes(part)[0]))
+        given = writable(self._known(part, step, self._scenes(part)[0]))
         before = kept(given)
         _tried(step, given)
         differs = difference(before, kept(given))
@@ -215,13 +217,14 @@ class EstimatorChecks(Suite):
                     "anew when they are needed",
                 )
 
-    def _made(self, part: Part) -> object:
+    def _made(self, part: Part) -> Estimator:
         try:
-            return self.bench.make(part)
+            made: Estimator = self.bench.make(part)
         except Unjudged:
             raise
         except Exception as error:
             raise Unjudged(f"see the check 'construction': {error}") from error
+        return made
 
     def _step(self, part: Part) -> Step:
         try:
@@ -229,16 +232,16 @@ class EstimatorChecks(Suite):
         except PluginError as error:
             raise Unjudged(f"see the check 'annotations': {error}") from error
 
-    def _scenes(self, part: Part) -> list[Scene]:
-        rig = self.bench.rig(part)
-        return [rig.scene(number) for number in range(SCENES)]
+    def _scenes(self, part: Part) -> tuple[Scene, ...]:
+        return self.bench.rig(part).scenes
 
-    def _given(self, step: Step, scene: Scene) -> Inputs:
+    def _given(self, part: Part, step: Step, scene: Scene) -> Inputs:
         known = {**scene.truth, **self.inputs(scene)}
-        return completed(known, step.needs, self.bench, without=step.name)
+        context = self.bench.rig(part).context
+        return completed(known, step.needs, self.bench, context, without=step.name)
 
-    def _known(self, step: Step, scene: Scene) -> Inputs:
-        given = self._given(step, scene)
+    def _known(self, part: Part, step: Step, scene: Scene) -> Inputs:
+        given = self._given(part, step, scene)
         missing = step.missing(given)
         if missing is not None:
             raise Unjudged(f"see the check 'annotations': there is no {missing.__name__}")
@@ -246,15 +249,10 @@ class EstimatorChecks(Suite):
 
     def _results(self, part: Part, step: Step | None = None) -> list[Quantity]:
         step = step or self._step(part)
-        return [_tried(step, self._known(step, scene)) for scene in self._scenes(part)]
-
-
-def writable(quantities: Inputs) -> dict[type[Quantity], Quantity]:
-    """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
-    copies = {}
-    for kind, quantity in quantities.items():
-        copies[kind] = pickle.loads(pickle.dumps(quantity))
-    return copies
+        # Copies, so that a buffer that is used again confuses no comparison but its own.
+        return [
+            deepcopy(_tried(step, self._known(part, step, scene))) for scene in self._scenes(part)
+        ]
 
 
 def _run(step: Step, given: Inputs) -> Quantity:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 _FDS = Path("/proc/self/fd")
-_GRACE_S = 1.0
+_GRACE_S = 0.5
 _POLL_S = 0.01
 
 
@@ -80,7 +79,7 @@ def _open_files() -> list[tuple[str, str]]:
     found = []
     for entry in _FDS.iterdir() if _FDS.is_dir() else ():
         try:
-            found.append((entry.name, os.readlink(entry)))
+            found.append((entry.name, str(entry.readlink())))
         except OSError:
             continue  # the descriptor that lists the folder
     return found

@@ -42,7 +42,7 @@ class IlluminationChecks(Suite):
                 part,
                 wrong,
                 why="acquisition stacks the exposures' images into the frame's channels",
-                do="return one Exposure(levels, channels) after another; a dark one has no channels",
+                do="return one Exposure(levels, channels) after another; a dark one has none",
             )
 
     @check(Bench.illuminations)
@@ -64,6 +64,8 @@ class IlluminationChecks(Suite):
     def test_levels(self, part: Part) -> None:
         """An open light takes the levels of its own exposures; a closed one and 1.5 are refused."""
         light = self._light(part)
+        if _what_is_wrong_with(light.exposures(), tuple(light.channels)):
+            raise Unjudged("see the check 'exposures'")
         levels = [exposure.levels for exposure in light.exposures()]
         self._must_refuse(part, light, levels[0], DeviceError, "it is closed")
         with opened(light):

@@ -17,9 +17,9 @@ from typing import Any
 
 HEAVY = (
     "cv2", "cupy", "jax", "matplotlib", "numba", "onnxruntime", "open3d", "pandas", "rclpy",
-    "scipy", "serial", "skimage", "sklearn", "tensorflow", "torch", "torchvision", "usb",
+    "scipy", "skimage", "sklearn", "tensorflow", "torch", "torchvision",
 )  # fmt: skip
-"""What costs a tenth of a second or more to import, or touches hardware when it is."""
+"""What costs a tenth of a second or more to import."""
 
 _WATCHED = {
     "os.mkdir": "makes a folder",
@@ -70,7 +70,7 @@ def _writes(mode: str | None, flags: int) -> bool:
 def main(offer: str, path: str, result: str) -> None:
     """Import what the offer names, call its hooks, and write ``{"heavy": …, "effects": …}``."""
     sys.path[:] = json.loads(path)
-    import numpy  # noqa: F401, ICN001  (it changes the filters of warnings, and may be imported)
+    import numpy  # noqa: F401  (it changes the filters of warnings, and may be imported)
 
     from tactile_core.entry_points import Offer
     from tactile_core.errors import PluginError

@@ -89,7 +89,7 @@ class ProfileChecks(Suite):
             raise Unjudged("no virtual press can be rendered under this light")
         try:
             pipeline = Pipeline(loaded, _bundle(loaded, rig))
-            reading = pipeline.process(rig.scene(0).frame)
+            reading = pipeline.process(rig.scenes[0].frame)
         except Exception as error:
             raise Fault(
                 profile,
@@ -111,7 +111,7 @@ class ProfileChecks(Suite):
         except Exception as error:
             found = f"its pipeline does not pickle ({type(error).__name__}: {error})"
         else:
-            frame = rig.scene(1).frame
+            frame = rig.scenes[1].frame
             found = difference(pipeline.process(frame).steps, copy.process(frame).steps)
             found = found and f"its pickled pipeline gives something else: {found}"
         if found:

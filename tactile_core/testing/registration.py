@@ -8,13 +8,16 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.entry_points import installed_offers
+from tactile_core import __version__
+from tactile_core.device import Device
+from tactile_core.entry_points import installed_offers, normalized
 from tactile_core.errors import PluginError
 from tactile_core.hookspecs import GROUP
 from tactile_core.plugins import find_plugin, resolve
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.footprint import Footprint
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 _UNKNOWN = "no_such_option"
@@ -26,7 +29,7 @@ class RegistrationChecks(Suite):
     @check()
     def test_registration(self) -> None:
         """The plugin imports, its hooks return what they must, and there is something in it."""
-        if self._claimants() > 1:
+        if len(self._claimants()) > 1:
             raise Unjudged("see the check 'collision'")
         try:
             problems = find_plugin(self.plugin).report(import_components=False).problems
@@ -44,11 +47,12 @@ class RegistrationChecks(Suite):
     @check()
     def test_collision(self) -> None:
         """No other distribution offers a plugin of this name."""
-        if self._claimants() > 1:
-            offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
+        claimants = self._claimants()
+        if len(claimants) > 1:
+            origins = [f"{name} {version}" for name, version in claimants.items()]
             raise Fault(
                 f"plugin {self.plugin!r}",
-                f"it is offered by {' and by '.join(offer.origin for offer in offers)}",
+                f"it is offered by {' and by '.join(sorted(origins))}",
                 why="the core refuses both rather than guess which one a profile means",
                 do="uninstall one of them, or rename your entry point",
             )
@@ -68,7 +72,7 @@ class RegistrationChecks(Suite):
     def test_components(self, part: Part) -> None:
         """Each name leads to a class that implements the interface of its hook."""
         try:
-            resolve(part.kind, part.use)  # type: ignore[call-overload]
+            resolve(part.kind, part.use)
         except PluginError as error:
             raise Fault(
                 part,
@@ -86,9 +90,10 @@ class RegistrationChecks(Suite):
 
     @check(Bench.makeable)
     def test_construction(self, part: Part) -> None:
-        """A component is made from its options, without touching any hardware."""
+        """A component is made from its options, and a device does not open in its constructor."""
+        before = Footprint.now()
         try:
-            self.bench.make(part)
+            made = self.bench.make(part)
         except Unjudged:
             raise
         except Exception as error:
@@ -97,16 +102,22 @@ class RegistrationChecks(Suite):
                 f"it cannot be made ({type(error).__name__}: {error})",
                 why="nothing else can be tried, and a profile that names it is refused",
                 do="give options that work here, in the test class: "
-                f"options = {{{part.use!r}: {{…}}}}; hardware is first touched in _open",
+                f"options = {{{part.use!r}: {{…}}}}",
             ) from error
+        left = before.left() if isinstance(made, Device) else ""
+        if left:
+            raise Fault(
+                part,
+                f"its constructor leaves {left}",
+                why="devices are made to ask for their channels, and nobody closes those",
+                do="touch hardware in _open alone",
+            )
 
-    def _claimants(self) -> int:
-        names = {o.distribution for o in installed_offers() if (o.name, o.group) == self._key}
-        return len(names | {"tactile-core"} if self.plugin == "core" else names)
-
-    @property
-    def _key(self) -> tuple[str, str]:
-        return self.plugin, GROUP
+    def _claimants(self) -> dict[str, str]:
+        """Each distribution that offers a plugin of this name, and its version."""
+        offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
+        core = {"tactile-core": __version__} if self.plugin == "core" else {}
+        return core | {normalized(offer.distribution): offer.version for offer in offers}
 
     def _judge_options(self, part: Part, model: type[BaseModel]) -> None:
         where = f"{part}: {model.__name__}"

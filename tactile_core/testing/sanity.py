@@ -35,18 +35,9 @@ def form_fault(result: Quantity, scene: Scene) -> str:
     name = type(result).__name__
     if not (is_dataclass(result) and type(result).__dataclass_params__.frozen):  # type: ignore[attr-defined]
         return f"{name} is no frozen dataclass, so that a result can be changed by whoever reads it"
-    for field, dtype in DTYPES.get(type(result), {}).items():
-        found = getattr(result, field)
-        if not isinstance(found, np.ndarray) or found.dtype != dtype:
-            kind = getattr(found, "dtype", type(found).__name__)
-            return f"{name}.{field} is {kind} where it must be {np.dtype(dtype)}"
-        if found.shape != scene.height_mm.shape:
-            return (
-                f"{name}.{field} has the shape {found.shape} where the image has "
-                f"{scene.height_mm.shape}"
-            )
-        if found.dtype.kind == "f" and not np.isfinite(found).all():
-            return f"{name}.{field} holds values that are no numbers"
+    wrong = _array_fault(result, scene)
+    if wrong:
+        return wrong
     writable = [field for field, array in arrays_in(result) if array.flags.writeable]
     if writable:
         return f"{name}.{writable[0]} is writable"
@@ -61,9 +52,26 @@ def form_fault(result: Quantity, scene: Scene) -> str:
 
 
 def truth_fault(result: Quantity, scene: Scene) -> str:
-    """Say how a result contradicts the press; empty where it does not."""
+    """Say how a result of sound form contradicts the press; empty where it does not."""
     judge = _JUDGES.get(type(result))
-    return "" if judge is None else judge(result, scene)
+    return "" if judge is None or _array_fault(result, scene) else judge(result, scene)
+
+
+def _array_fault(result: Quantity, scene: Scene) -> str:
+    name = type(result).__name__
+    for field, dtype in DTYPES.get(type(result), {}).items():
+        found = getattr(result, field)
+        if not isinstance(found, np.ndarray) or found.dtype != dtype:
+            kind = getattr(found, "dtype", type(found).__name__)
+            return f"{name}.{field} is {kind} where it must be {np.dtype(dtype)}"
+        if found.shape != scene.height_mm.shape:
+            return (
+                f"{name}.{field} has the shape {found.shape} where the image has "
+                f"{scene.height_mm.shape}"
+            )
+        if found.dtype.kind == "f" and not np.isfinite(found).all():
+            return f"{name}.{field} holds values that are no numbers"
+    return ""
 
 
 def _height(result: Any, scene: Scene) -> str:

@@ -1,4 +1,4 @@
-"""Virtual presses with their truth, small enough for a check.
+"""Virtual presses with their truth, few and small enough for a check.
 
 Everything here comes from :mod:`tactile_core.sim.ball`. A richer simulator takes the place of
 :meth:`Rig.scene` alone.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from numpy.typing import NDArray
 from tactile_core.calibration import Press
 from tactile_core.errors import TactileError
 from tactile_core.estimator import SensorContext
+from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
-from tactile_core.profiles.model import Profile
+from tactile_core.profiles.model import Markers, Profile
 from tactile_core.quantities import (
     ContactMask,
     Frame,
@@ -30,7 +32,7 @@ from tactile_core.sim.ball import BallPress, render
 SMALL_PX = 160
 """Longer side of a small rig's image."""
 
-PRESSES, SCENES = 7, 4
+PRESSES, PIXELS, SCENES = 7, 300, 4
 _FULL_SCALE = 255.0
 _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
@@ -46,6 +48,9 @@ _GENERIC = {
         "friction": 0.5,
     },
 }
+
+
+S = TypeVar("S", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +93,11 @@ class Rig:
     def reference(self) -> Reference:
         """The untouched sensor."""
         return Reference(
-            self.untouched.pixels.astype(np.float32), self.channels, _FULL_SCALE, noise=1.0
+            _frozen(self.untouched.pixels.astype(np.float32)),
+            self.channels,
+            _FULL_SCALE,
+            self.untouched.marks,
+            noise=1.0,
         )
 
     @cached_property
@@ -100,6 +109,11 @@ class Rig:
     def context(self) -> SensorContext:
         """What estimators may know."""
         return SensorContext(self.profile.image, self.profile.gel, self.reference)
+
+    @cached_property
+    def scenes(self) -> tuple[Scene, ...]:
+        """A few presses that follow each other."""
+        return tuple(self.scene(number) for number in range(SCENES))
 
     def scene(self, number: int) -> Scene:
         """A press that no calibration has seen; numbers that follow each other are neighbours."""
@@ -116,7 +130,7 @@ class Rig:
         for number in range(PRESSES):
             centre = rng.uniform(0.2, 0.8) * width, rng.uniform(0.2, 0.8) * height
             scene = self._scene(centre, _BALL, _DEPTH, number + 1, number)
-            touched = rng.permutation(np.argwhere(scene.contact))[:4000]
+            touched = rng.permutation(np.argwhere(scene.contact))[:PIXELS]
             resting = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
             rows, columns = np.concatenate([touched, resting[: len(touched) // 3]]).T
             slopes = scene.gradients[rows, columns].astype(np.float32)
@@ -140,9 +154,9 @@ class Rig:
         height_mm = press.height_mm(self.shape, scale)
         frame = self._frame(height_mm, seed, number)
         gy, gx = np.gradient(height_mm, scale)
-        contact = height_mm > height_mm.max() - press.depth_mm
-        sure = np.ones(self.shape, np.bool_)
-        x, y, z = (np.ascontiguousarray(a, np.float32) for a in (gx, gy, height_mm))
+        contact = _frozen(height_mm > height_mm.max() - press.depth_mm)
+        sure = _frozen(np.ones(self.shape, np.bool_))
+        x, y, z = (_frozen(np.asarray(a, np.float32)) for a in (gx, gy, height_mm))
         time_s, rest_mm = frame.timestamp_s, self.context.rest_mm
         truth: dict[type[Quantity], Quantity] = {
             Frame: frame,
@@ -154,15 +168,25 @@ class Rig:
         return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
+        pixels = _frozen(render(self.profile, height_mm, seed=seed))
+        printed = isinstance(self.profile.gel.markers, Markers)
+        finder = MarkFinder.of(self.profile) if printed else None
         return Frame(
-            render(self.profile, height_mm, seed=seed),
+            pixels,
             self.channels,
             self.profile.image.mm_per_px,
             _FULL_SCALE,
+            None if finder is None else _frozen(finder.find(pixels)),
             timestamp_s=10 + number / 30,
             wall_time_s=1e9 + number / 30,
             sequence=number,
         )
+
+
+def _frozen(array: NDArray[S]) -> NDArray[S]:
+    """The same array, which what is tried cannot even write to through a view's base."""
+    array.flags.writeable = False
+    return array
 
 
 def full_rig(profile: Profile) -> Rig | None:

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from tactile_core.chain import Step, declared_step
+from tactile_core.estimator import SensorContext
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench
-from tactile_core.testing.faults import Unjudged
 
 Known = Mapping[type[Quantity], Quantity]
 
 
 def completed(
-    known: Known, needs: Collection[type[Quantity]], bench: Bench, *, without: str
+    known: Known,
+    needs: Collection[type[Quantity]],
+    bench: Bench,
+    context: SensorContext,
+    *,
+    without: str,
 ) -> dict[type[Quantity], Quantity]:
     """Add what is needed and missing, made by estimators of the plugin or of the core.
 
@@ -22,13 +27,15 @@ def completed(
     known : mapping of type to Quantity
     needs : collection of types
     bench : Bench
+    context : SensorContext
+        The sensor that the quantities are of.
     without : str
         The estimator that is being tried.
     """
     made = dict(known)
     if made.keys() >= set(needs):
         return made
-    steps = list(_steps(bench, without))
+    steps = list(_steps(bench, context, without))
     while step := next((s for s in steps if s.gives not in made and s.missing(made) is None), None):
         steps.remove(step)
         try:
@@ -38,11 +45,11 @@ def completed(
     return made
 
 
-def _steps(bench: Bench, without: str) -> Iterator[Step]:
+def _steps(bench: Bench, context: SensorContext, without: str) -> Iterator[Step]:
     for source in (bench, Bench("core", {})):
         for part in source.estimators():
             try:
                 if part.use != without:
-                    yield declared_step(part.use, bench.make(part))
-            except (Unjudged, Exception):  # its own checks tell
+                    yield declared_step(part.use, source.make(part, context))
+            except Exception:  # its own checks tell
                 continue

@@ -1,0 +1,1 @@
+"""A plugin for each thing that a plugin can do wrong."""

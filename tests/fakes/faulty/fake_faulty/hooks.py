@@ -1,0 +1,71 @@
+"""A plugin as an object, so that one package holds many."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+from tactile_core.hookspecs import hookimpl
+
+
+class Hooks:
+    """Registers a class of ``cameras``, ``lights``, ``calibrations`` or ``estimators`` as ``x``."""
+
+    def __init__(
+        self,
+        *,
+        cameras: str = "",
+        lights: str = "",
+        calibrations: str = "",
+        estimators: str = "",
+        profiles: str = "",
+    ) -> None:
+        self._cameras = _listed("cameras", cameras)
+        self._lights = _listed("lights", lights)
+        self._calibrations = _listed("calibrations", calibrations)
+        self._estimators = _listed("estimators", estimators)
+        self._profiles = profiles
+
+    @hookimpl
+    def tactile_cameras(self) -> dict[str, str]:
+        return self._cameras
+
+    @hookimpl
+    def tactile_illuminations(self) -> dict[str, str]:
+        return self._lights
+
+    @hookimpl
+    def tactile_calibrations(self) -> dict[str, str]:
+        return self._calibrations
+
+    @hookimpl
+    def tactile_estimators(self) -> dict[str, str]:
+        return self._estimators
+
+    @hookimpl
+    def tactile_profiles(self) -> Path | None:
+        folder = Path(__file__).parent / "profiles" / self._profiles
+        return folder if self._profiles else None
+
+
+class Misspelt:
+    @hookimpl
+    def tactile_sensors(self) -> dict[str, str]:
+        return {}
+
+
+class Listing:
+    @hookimpl
+    def tactile_estimators(self) -> list[str]:
+        return ["fake_faulty.estimators:Sound"]
+
+
+def _listed(module: str, cls: str) -> dict[str, str]:
+    return {"x": f"fake_faulty.{module}:{cls}"} if cls else {}
+
+
+nothing = SimpleNamespace()
+misspelt, listing = Misspelt(), Listing()
+no_folder = Hooks(profiles="nowhere")
+no_class = Hooks(estimators="Nonexistent")
+wrong_interface = Hooks(cameras="DRIVER")

@@ -1,0 +1,112 @@
+"""What pytest makes of the five lines."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FAKES = Path(__file__).parents[1] / "fakes" / "faulty"
+
+pytest_plugins = ["pytester"]
+
+
+def outcome(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, *lines: str
+) -> tuple[dict[str, int], str]:
+    """Run a suite of some lines; the counts, and all that was printed."""
+    monkeypatch.syspath_prepend(FAKES)
+    body = "\n".join(f"    {line}" for line in lines)
+    pytester.makepyfile(
+        "from tactile_core.testing import PluginConformance\n\n\n"
+        f"class TestMyLab(PluginConformance):\n{body}\n"
+    )
+    options = ("-p", "no:cacheprovider", "-rxs", "-k", "not import_effects and not light_import")
+    result = pytester.runpytest_inprocess(*options)
+    return result.parseoutcomes(), str(result.stdout)
+
+
+def test_a_check_is_repeated_for_each_component_and_skipped_where_there_is_none(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts, said = outcome(pytester, monkeypatch, "plugin = 'undeclared'")
+    assert counts["failed"] == 1
+    assert "test_state[estimator undeclared.x]" in said
+    assert "a frame's result depends on the frames before it" in said
+    assert "plugin 'undeclared' registers nothing that this check is about" in said
+
+
+@pytest.mark.parametrize("key", ["state", "state[estimator undeclared.x]"])
+def test_an_expected_failure_is_no_failure(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, key: str
+) -> None:
+    reason = "we are on it"
+    counts, said = outcome(
+        pytester,
+        monkeypatch,
+        "plugin = 'undeclared'",
+        f"expected_failures = {{{key!r}: {reason!r}}}",
+    )
+    assert (counts.get("failed"), counts["xfailed"]) == (None, 1)
+    assert reason in said
+
+
+def test_an_expected_failure_that_passes_is_a_failure(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts, said = outcome(
+        pytester, monkeypatch, "plugin = 'in_pixels'", "expected_failures = {'state': 'old'}"
+    )
+    assert counts["failed"] == 2
+    assert (
+        "state[estimator in_pixels.x] passes, and expected_failures says that it does not" in said
+    )
+    assert "remove 'state' from expected_failures" in said
+
+
+@pytest.mark.parametrize("key", ["stat", "state[estimator undeclared.y]"])
+def test_an_unknown_name_among_the_expected_failures_is_a_failure(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, key: str
+) -> None:
+    counts, said = outcome(
+        pytester, monkeypatch, "plugin = 'undeclared'", f"expected_failures = {{{key!r}: 'old'}}"
+    )
+    assert counts["failed"] == 2
+    assert f"expected_failures names {key!r}, which is no check of this plugin" in said
+
+
+def test_a_plugin_with_nothing_in_it_is_a_failure(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts, said = outcome(pytester, monkeypatch, "plugin = 'nothing'")
+    assert counts["failed"] == 1
+    assert "registers no component and no profile" in said
+
+
+def test_options_and_stall_make_a_device_testable(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts, _ = outcome(
+        pytester,
+        monkeypatch,
+        "plugin = 'demanding'",
+        "options = {'demanding.x': {'port': 'loop'}}",
+        "def stall(self, camera):",
+        "    camera.stalled = True",
+        "    return True",
+    )
+    assert "failed" not in counts
+
+
+def test_a_missing_pytest_is_said_in_one_sentence() -> None:
+    code = (
+        "import sys; sys.modules['pytest'] = None\n"
+        "from tactile_core.errors import PluginError\n"
+        "try:\n    import tactile_core.testing\n"
+        "except PluginError as error:\n    print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.count("\n") == 1
+    assert "pip install 'tactile-core[testing]'" in done.stdout

@@ -44,9 +44,14 @@ def messages() -> tuple[str, ...]:
 
 
 def strings(path: Path) -> list[str]:
-    """The strings of one file."""
+    """The strings of one file, but for those that only stand there, as docstrings do."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))
+    silent = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes:
+        if id(node) in silent:
+            continue
         if isinstance(node, ast.JoinedStr):
             parts = [v.value if isinstance(v, ast.Constant) else GAP for v in node.values]
             found.append("".join(map(str, parts)))

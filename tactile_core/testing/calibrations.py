@@ -125,7 +125,8 @@ class CalibrationChecks(Suite):
                 found = found or f"what it saves cannot be loaded ({type(error).__name__}: {error})"
             else:
                 before, after = (self._measured(part, m, frame) for m in (model, loaded))
-                found = found or difference(before, after)
+                if not found and (differs := difference(before, after)):
+                    found = f"saved and loaded, it measures otherwise: {differs}"
         if found:
             raise Fault(
                 part,
@@ -188,6 +189,7 @@ class CalibrationChecks(Suite):
             found = f"it does not pickle ({type(error).__name__}: {error})"
         else:
             found = difference(before, self._measured(part, copy, frame))
+            found = found and f"its pickled copy measures otherwise: {found}"
         if found:
             raise Fault(
                 part,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -57,17 +57,20 @@ class CameraChecks(Suite):
     @check(Bench.cameras)
     def test_own_pixels(self, part: Part) -> None:
         """An image keeps its pixels when the next one is read."""
+        images, before = [], []
         with opened(self.bench.device(part)) as camera:
-            first = self._next(camera)
-            before = first.pixels.copy()
-            second = self._next(camera)
-        shared = np.shares_memory(first.pixels, second.pixels)
-        if shared or not np.array_equal(before, first.pixels):
+            for _ in range(_READS):
+                images.append(self._next(camera).pixels)
+                before.append(images[-1].copy())
+        found = ""
+        if any(np.shares_memory(a, b) for a, b in combinations(images, 2)):
+            found = "two images share one buffer"
+        elif not all(np.array_equal(a, b) for a, b in zip(images, before, strict=True)):
+            found = "an image's pixels are overwritten when later ones are read"
+        if found:
             raise Fault(
                 part,
-                "the first image's pixels are overwritten by the second"
-                if not shared
-                else "two images share one buffer",
+                found,
                 why="a frame that waits in a queue, or a reference, would turn into a later one",
                 do="copy what the driver hands out before it is returned",
             )

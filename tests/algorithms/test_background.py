@@ -31,7 +31,7 @@ def test_a_groove_leaves_no_trace(a: float, column: int, gain: float) -> None:
     untouched = light(a, -a, 0.1)[..., None]
     pressed = untouched.copy()
     pressed[:, column : column + 10] *= gain
-    np.testing.assert_allclose(smooth_background(pressed), untouched, rtol=0.02)
+    np.testing.assert_allclose(smooth_background(pressed), untouched, rtol=0.025)
 
 
 def test_marks_do_not_count() -> None:

@@ -84,7 +84,7 @@ CALIBRATIONS: Mapping[str, tuple[str, str]] = {
     "exchanged": ("sense", "∂z/∂x and ∂z/∂y are exchanged"),
     "degrees": ("sense", "times the ball's; slopes are mm per mm"),
     "tilted": ("sense", "untouched skin has a mean slope of 0.21"),
-    "rounded": ("round_trip", "values of x differ"),
+    "rounded": ("round_trip", "saved and loaded, it measures otherwise"),
     "loads_nothing": ("round_trip", "loading an empty folder raises FileNotFoundError"),
     "any_size": ("other_size", "is measured, though it was fitted on 160 × 120"),
     "changes_frame": ("calibration_inputs", "values of pixels differ"),

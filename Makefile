@@ -2,7 +2,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test lint bench wheels try-wheels clean
+.PHONY: demo test lint bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -19,6 +19,10 @@ lint: .venv/installed
 bench: .venv/installed
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 
+# The site, in site/; open site/index.html.
+docs: .venv/docs-installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+
 wheels: .venv/installed
 	rm -rf dist
 	for d in . $(PLUGINS); do $(BIN)/python -m build --wheel --no-isolation --outdir dist $$d || exit; done
@@ -34,5 +38,9 @@ try-wheels: wheels
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' $(PLUGINS:%=-e %)
 	touch $@
 
+.venv/docs-installed: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	touch $@
+
 clean:
-	rm -rf .venv demo dist
+	rm -rf .venv demo dist site

@@ -1,0 +1,128 @@
+"""Which file of the repository each page of the site is, and where its links lead."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+ELSEWHERE = {
+    "first-plugin.md": "plugins/README.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "changelog.md": "CHANGELOG.md",
+    "rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
+    "rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
+    "rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
+}
+"""Pages whose file does not lie in ``docs``."""
+
+MADE = {"adr/index.md": "docs/adr"}
+"""Pages that are written when the site is built, by what they stand for."""
+
+GENERATED = "images/generated/"
+"""Pictures below it are drawn when the site is built."""
+
+README_BEGINNING = "<!-- the beginning of README.md -->"
+"""Stands in ``index.md`` for what README.md says before its third heading."""
+
+_LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
+_CODE = re.compile(r"(^```.*?^```$|`[^`\n]+`(?!\]))", re.MULTILINE | re.DOTALL)
+
+
+def origin(page: str) -> str:
+    """Return the path in the repository of a page's file."""
+    return ELSEWHERE.get(page) or MADE.get(page) or f"docs/{page}"
+
+
+def pages() -> dict[str, str]:
+    """Return the page that each file of the repository is."""
+    own = {
+        path.relative_to(ROOT).as_posix(): path.relative_to(ROOT / "docs").as_posix()
+        for path in sorted((ROOT / "docs").rglob("*.md"))
+    }
+    return own | {file: page for page, file in (*ELSEWHERE.items(), *MADE.items())}
+
+
+def text_of(page: str) -> str:
+    """Return a page's Markdown with every link as the site needs it."""
+    if page == "adr/index.md":
+        return decisions()
+    text = at_home((ROOT / origin(page)).read_text(encoding="utf-8"), page, origin(page))
+    if README_BEGINNING in text:
+        readme = (ROOT / "README.md").read_text(encoding="utf-8")
+        beginning = "\n## ".join(readme.split("\n## ")[:2])
+        text = text.replace(README_BEGINNING, at_home(beginning, page, "README.md").strip())
+    return text
+
+
+def at_home(text: str, page: str, file: str) -> str:
+    """Rewrite the links of ``text``, which stands in ``file``, for where ``page`` is.
+
+    A link to another page leads there, one to a picture in ``docs`` to the picture. What is not
+    part of the site is named by its path in the repository.
+    """
+    here, known = posixpath.dirname(page), pages()
+
+    def rewritten(found: re.Match[str]) -> str:
+        mark, words, link = found.groups()
+        path, anchor = target(link, file)
+        if path is None:
+            return found[0]
+        to = known.get(path) or (path.removeprefix("docs/") if path.startswith("docs/") else None)
+        if to is None:
+            return words if words.strip("`") == path else f"{words} (`{path}`)"
+        return f"{mark}[{words}]({posixpath.relpath(to, here or '.')}{anchor})"
+
+    return outside_code(text, lambda prose: _LINK.sub(rewritten, prose))
+
+
+def links(text: str) -> list[str]:
+    """Return what the links and pictures of a text lead to."""
+    found: list[str] = []
+
+    def noted(prose: str) -> str:
+        found.extend(link for _, _, link in _LINK.findall(prose))
+        return prose
+
+    outside_code(text, noted)
+    return found
+
+
+def target(link: str, file: str) -> tuple[str | None, str]:
+    """Return the path in the repository that a link in ``file`` leads to, and its anchor.
+
+    None for the path where it leads to the page itself or out into the world.
+    """
+    path, mark, anchor = link.partition("#")
+    if not path or ":" in path:
+        return None, mark + anchor
+    joined = posixpath.normpath(posixpath.join(posixpath.dirname(file), path))
+    return joined, mark + anchor
+
+
+def outside_code(text: str, change: Callable[[str], str]) -> str:
+    """Change everything but code."""
+    parts = _CODE.split(text)
+    return "".join(part if i % 2 else change(part) for i, part in enumerate(parts))
+
+
+def decisions() -> str:
+    """Return the list of the decisions' pages."""
+    lines = [
+        "# Decisions",
+        "",
+        "Each page says what was chosen where somebody could have chosen otherwise, and why.",
+        "",
+    ]
+    for path in decision_files():
+        title = path.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
+        lines.append(f"- [{title}]({path.name})")
+    return "\n".join(lines) + "\n"
+
+
+def decision_files() -> list[Path]:
+    """Return the files of the decisions, in order."""
+    return sorted((ROOT / "docs" / "adr").glob("[0-9]*.md"))

@@ -1,0 +1,92 @@
+"""The documentation's site: its pages exist, are found, and lead somewhere. Needs no MkDocs."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import site_links
+import site_pictures
+from ruamel.yaml import YAML
+
+ROOT = site_links.ROOT
+CONFIG = YAML(typ="safe").load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+DECISIONS = [f"adr/{path.name}" for path in site_links.decision_files()]
+
+
+def leaves(nav: Any) -> Iterator[str]:
+    """The pages of a navigation, in order."""
+    if isinstance(nav, str):
+        yield nav
+    else:
+        for part in nav.values() if isinstance(nav, dict) else nav:
+            yield from leaves(part)
+
+
+NAV = [*leaves(CONFIG["nav"]), *DECISIONS]
+TEXTS = {page: site_links.text_of(page) for page in NAV}
+
+
+def anchors(text: str) -> set[str]:
+    """What a page's headings are called in links."""
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w]+", "-", heading.lower()).strip("-") for heading in headings}
+
+
+def test_every_page_is_in_the_navigation_once() -> None:
+    assert sorted(NAV) == sorted(site_links.pages().values())
+
+
+@pytest.mark.parametrize("page", NAV)
+def test_every_link_of_a_page_leads_somewhere(page: str) -> None:
+    drawn = {site_links.GENERATED + name for name in drawn_names()}
+    for link in site_links.links(TEXTS[page]):
+        if "://" in link:
+            continue
+        path, _, anchor = link.partition("#")
+        to = posixpath.normpath(posixpath.join(posixpath.dirname(page), path)) if path else page
+        known = to in TEXTS or to in drawn or (ROOT / "docs" / to).is_file()
+        assert known, link
+        assert not anchor or anchor in anchors(TEXTS[to]), link
+
+
+@pytest.mark.parametrize("page", NAV)
+def test_every_file_that_a_page_links_to_in_the_repository_exists(page: str) -> None:
+    file = site_links.origin(page)
+    if not (ROOT / file).is_file():
+        return
+    for link in site_links.links((ROOT / file).read_text(encoding="utf-8")):
+        path, _ = site_links.target(link, file)
+        made_later = path is not None and path.startswith("docs/" + site_links.GENERATED)
+        assert path is None or made_later or (ROOT / path).exists(), link
+
+
+def test_the_first_page_begins_like_the_readme_and_does_not_repeat_it() -> None:
+    first = TEXTS["index.md"]
+    assert first.startswith("# tactile-core")
+    assert "make demo" in first
+    assert "(images/relief.png)" in first
+    assert "First script" not in first
+    assert "make demo" not in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+
+
+def test_the_pictures_that_pages_show_are_those_that_are_drawn() -> None:
+    pattern = re.escape(site_links.GENERATED) + r"([\w.-]+)"
+    shown = {name for text in TEXTS.values() for name in re.findall(pattern, text)}
+    pictures = dict(site_pictures.pictures())
+    assert shown == set(pictures)
+    assert all(png.startswith(b"\x89PNG") and len(png) < 500_000 for png in pictures.values())
+
+
+def test_links_in_code_are_left_alone() -> None:
+    text = "a [b](../README.md) and\n```python\nx[b](../README.md)\n```\n"
+    moved = site_links.at_home(text, "adr/index.md", "docs/rigs.md")
+    assert moved == "a b (`README.md`) and\n```python\nx[b](../README.md)\n```\n"
+
+
+def drawn_names() -> list[str]:
+    """Names of the pictures, without drawing them."""
+    return [*(f"{name}.png" for name in site_pictures.RIGS), "presses.png"]

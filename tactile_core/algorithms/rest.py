@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
+
 Array = NDArray[Any]
 
 _SAMPLES = 1200
@@ -66,6 +68,13 @@ def rest_plane(
     """
     rows, columns = height_mm.shape
     step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
+    compiled = kernels.ready()
+    if compiled is not None:
+        regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
+        images = height_mm, gx, gy
+        return RestPlane(
+            *compiled.rest_plane(images, step, mm_per_px, drift_slope, _LEAST_CALM, regression)
+        )
     y, x = np.mgrid[step // 2 : rows : step, step // 2 : columns : step].astype(float)
     z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
     z = z.astype(float)

@@ -138,15 +138,18 @@ def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
 
 def _resting_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (N, K) logarithms, and the share of them that agrees with it."""
+    gain = _modes(logs)
     compiled = kernels.ready()
     if compiled is not None:
-        gain, share = compiled.resting_gain(logs, _NEAR, _ROUNDS)
+        gain, share = compiled.resting_gain(logs, gain, _NEAR, _ROUNDS)
         return gain, share
-    gain = _modes(logs)
+    logs = np.ascontiguousarray(logs.T)
     for _ in range(_ROUNDS):
-        weight = np.square(np.maximum(1 - np.square((logs - gain) / _NEAR).mean(axis=1) / 2, 0))
-        gain = weight @ logs / max(float(weight.sum()), 1e-6)
-    return gain, float(np.mean(np.abs(logs - gain).max(axis=1) < 2 * _NEAR))
+        square = np.square(logs - gain[:, None]).sum(axis=0)
+        weight = np.square(np.maximum(1 - square / (2 * len(logs) * _NEAR**2), 0))
+        gain = logs @ weight / max(float(weight.sum()), 1e-6)
+    agreeing = np.abs(logs - gain[:, None]).max(axis=0) < 2 * _NEAR
+    return gain, np.count_nonzero(agreeing) / logs.shape[1]
 
 
 def _modes(logs: Array) -> Array:

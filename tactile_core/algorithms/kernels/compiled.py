@@ -6,16 +6,20 @@ from tactile_core.algorithms.kernels.integration import (
     in_dft_order,
     solve_columns,
 )
-from tactile_core.algorithms.kernels.resting import rest_plane, resting_gain
+from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.touching import shrunk, steepness
 
 __all__ = [
     "divergence",
     "from_dft_order",
     "in_dft_order",
+    "lower",
     "rest_plane",
     "resting_gain",
+    "shrunk",
     "sines_of_bytes",
     "solve_columns",
+    "steepness",
     "to_slopes",
 ]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import LOOP
+from tactile_core.algorithms.kernels.options import LOOP, ROW
 
 
 @njit(**LOOP)
@@ -127,19 +127,31 @@ def rest_plane(
     return start if np.hypot(plane[1], plane[2]) > drift_slope else plane
 
 
-@njit(**LOOP)
-def resting_gain(logs: Any, near: float, rounds: int) -> tuple[Any, float]:
-    """Commonest of (N, K) logarithms of quotients, and the share of them that is near it.
+@njit(**ROW)
+def _lower_row(row: Any, level: Any, across: Any) -> None:
+    for j in range(row.size):
+        row[j] = row[j] - level - across[j]
 
-    The mode of each channel, refined by Tukey's biweight on all of them at once.
+
+@njit(**LOOP)
+def lower(height_mm: Any, levels: Any, across: Any) -> None:
+    """Take a level per row and one per column off an (H, W) height."""
+    for i in range(len(height_mm)):
+        _lower_row(height_mm[i], levels[i], across)
+
+
+@njit(**LOOP)
+def resting_gain(logs: Any, gain: Any, near: float, rounds: int) -> tuple[Any, float]:
+    """Refine a gain by Tukey's biweight on (N, K) logarithms of all channels at once.
+
+    Returns
+    -------
+    gain : (K,) float64
+    share : float
+        Share of the samples that agree with it.
     """
     count, channels = logs.shape
-    half = count // 2
-    gain = np.empty(channels)
-    for k in range(channels):
-        ordered = np.sort(logs[:, k].copy())
-        first = np.argmin(ordered[half:] - ordered[: count - half])
-        gain[k] = ordered[first : first + half].mean()
+    gain = gain.astype(np.float64)
     for _ in range(rounds):
         total = 0.0
         pull = np.zeros(channels)

@@ -89,8 +89,8 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
     total = cv2.blur(np.asarray(small, np.float32), box).reshape(coarse[1], coarse[0], channels)
     count = np.maximum(cv2.blur(np.asarray(share, np.float32), box) / 255, 1e-3)
     # a count per channel: numpy is slow where one number serves so few
-    total /= np.repeat(count, channels, axis=1).reshape(total.shape)
-    around = total.astype(pixels.dtype)
+    counts = np.repeat(count, channels, axis=1).reshape(total.shape)
+    around = np.asarray(total / counts).astype(pixels.dtype)
     filled = np.asarray(cv2.resize(around, (columns, rows), interpolation=cv2.INTER_LINEAR))
     cv2.copyTo(pixels, skin, filled)
     return filled.reshape(pixels.shape)

@@ -33,9 +33,6 @@ Model = Callable[[Float32], Float32]
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
 
-_BAND_PX = 40_000
-"""Images are looked up in bands that stay in the cache."""
-
 _NO_ALPHA = np.uint32(0x00FFFFFF)
 
 
@@ -146,34 +143,26 @@ class SlopeField:
             pairs = table.sines.view(np.int64).reshape(-1)
             compiled.sines_of_bytes(*rows, pairs, axis, *sines)
             return
-        count = max(1, _BAND_PX // w)
-        with (
-            borrowed((count, w, 4), np.uint8) as quadruples,
-            borrowed((count, w), np.complex64) as found,
-        ):
-            for first in range(0, h, count):
-                band = slice(first, min(first + count, h))
-                some = slice(0, band.stop - first)
-                bins = self._bins(table, smoothed, band)
-                cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=quadruples[some])
-                entry = quadruples[some].view(np.uint32)[..., 0]
+        bins = self._bins(table, smoothed)
+        with borrowed((h, w), np.complex64) as found:
+            with borrowed((h, w, 4), np.uint8) as quadruples:
+                cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=quadruples)
+                entry = quadruples.view(np.uint32)[..., 0]
                 np.bitwise_and(entry, _NO_ALPHA, out=entry)
-                self._flat.take(entry.view(np.int32), out=found[some], mode="clip")
-                both = found[some].view(np.float32).reshape(*entry.shape, 2)
-                cv2.split(both, [plane[band] for plane in sines])
+                self._flat.take(entry.view(np.int32), out=found, mode="clip")
+            cv2.split(found.view(np.float32).reshape(h, w, 2), sines)
 
-    def _bins(self, table: ColourTable, smoothed: NDArray[Any], band: slice) -> NDArray[np.uint8]:
-        """(M, W, 3) entry of each channel, in some rows of the image."""
+    def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
+        """(H, W, 3) entry of each channel."""
         if smoothed.dtype != np.uint8:
-            base = self._fine_base[band]
-            change = relative_change(smoothed[band], base, full_scale=self._full_scale)
+            change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
             return table.bins(change)
-        ratio = cv2.divide(smoothed[band], self._base_u8[band], scale=table.axis.per_unit)
+        ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
         # On one channel the subtraction takes a scalar, and saturates at the first entry.
         rows = np.asarray(ratio).reshape(len(ratio), -1)
         cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
-        return rows.reshape(smoothed[band].shape).astype(np.uint8, copy=False)
+        return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
     def _correct(self, sines: tuple[Float32, Float32], missing: list[Float32]) -> None:
         """Add what the coarse grid misses, and turn sines into slopes."""
@@ -182,10 +171,7 @@ class SlopeField:
             for plane, coarse in zip(sines, missing, strict=True):
                 cv2.resize(coarse, (w, h), dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
-            count = max(1, _BAND_PX // w)
-            for first in range(0, h, count):
-                nx, ny = (plane[first : first + count] for plane in sines)
-                planes_to_gradient(nx, ny, spare[: len(nx)])
+            planes_to_gradient(*sines, spare)
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

@@ -6,22 +6,35 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactile_core.algorithms.drift import channel_gains, divided
+from tactile_core.algorithms.drift import RestingLevels, divided
 from tactile_core.quantities import Frame, Reference
 
 LEAST_DRIFT = 0.002
 """Changes of a channel below it are left alone."""
 
 
-def followed(frame: Frame, reference: Reference) -> Frame:
-    """Return the frame as it would look in the light of the reference.
+class DriftFollower:
+    """Brings frames to the light of one reference.
 
-    See :func:`~tactile_core.algorithms.drift.channel_gains`: nothing is remembered from earlier
+    See :class:`~tactile_core.algorithms.drift.RestingLevels`: nothing is remembered from earlier
     frames, so that a contact that is held for long stays.
     """
-    if frame.pixels.shape != reference.pixels.shape or frame.full_scale != reference.full_scale:
-        return frame
-    gains = channel_gains(frame.pixels, reference.pixels, frame.full_scale, frame.marks)
-    if np.abs(gains - 1).max() < LEAST_DRIFT:
-        return frame
-    return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))
+
+    def __init__(self, reference: Reference) -> None:
+        self._reference = reference
+        self._levels = RestingLevels(reference.pixels, reference.full_scale)
+
+    def followed(self, frame: Frame) -> Frame:
+        """Return the frame as it would look in the light of the reference."""
+        reference = self._reference
+        if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
+            return frame
+        gains = self._levels.gains(frame.pixels, frame.marks)
+        if np.abs(gains - 1).max() < LEAST_DRIFT:
+            return frame
+        return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))
+
+
+def followed(frame: Frame, reference: Reference) -> Frame:
+    """Return the frame as it would look in the light of the reference."""
+    return DriftFollower(reference).followed(frame)

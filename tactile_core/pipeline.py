@@ -8,11 +8,12 @@ from time import perf_counter
 
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.calibration import Calibration
 from tactile_core.chain import Chain, Step
-from tactile_core.drift import followed
+from tactile_core.drift import DriftFollower
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
 from tactile_core.exposures import in_turn, pattern_of, verify
@@ -73,8 +74,10 @@ class Pipeline:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
         self._marks = MarkFinder.of(self.profile, reference)
         self.reference = self._prepared(reference)
+        self._drift = None if self.reference is None else DriftFollower(self.reference)
         self._expected: Pattern | None = None
         self._chain = self._build_chain()
+        self._frames = 0
         left_out = self._left_out()
         if left_out:
             why, remedy = (
@@ -99,6 +102,10 @@ class Pipeline:
         InputError
             The frame's size or channels are not the profile's.
         """
+        if self._frames == 1:
+            # who measures a second frame will measure more of them
+            kernels.load()
+        self._frames += 1
         start = perf_counter()
         self._check(frame.pixels.shape, "frame")
         if in_turn(frame):
@@ -146,12 +153,12 @@ class Pipeline:
         return chain
 
     def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
-        if self.reference is None:
+        if self.reference is None or self._drift is None:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             return calibration.measure(frame, Reference(even, frame.channels, frame.full_scale))
         if calibration.follows_drift:
             return calibration.measure(frame, self.reference)
-        return calibration.measure(followed(frame, self.reference), self.reference)
+        return calibration.measure(self._drift.followed(frame), self.reference)
 
     def _uncalibrated(self) -> Calibration | None:
         component = self.profile.calibration

@@ -21,6 +21,14 @@ settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _kernels() -> None:
+    """With the extra ``fast`` all tests see the compiled kernels, unless TACTILE_FAST is 0."""
+    from tactile_core.algorithms import kernels
+
+    kernels.load()
+
+
 @pytest.fixture(scope="session")
 def recordings() -> Path:
     """Folder of real recordings, or skip."""

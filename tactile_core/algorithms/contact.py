@@ -8,10 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.quantile import median, quantile
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
+Float32 = NDArray[np.float32]
 
 _COARSE_PX = 160 * 120
 _NOISE_SAMPLES = 4000
@@ -73,7 +76,7 @@ def contact_mask(
     mask = np.zeros(height_mm.shape, np.uint8)
     shrink = max(1, round(np.sqrt(height_mm.size / _COARSE_PX)))
     size = tuple(max(1, side // shrink) for side in height_mm.shape[::-1])
-    coarse = cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA)
+    coarse = _coarse(height_mm, size, shrink)
     noise_mm = _height_noise(coarse)
     low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
     seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
@@ -98,20 +101,34 @@ def contact_mask(
     return mask.view(bool)
 
 
+def _coarse(height_mm: Float32, size: tuple[int, ...], shrink: int) -> Float32:
+    compiled = kernels.ready()
+    if compiled is not None and all(side % shrink == 0 for side in height_mm.shape):
+        return np.asarray(compiled.shrunk(height_mm, shrink))
+    return np.asarray(cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
 def _height_noise(coarse: Array) -> float:
     """Sigma of the height at rest, from the pixels below it."""
     sample = _sample(coarse)
     below = -sample[sample < 0]
-    return 1.4826 * float(np.median(below)) if len(below) else 0.0
+    return 1.4826 * median(below) if len(below) else 0.0
 
 
-def _steep(coarse: Array, mm_per_px: float, min_slope: float) -> Bool:
-    scale = 0.5 / mm_per_px
+def _steep(coarse: Float32, mm_per_px: float, min_slope: float) -> Bool:
+    slope = _steepness(coarse, 0.5 / mm_per_px)
+    noise = quantile(_sample(slope), 0.25) / _RAYLEIGH_QUARTILE
+    return np.asarray(slope > max(min_slope, _SEEN_SIGMAS * noise))
+
+
+def _steepness(coarse: Float32, scale: float) -> Float32:
+    """Size of the gradient by central differences, ``scale`` of them."""
+    compiled = kernels.ready()
+    if compiled is not None:
+        return np.asarray(compiled.steepness(coarse, scale))
     gx = cv2.Sobel(coarse, cv2.CV_32F, 1, 0, ksize=1, scale=scale)
     gy = cv2.Sobel(coarse, cv2.CV_32F, 0, 1, ksize=1, scale=scale)
-    slope = cv2.magnitude(gx, gy)
-    noise = float(np.quantile(_sample(slope), 0.25)) / _RAYLEIGH_QUARTILE
-    return np.asarray(slope > max(min_slope, _SEEN_SIGMAS * noise))
+    return np.asarray(cv2.magnitude(gx, gy, gx))
 
 
 def _sample(image: Array) -> Array:

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.shrinking import shrunk
 
 Array = NDArray[Any]
@@ -31,6 +32,51 @@ _LEAST, _ENOUGH = 0.2, 0.35
 
 _ROUNDS = 3
 _DARK, _FULL = 0.02, 0.988
+
+
+class RestingLevels:
+    """The levels of the untouched sensor at a few places, for frames to be compared with.
+
+    Parameters
+    ----------
+    reference : (H, W, K)
+        The untouched sensor.
+    full_scale : float
+        The intensity at which a channel saturates.
+    """
+
+    def __init__(self, reference: Array, full_scale: float) -> None:
+        rows, columns, _ = reference.shape
+        self._cells = min(_COLUMNS, columns), min(_ROWS, rows)
+        across, down = (
+            np.linspace(0, size - 1, min(size, 2 * cells)).astype(np.intp)
+            for size, cells in zip((columns, rows), self._cells, strict=True)
+        )
+        self._places = np.ix_(down, across)
+        self._full_scale = full_scale
+        self._untouched = self._few(reference)
+        self._bright = (self._untouched > _DARK * full_scale).all(axis=1)
+
+    def gains(self, pixels: Array, marks: Array | None = None) -> Array:
+        """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
+        seen = self._few(pixels)
+        lowest, highest = seen.min(axis=1), seen.max(axis=1)
+        good = (lowest > _DARK * self._full_scale) & (highest < _FULL * self._full_scale)
+        good &= self._bright
+        if marks is not None:
+            good &= self._few(marks.view(np.uint8)[..., None])[:, 0] == 0
+        if good.sum() < _FEWEST:
+            return np.ones(pixels.shape[2], np.float32)
+        gain, share = _resting_gain(np.log(seen[good] / self._untouched[good]))
+        if np.abs(gain).max() > _MOST:
+            return np.ones(pixels.shape[2], np.float32)
+        trust = min(max((share - _LEAST) / (_ENOUGH - _LEAST), 0.0), 1.0)
+        return np.asarray(np.exp(trust * gain), np.float32)
+
+    def _few(self, pixels: Array) -> Array:
+        """(N, K) float32: means of neighbouring samples on a coarse grid."""
+        some = pixels[self._places].astype(np.float32)
+        return shrunk(some, self._cells).reshape(-1, pixels.shape[2])
 
 
 def channel_gains(
@@ -55,24 +101,7 @@ def channel_gains(
     (K,) float32
         Within 10 % of 1; exactly 1 where too little of the skin rests to tell.
     """
-    seen, untouched = _few(pixels), _few(reference)
-    usable = (untouched > _DARK * full_scale) & (seen > _DARK * full_scale)
-    usable &= seen < _FULL * full_scale
-    good = usable.all(axis=1)
-    if marks is not None:
-        good &= _few(marks.view(np.uint8)[..., None])[:, 0] == 0
-    if good.sum() < _FEWEST:
-        return np.ones(pixels.shape[2], np.float32)
-    logs = np.log(seen[good] / untouched[good])
-    gain = _modes(logs)
-    for _ in range(_ROUNDS):
-        weight = np.square(np.maximum(1 - np.square((logs - gain) / _NEAR).mean(axis=1) / 2, 0))
-        gain = weight @ logs / max(float(weight.sum()), 1e-6)
-    share = float(np.mean(np.abs(logs - gain).max(axis=1) < 2 * _NEAR))
-    if np.abs(gain).max() > _MOST:
-        return np.ones(pixels.shape[2], np.float32)
-    trust = min(max((share - _LEAST) / (_ENOUGH - _LEAST), 0.0), 1.0)
-    return np.asarray(np.exp(trust * gain), np.float32)
+    return RestingLevels(reference, full_scale).gains(pixels, marks)
 
 
 def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
@@ -107,15 +136,20 @@ def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
     return np.where(levels < _FULL * full_scale, steady, np.float32(full_scale))
 
 
-def _few(pixels: Array) -> Array:
-    """(N, K) float32: means of neighbouring samples on a coarse grid."""
-    rows, columns, channels = pixels.shape
-    cells = min(_COLUMNS, columns), min(_ROWS, rows)
-    for axis, most in ((0, 2 * cells[1]), (1, 2 * cells[0])):
-        size = pixels.shape[axis]
-        at = np.linspace(0, size - 1, min(size, most)).astype(np.intp)
-        pixels = np.take(pixels, at, axis=axis)
-    return shrunk(pixels.astype(np.float32), cells).reshape(-1, channels)
+def _resting_gain(logs: Array) -> tuple[Array, float]:
+    """Gain of (N, K) logarithms, and the share of them that agrees with it."""
+    gain = _modes(logs)
+    compiled = kernels.ready()
+    if compiled is not None:
+        gain, share = compiled.resting_gain(logs, gain, _NEAR, _ROUNDS)
+        return gain, share
+    logs = np.ascontiguousarray(logs.T)
+    for _ in range(_ROUNDS):
+        square = np.square(logs - gain[:, None]).sum(axis=0)
+        weight = np.square(np.maximum(1 - square / (2 * len(logs) * _NEAR**2), 0))
+        gain = logs @ weight / max(float(weight.sum()), 1e-6)
+    agreeing = np.abs(logs - gain[:, None]).max(axis=0) < 2 * _NEAR
+    return gain, np.count_nonzero(agreeing) / logs.shape[1]
 
 
 def _modes(logs: Array) -> Array:

@@ -59,7 +59,7 @@ def marker_mask(pixels: Array, *, diameter_px: float, darkness: float = 0.12) ->
     closed = _closed(brightness, diameter_px / shrink)
     bound = cv2.addWeighted(closed, 1 - darkness, closed, 0.0, 0.0)
     dark = cv2.compare(brightness, bound, cv2.CMP_LT)
-    dark = cv2.resize(dark, pixels.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+    dark = _enlarged(dark, shrink, pixels.shape[:2])
     return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)) > 0)
 
 
@@ -162,8 +162,23 @@ def _brightness(pixels: Array, shrink: int) -> Array:
         pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
     if pixels.ndim == 2:
         return pixels
+    if pixels.shape[2] == 3 and pixels.dtype == np.uint8:
+        # a third of the time of the general way, and to the same byte
+        first, second, third = cv2.split(pixels)
+        total = cv2.add(first, second, dtype=cv2.CV_16U)
+        total = cv2.add(total, third, dtype=cv2.CV_16U)
+        return np.asarray(cv2.convertScaleAbs(total, alpha=1 / 3))
     share = np.full((1, pixels.shape[2]), 1 / pixels.shape[2], np.float32)
     return cv2.transform(pixels, share).reshape(pixels.shape[:2])
+
+
+def _enlarged(dark: Array, times: int, shape: tuple[int, ...]) -> Array:
+    """Repeat each pixel of a shrunk (h, w) uint8 image, up to an (H, W) shape."""
+    if (dark.shape[0] * times, dark.shape[1] * times) != shape:
+        return np.asarray(cv2.resize(dark, shape[::-1], interpolation=cv2.INTER_NEAREST))
+    # much faster than any interpolation: channels that are all alike are pixels side by side
+    wide = np.asarray(cv2.merge([dark] * times)).reshape(len(dark), -1)
+    return np.repeat(wide, times, axis=0)
 
 
 def _closed(brightness: Array, diameter_px: float) -> Array:

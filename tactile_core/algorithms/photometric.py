@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.shrinking import shrunk
 
 Float32 = NDArray[np.float32]
@@ -81,12 +82,16 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
     step = max(1, size_px // 8)
     coarse = max(1, columns // step), max(1, rows // step)
     box = (max(3, size_px // step) | 1,) * 2
-    without = cv2.bitwise_and(pixels, pixels, mask=skin)
-    small = shrunk(np.asarray(without).reshape(pixels.shape), coarse)
+    with borrowed(pixels.shape, pixels.dtype) as without:
+        without.fill(0)
+        cv2.copyTo(pixels, skin, without)
+        small = shrunk(without, coarse)
     share = cv2.resize(skin, coarse, interpolation=cv2.INTER_AREA)
     total = cv2.blur(np.asarray(small, np.float32), box).reshape(coarse[1], coarse[0], channels)
     count = np.maximum(cv2.blur(np.asarray(share, np.float32), box) / 255, 1e-3)
-    around = np.asarray(total / count[..., None]).astype(pixels.dtype)
+    # a count per channel: numpy is slow where one number serves so few
+    counts = np.repeat(count, channels, axis=1).reshape(total.shape)
+    around = np.asarray(total / counts).astype(pixels.dtype)
     filled = np.asarray(cv2.resize(around, (columns, rows), interpolation=cv2.INTER_LINEAR))
     cv2.copyTo(pixels, skin, filled)
     return filled.reshape(pixels.shape)

@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.quantile import median
+
 Array = NDArray[Any]
 
 _SAMPLES = 1200
@@ -23,12 +26,20 @@ class RestPlane(NamedTuple):
     slope_x: float
     slope_y: float
 
-    def removed_from(self, height_mm: Array, mm_per_px: float) -> Array:
-        """Return the (H, W) height above this plane, in the dtype of ``height_mm``."""
+    def removed_from(self, height_mm: Array, mm_per_px: float, out: Array | None = None) -> Array:
+        """Return the (H, W) height above this plane, in the dtype of ``height_mm``.
+
+        ``out`` may hold the result; ``height_mm`` itself as well.
+        """
         rows, columns = height_mm.shape
         down = self.slope_y * mm_per_px * (np.arange(rows) - (rows - 1) / 2)
         across = self.slope_x * mm_per_px * (np.arange(columns) - (columns - 1) / 2)
-        above = height_mm - (self.level_mm + down[:, None]).astype(height_mm.dtype)
+        levels = (self.level_mm + down[:, None]).astype(height_mm.dtype)
+        compiled = kernels.ready()
+        if compiled is not None and out is height_mm and out.dtype == np.float32:
+            compiled.lower(out, levels[:, 0], across.astype(np.float32))
+            return out
+        above = np.subtract(height_mm, levels, out=out)
         if self.slope_x:
             above -= across.astype(height_mm.dtype)
         return np.asarray(above)
@@ -62,24 +73,31 @@ def rest_plane(
     """
     rows, columns = height_mm.shape
     step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
-    y, x = np.mgrid[step // 2 : rows : step, step // 2 : columns : step].astype(float)
-    z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
-    z = z.astype(float)
-    x = (x.ravel() - (columns - 1) / 2) * mm_per_px
-    y = (y.ravel() - (rows - 1) / 2) * mm_per_px
-    tilt = np.array([np.median(p), np.median(q)], float)
+    compiled = kernels.ready()
+    if compiled is not None:
+        regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
+        images = height_mm, gx, gy
+        return RestPlane(
+            *compiled.rest_plane(images, step, mm_per_px, drift_slope, _LEAST_CALM, regression)
+        )
+    z, p, q = (
+        a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
+    )
+    y = (np.arange(step // 2, rows, step) - (rows - 1) / 2) * mm_per_px
+    x = (np.arange(step // 2, columns, step) - (columns - 1) / 2) * mm_per_px
+    x, y = np.tile(x, len(y)), np.repeat(y, len(x))
+    tilt = median(p), median(q)
     deviation = np.hypot(p - tilt[0], q - tilt[1])
     calm = deviation < drift_slope
-    if calm.mean() < _LEAST_CALM or np.hypot(*tilt) > drift_slope:
+    if calm.sum() < _LEAST_CALM * len(calm) or np.hypot(*tilt) > drift_slope:
         slope = np.hypot(p, q)
-        return RestPlane(_commonest(z[slope <= np.median(slope)])[0], 0.0, 0.0)
-    flatter = deviation <= np.median(deviation)
-    level, spread = _commonest((z - tilt[0] * x - tilt[1] * y)[flatter])
-    terms = np.stack([np.ones_like(x), x, y], axis=1)[calm]
+        return RestPlane(_commonest(z[slope <= median(slope)])[0], 0.0, 0.0)
+    level, spread = _commonest((z - tilt[0] * x - tilt[1] * y)[deviation <= median(deviation)])
+    terms = np.stack([np.ones_like(x), x, y])[:, calm]
     plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)
     if np.hypot(plane[1], plane[2]) > drift_slope:
-        plane = np.array([level, *tilt])
-    return RestPlane(*(float(value) for value in plane))
+        return RestPlane(level, *tilt)
+    return RestPlane(*plane.tolist())
 
 
 def _commonest(values: Array) -> tuple[float, float]:
@@ -92,14 +110,15 @@ def _commonest(values: Array) -> tuple[float, float]:
 
 
 def _robust_plane(terms: Array, z: Array, plane: Array, sigma: float) -> Array:
-    """Tukey's biweight regression from a good start."""
+    """Tukey's biweight regression of (N,) on (3, N) terms from a good start."""
+    # a tiny ridge keeps an image of one row or one column solvable
+    ridge = 1e-12 * len(z) * np.eye(3)
+    residual = z - plane @ terms
     for _ in range(_ROUNDS):
-        residual = z - terms @ plane
-        near = np.abs(residual) / (_CUT_SIGMAS * max(sigma, _FLOOR_MM))
-        weight = np.where(near < 1, (1 - near**2) ** 2, 0)
-        weighted = terms * weight[:, None]
-        # a tiny ridge keeps an image of one row or one column solvable
-        normal = weighted.T @ terms + 1e-12 * len(z) * np.eye(3)
-        plane = plane + np.linalg.solve(normal, weighted.T @ residual)
-        sigma = 1.4826 * float(np.median(np.abs(z - terms @ plane)[near < 1]))
+        near = residual / (_CUT_SIGMAS * max(sigma, _FLOOR_MM))
+        near *= near
+        weighted = terms * np.square(1 - np.minimum(near, 1))
+        plane = plane + np.linalg.solve(weighted @ terms.T + ridge, weighted @ residual)
+        residual = z - plane @ terms
+        sigma = 1.4826 * median(np.abs(residual[near < 1]))
     return plane

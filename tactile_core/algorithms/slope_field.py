@@ -8,7 +8,6 @@ on the coarse grid. Small images and other channel counts take the model everywh
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -16,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.photometric import (
     DARK_FRACTION,
@@ -23,7 +23,8 @@ from tactile_core.algorithms.photometric import (
     place,
     relative_change,
 )
-from tactile_core.algorithms.sines import planes_to_gradient, to_gradient
+from tactile_core.algorithms.scratch import borrowed
+from tactile_core.algorithms.sines import STEEPEST_SINE, planes_to_gradient, to_gradient
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
@@ -85,7 +86,6 @@ class SlopeField:
         self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
-        self._scratch = _Scratch((h, w))
 
     def measure(
         self, pixels: NDArray[Any], marks: Bool | None = None
@@ -103,17 +103,18 @@ class SlopeField:
             smoothed = self._smoothing.apply(pixels, marks)
             both = to_gradient(self._from_model(smoothed)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
-        out = self._scratch.smoothed if pixels.dtype == np.uint8 else None
-        smoothed = self._smoothing.apply(pixels, marks, out)
         sines = np.empty((h, w), np.float32), np.empty((h, w), np.float32)
-        cv2.split(self._from_table(self._table, smoothed), sines)
-        coarse = self._from_model(self._averaged(smoothed))
-        spare = self._scratch.plane
-        for k, plane in enumerate(sines):
-            missing = coarse[:, k].reshape(self._coarse[::-1]) - self._averaged(plane)
-            cv2.resize(missing, (w, h), dst=spare, interpolation=cv2.INTER_LINEAR)
-            cv2.add(plane, spare, dst=plane)
-        planes_to_gradient(*sines, spare)
+        with borrowed(pixels.shape, pixels.dtype) as out:
+            smoothed = self._smoothing.apply(pixels, marks, out)
+            self._look_up(self._table, smoothed, sines)
+            coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
+        missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(sines)]
+        compiled = kernels.ready()
+        if compiled is None:
+            self._correct(sines, missing)
+        else:
+            across = [cv2.resize(m, (w, len(m)), interpolation=cv2.INTER_LINEAR) for m in missing]
+            compiled.to_slopes(*across, STEEPEST_SINE, *sines)
         return *sines, None
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
@@ -130,34 +131,47 @@ class SlopeField:
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
-    def _from_table(self, table: ColourTable, smoothed: NDArray[Any]) -> Float32:
-        """(H, W, 2) sines of each pixel's entry; valid until the thread's next call."""
-        if smoothed.dtype == np.uint8:
-            ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
-            # On one channel the subtraction takes a scalar, and saturates at the first entry.
-            rows = np.asarray(ratio).reshape(len(ratio), -1)
-            rows = np.asarray(cv2.subtract(rows, np.array([table.axis.first], float)))
-            bins = np.asarray(cv2.min(rows, np.array([table.axis.last], float)))
-            bins = bins.reshape(smoothed.shape)
-        else:
+    def _look_up(
+        self, table: ColourTable, smoothed: NDArray[Any], sines: tuple[Float32, Float32]
+    ) -> None:
+        """Write the sines of each pixel's entry."""
+        h, w = smoothed.shape[:2]
+        compiled = kernels.ready()
+        if compiled is not None and smoothed.dtype == np.uint8:
+            rows = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
+            axis = table.axis.per_unit, table.axis.first, table.axis.count
+            pairs = table.sines.view(np.int64).reshape(-1)
+            compiled.sines_of_bytes(*rows, pairs, axis, *sines)
+            return
+        bins = self._bins(table, smoothed)
+        with borrowed((h, w), np.complex64) as found:
+            with borrowed((h, w, 4), np.uint8) as quadruples:
+                cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=quadruples)
+                entry = quadruples.view(np.uint32)[..., 0]
+                np.bitwise_and(entry, _NO_ALPHA, out=entry)
+                self._flat.take(entry.view(np.int32), out=found, mode="clip")
+            cv2.split(found.view(np.float32).reshape(h, w, 2), sines)
+
+    def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
+        """(H, W, 3) entry of each channel."""
+        if smoothed.dtype != np.uint8:
             change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
-            bins = table.bins(change)
-        scratch = self._scratch
-        cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=scratch.entry)
-        entry = scratch.entry.view(np.uint32)[..., 0]
-        np.bitwise_and(entry, _NO_ALPHA, out=entry)
-        self._flat.take(entry.view(np.int32), out=scratch.detail, mode="clip")
-        return scratch.detail.view(np.float32).reshape(*entry.shape, 2)
+            return table.bins(change)
+        ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
+        # On one channel the subtraction takes a scalar, and saturates at the first entry.
+        rows = np.asarray(ratio).reshape(len(ratio), -1)
+        cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
+        cv2.min(rows, np.array([table.axis.last], float), dst=rows)
+        return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
-
-class _Scratch(threading.local):
-    """Buffers of one thread: fresh megabytes for every frame would cost more than the work."""
-
-    def __init__(self, shape: tuple[int, int]) -> None:
-        self.smoothed = np.empty((*shape, 3), np.uint8)
-        self.entry = np.empty((*shape, 4), np.uint8)
-        self.detail = np.empty(shape, np.complex64)
-        self.plane = np.empty(shape, np.float32)
+    def _correct(self, sines: tuple[Float32, Float32], missing: list[Float32]) -> None:
+        """Add what the coarse grid misses, and turn sines into slopes."""
+        h, w = sines[0].shape
+        with borrowed((h, w), np.float32) as spare:
+            for plane, coarse in zip(sines, missing, strict=True):
+                cv2.resize(coarse, (w, h), dst=spare, interpolation=cv2.INTER_LINEAR)
+                cv2.add(plane, spare, dst=plane)
+            planes_to_gradient(*sines, spare)
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

@@ -13,7 +13,7 @@ import numpy as np
 from tactile_core.acquisition import Acquisition
 from tactile_core.benching.still import StillCamera
 from tactile_core.benching.unit import VirtualUnit
-from tactile_core.drift import followed
+from tactile_core.drift import DriftFollower
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
 from tactile_core.pipeline import Pipeline
@@ -41,6 +41,8 @@ class Stream:
         self._bundle = unit.bundle
         self._frames = cycle(unit.frames)
         self._marks = MarkFinder.of(unit.profile, self._pipeline.reference)
+        assert self._pipeline.reference is not None
+        self._drift = DriftFollower(self._pipeline.reference)
         image = unit.profile.image
         _, self._lights = devices(unit.profile)
         self._lights.open()
@@ -82,7 +84,7 @@ class Stream:
                 frame = replace(frame, marks=self._marks.find(frame.pixels))
         calibration = self._bundle.calibration
         with _timed(times, SLOPES):
-            lit = frame if calibration.follows_drift else followed(frame, reference)
+            lit = frame if calibration.follows_drift else self._drift.followed(frame)
             measured = calibration.measure(lit, reference)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,

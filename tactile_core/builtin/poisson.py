@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat
@@ -49,10 +48,10 @@ class Poisson(Estimator):
         """Return the height, 0 at rest and positive where pressed."""
         gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
         solver = PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=self._boundary)
-        height = height_map(solver.solve(gx, gy), gradients, self.context)
+        height_mm = solver.solve(gx, gy)
         if self._boundary == "neumann":
-            return above_rest(height, gradients, self._drift_slope)
-        return height
+            set_to_rest(height_mm, gradients, self._drift_slope)
+        return height_map(height_mm, gradients, self.context)
 
 
 def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
@@ -62,12 +61,13 @@ def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext)
     )
 
 
-def above_rest(height: HeightMap, gradients: Gradients, drift_slope: float) -> HeightMap:
-    """Return the height that was integrated from these slopes, with the untouched skin at 0.
+def set_to_rest(height_mm: Float32, gradients: Gradients, drift_slope: float) -> None:
+    """Shift the height that was integrated from these slopes; the untouched skin is then at 0.
 
     See :func:`tactile_core.algorithms.rest.rest_plane`.
     """
+    scale = gradients.mm_per_px
     plane = rest_plane(
-        height.mm, gradients.x, gradients.y, mm_per_px=height.mm_per_px, drift_slope=drift_slope
+        height_mm, gradients.x, gradients.y, mm_per_px=scale, drift_slope=drift_slope
     )
-    return replace(height, mm=plane.removed_from(height.mm, height.mm_per_px))
+    plane.removed_from(height_mm, scale, out=height_mm)

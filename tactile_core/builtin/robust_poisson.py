@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
 from tactile_core import device
 from tactile_core.algorithms.poisson import integrate_robustly
-from tactile_core.builtin.poisson import DRIFT_SLOPE, DriftSlope, above_rest, height_map
+from tactile_core.builtin.poisson import DRIFT_SLOPE, DriftSlope, height_map, set_to_rest
 from tactile_core.estimator import Estimator, SensorContext
 from tactile_core.quantities import Gradients, HeightMap
 
@@ -50,5 +50,5 @@ class RobustPoisson(Estimator):
             outlier_slope=self._outlier_slope,
             rounds=self._rounds,
         )
-        height = height_map(height_mm, gradients, self.context)
-        return above_rest(height, gradients, self._drift_slope)
+        set_to_rest(height_mm, gradients, self._drift_slope)
+        return height_map(height_mm, gradients, self.context)

@@ -63,6 +63,17 @@ class LightField:
         facing = self.facing.T @ terms[: len(self.facing)]
         return np.asarray(np.concatenate([across, facing[None]]), np.float32)
 
+    def along_columns(self, x: Float32) -> Float32:
+        """M along columns at (W,) places x, as (K, 3, 3, W) coefficients of 1, y and y²."""
+        one, zero = np.ones_like(x), np.zeros_like(x)
+        terms = np.array([[one, x, zero, x * x, zero, zero], [zero, zero, one, zero, x, zero]])
+        terms = np.concatenate([terms, np.zeros_like(terms[:1])])
+        terms[2, 5] = one
+        facing = np.concatenate([self.facing, np.zeros_like(self.facing)])
+        both = np.concatenate([self.across, facing[None]])
+        powers = np.einsum("jtk,ptw->kjpw", both, terms)
+        return np.ascontiguousarray(powers, np.float32)
+
     def arrays(self) -> dict[str, NDArray[Any]]:
         """What :meth:`from_arrays` takes, by name."""
         return {"exponents": self.exponents, "across": self.across, "facing": self.facing}

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.photometric import DARK_FRACTION, place
+from tactile_core.algorithms.scratch import borrowed
 from tactile_desktop_six_led.lamp_drift import LampDrift
 from tactile_desktop_six_led.light_field import DIMMEST, LightField
 from tactile_desktop_six_led.redundancy import Redundancy
@@ -21,11 +22,6 @@ Bool = NDArray[np.bool_]
 _LEAST_FACING = np.float32(0.2)
 """Of a skin that faces the camera with 1; less makes slopes without bound."""
 
-_STEP = 2
-"""Every so many pixels lamps are checked against each other, and around where they disagree all."""
-
-_FEW = np.s_[:, _STEP // 2 :: _STEP, _STEP // 2 :: _STEP]
-
 _SPARSE_ROWS = 60
 """Drift of the lamps is told by so many rows of pixels."""
 
@@ -35,8 +31,7 @@ _LEVELS = np.arange(256, dtype=np.float32)
 class StereoField:
     """Photometric stereo of one unit against one reference.
 
-    What depends on the place alone is multiplied out once: with the responses of the untouched
-    skin folded into M, a frame costs a table look-up per lamp and 3 K multiply-adds per pixel.
+    Several threads may measure at once.
 
     Parameters
     ----------
@@ -67,22 +62,19 @@ class StereoField:
         base = np.stack(self._sampling.planes(reference, marks)).astype(np.float32)
         lamps, height, width = base.shape
         self._place = place((height, width)).reshape(-1, 2)
-        # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, of which the second factor joins M.
+        # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, of which the second factor is known beforehand.
         exponents = field.exponents[:, None, None]
         self._untouched = np.maximum(base, np.float32(DARK_FRACTION * full_scale)) ** -exponents
-        self._few_untouched = np.ascontiguousarray(self._untouched[_FEW])
-        rows = field.rows(self._place).reshape(3, lamps, height, width)
-        self._constant = -rows.sum(1)
-        self._constant[2] += 1
-        self._weights = rows * self._untouched
+        self._rows = field.rows(self._place).reshape(3, lamps, height, width)
+        spots = self._place.reshape(height, width, 2)
+        self._columns = spots[:, 0, 1].copy(), field.along_columns(spots[0, :, 0])
         self._dimmest = np.float32(DIMMEST * full_scale)
         step = max(1, min(height, width) // _SPARSE_ROWS)
         self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
         sparse = (slice(None), *self._sparse)
         self._sparse_untouched = np.ascontiguousarray(self._untouched[sparse])
-        sparse_rows = rows[(slice(None), *sparse)].reshape(3, lamps, -1)
+        sparse_rows = self._rows[(slice(None), *sparse)].reshape(3, lamps, -1)
         self._sparse_rows = np.ascontiguousarray(sparse_rows)
-        self._scratch = _Scratch(lamps, height, width)
 
     def measure(
         self, pixels: NDArray[Any], marks: Bool | None = None
@@ -95,85 +87,97 @@ class StereoField:
         marks : (H, W) bool, optional
         """
         planes = self._sampling.planes(pixels, marks)
-        gains = self._gains(planes)
-        powers = self._powers(planes, gains, self._scratch.powers)
-        b = self._directions(powers)
-        unsure = np.zeros(b.shape[1:], np.uint8)
-        odd, response = self._odd(powers)
-        if len(odd):
-            self._mend(odd, response, b, unsure)
-        np.maximum(b[2], _LEAST_FACING, out=b[2])
-        shape = pixels.shape[:2]
-        gx, gy = (self._sampling.enlarged(cv2.divide(side, b[2]), shape) for side in b[:2])
-        return gx, gy, self._sampling.enlarged(unsure, shape) == 0
+        height, width = self._untouched.shape[1:]
+        with borrowed((2, height, width), np.float32) as sides:
+            odd, response = self._solve(planes, self._gains(planes), sides)
+            unsure = self._mend(odd, response, sides)
+            shape = pixels.shape[0], pixels.shape[1]
+            gx, gy = (self._sampling.enlarged(side, shape) for side in sides)
+        if not len(unsure):
+            return gx, gy, np.ones(shape, np.bool_)
+        coarse = np.zeros((height, width), np.uint8)
+        coarse.ravel()[unsure] = 1
+        return gx, gy, self._sampling.enlarged(coarse, shape) == 0
 
     def gains(self, pixels: NDArray[Any], marks: Bool | None = None) -> Float32:
         """(K,) brightness of each lamp in (H, W, K) pixels over that at calibration."""
         return self._gains(self._sampling.planes(pixels, marks))
 
-    def _odd(self, powers: Float32) -> tuple[NDArray[np.intp], Float32]:
-        """Flat indices of pixels on which the lamps do not agree, and their (K, N) responses."""
-        few = powers[_FEW] * self._few_untouched
-        few -= 1
-        suspect = self._disagree(few.reshape(len(few), -1)).reshape(few.shape[1:])
-        near = cv2.dilate(suspect.view(np.uint8), np.ones((3, 3), np.uint8))
-        height, width = powers.shape[1:]
-        near = cv2.resize(near, (width, height), interpolation=cv2.INTER_NEAREST)
-        at = np.flatnonzero(near)
-        lamps = len(powers)
-        response = powers.reshape(lamps, -1)[:, at] * self._untouched.reshape(lamps, -1)[:, at]
-        response -= 1
-        odd = self._disagree(response)
-        return at[odd], response[:, odd]
-
-    def _disagree(self, response: Float32) -> Bool:
-        return np.asarray(self._redundancy.misfit(response) > self._redundancy.tolerance)
-
-    def _mend(
-        self, odd: NDArray[np.intp], response: Float32, b: Float32, unsure: NDArray[np.uint8]
-    ) -> None:
-        """Write the normals of odd pixels, with spoilt lamps replaced, into b."""
-        mended, sure = self._redundancy.mended(response)
-        unsure.ravel()[odd] = ~sure
-        b.reshape(3, -1)[:, odd] = self._field.directions(mended, self._place[odd])
-
     def _gains(self, planes: list[NDArray[Any]]) -> Float32:
-        sparse = [plane[self._sparse] for plane in planes]
+        sparse = [np.ascontiguousarray(plane[self._sparse]) for plane in planes]
         same = np.ones(len(planes), np.float32)
-        powers = self._powers(sparse, same, np.empty_like(self._sparse_untouched))
-        response = (powers * self._sparse_untouched - 1).reshape(len(planes), -1)
-        b = np.einsum("jkn,kn->jn", self._sparse_rows, response)
+        response = np.empty_like(self._sparse_untouched)
+        self._respond(sparse, same, self._sparse_untouched, response)
+        flat = response.reshape(len(planes), -1)
+        b = np.einsum("jkn,kn->jn", self._sparse_rows, flat)
         b[2] += 1
         sines = b[:2] / np.sqrt(np.einsum("jn,jn->n", b, b))
-        return self._drift.gains(response, sines, self._redundancy)
+        return self._drift.gains(flat, sines, self._redundancy)
 
-    def _powers(self, planes: list[NDArray[Any]], gains: Float32, out: Float32) -> Float32:
-        """(K, H, W) intensities over their lamp's gain, to its exponent."""
-        for plane, gain, exponent, power in zip(
-            planes, gains, self._field.exponents, out, strict=True
-        ):
+    def _solve(
+        self, planes: list[NDArray[Any]], gains: Float32, sides: Float32
+    ) -> tuple[NDArray[np.intp], Float32]:
+        """Write (2, H, W) slopes; return pixels whose lamps disagree, and their responses."""
+        if kernels.ready() is not None and planes[0].dtype == np.uint8:
+            return self._solve_compiled(planes, gains, sides)
+        shape = self._untouched.shape
+        with borrowed(shape, np.float32) as response, borrowed((3, *shape[1:]), np.float32) as b:
+            self._respond(planes, gains, self._untouched, response)
+            b[:2] = 0
+            b[2] = 1
+            for component, rows in zip(b, self._rows, strict=True):
+                for lamp, row in zip(response, rows, strict=True):
+                    cv2.accumulateProduct(lamp, row, component)
+            np.maximum(b[2], _LEAST_FACING, out=b[2])
+            for component, side in zip(b, sides, strict=False):
+                cv2.divide(component, b[2], dst=side)
+            flat = response.reshape(len(response), -1)
+            odd = np.flatnonzero(self._redundancy.misfit(flat) > self._redundancy.tolerance)
+            return odd, flat[:, odd]
+
+    def _solve_compiled(
+        self, planes: list[NDArray[Any]], gains: Float32, sides: Float32
+    ) -> tuple[NDArray[np.intp], Float32]:
+        from tactile_desktop_six_led.kernels import solve
+
+        redundancy = self._redundancy.combinations, self._redundancy.tolerance
+        tables = self._tables(gains)
+        with borrowed(self._untouched.shape, np.uint8) as stacked:
+            np.stack(planes, out=stacked)
+            with borrowed(sides.shape[1:], np.bool_) as disagree:
+                given = stacked, tables, self._untouched, self._columns, redundancy
+                solve(*given, _LEAST_FACING, sides, disagree)
+                odd = np.flatnonzero(disagree)
+            levels = stacked.reshape(len(planes), -1)[:, odd]
+        lamps = np.arange(len(planes))[:, None]
+        untouched = self._untouched.reshape(len(planes), -1)[:, odd]
+        return odd, tables[lamps, levels] * untouched - np.float32(1)
+
+    def _mend(self, odd: NDArray[np.intp], response: Float32, sides: Float32) -> NDArray[np.intp]:
+        """Write slopes with spoilt lamps replaced at odd pixels; return those that stay odd."""
+        if not len(odd):
+            return odd
+        mended, sure = self._redundancy.mended(response)
+        b = self._field.directions(mended, self._place[odd])
+        sides.reshape(2, -1)[:, odd] = b[:2] / np.maximum(b[2], _LEAST_FACING)
+        return odd[~sure]
+
+    def _respond(
+        self, planes: list[NDArray[Any]], gains: Float32, untouched: Float32, out: Float32
+    ) -> None:
+        """Write (K, H, W) linear responses less those of the untouched skin."""
+        tables = self._tables(gains)
+        for k, (plane, response) in enumerate(zip(planes, out, strict=True)):
             if plane.dtype == np.uint8:
-                cv2.LUT(plane, self._power(_LEVELS / gain, exponent), dst=power)
+                cv2.LUT(plane, tables[k], dst=response)
             else:
-                power[...] = self._power(plane / gain, exponent)
-        return out
+                response[...] = self._power(plane / gains[k], self._field.exponents[k])
+        np.multiply(out, untouched, out=out)
+        np.subtract(out, np.float32(1), out=out)
 
-    def _power(self, level: NDArray[Any], exponent: float) -> Float32:
+    def _tables(self, gains: Float32) -> Float32:
+        """(K, 256) powers of the levels of a byte over their lamp's gain."""
+        return self._power(_LEVELS / gains[:, None], self._field.exponents[:, None])
+
+    def _power(self, level: NDArray[Any], exponent: Any) -> Float32:
         return np.asarray(np.maximum(level, self._dimmest) ** exponent, np.float32)
-
-    def _directions(self, powers: Float32) -> Float32:
-        """(3, H, W) unnormalised normals; valid until the thread's next call."""
-        b = self._scratch.directions
-        np.copyto(b, self._constant)
-        for component, weights in zip(b, self._weights, strict=True):
-            for power, weight in zip(powers, weights, strict=True):
-                cv2.accumulateProduct(power, weight, component)
-        return b
-
-
-class _Scratch(threading.local):
-    """Buffers of one thread: fresh megabytes for every frame would cost more than the work."""
-
-    def __init__(self, lamps: int, height: int, width: int) -> None:
-        self.powers = np.empty((lamps, height, width), np.float32)
-        self.directions = np.empty((3, height, width), np.float32)

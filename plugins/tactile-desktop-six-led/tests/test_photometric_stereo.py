@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sines import to_gradient
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
@@ -279,3 +280,22 @@ def test_the_response_of_the_lamps_is_found(rig: Rig) -> None:
     features = np.concatenate([change, rng.uniform(-1, 1, (3000, 2))], 1).astype(np.float32)
     field = fit_light_field(features, (-normal[:, :2]).astype(np.float32))
     assert field(features) == pytest.approx(-normal[:, :2], abs=0.01)
+
+
+@pytest.mark.skipif(kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0")
+@pytest.mark.parametrize("shadowed", [False, True])
+def test_the_compiled_kernel_gives_what_numpy_gives(
+    rig: Rig, fitted: PhotometricStereo, monkeypatch: pytest.MonkeyPatch, shadowed: bool
+) -> None:
+    slopes, _ = ball(SPOT)
+    frame = rig.frame(slopes)
+    if shadowed:
+        pixels = frame.pixels.copy()
+        pixels[30:60, 40:80, 2] //= 3
+        frame = replace(frame, pixels=pixels)
+    fast = fitted.measure(frame, rig.reference())
+    monkeypatch.setattr(kernels, "ready", lambda: None)
+    plain = fitted.measure(frame, rig.reference())
+    np.testing.assert_allclose(fast.x, plain.x, atol=1e-5)
+    np.testing.assert_allclose(fast.y, plain.y, atol=1e-5)
+    np.testing.assert_array_equal(fast.valid, plain.valid)

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.poisson.laplacian import Boundary
+from tactile_core.algorithms.scratch import borrowed
 
 Array = NDArray[Any]
 
@@ -31,16 +33,21 @@ def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
     (H, W) array
         A new one.
     """
-    across, down = np.empty_like(gx), np.empty_like(gy)
+    across = np.empty_like(gx)
+    compiled = kernels.ready()
+    if compiled is not None and boundary == "neumann" and min(gx.shape) > 1:
+        compiled.divergence(gx, gy, across)
+        return across
     flat = gx.reshape(-1)
     if flat.size > 2:
         # the flat difference is wrong at the ends of rows, which follow; it takes a quarter of
         # the time of one over slices of rows
         np.subtract(flat[2:], flat[:-2], out=across.reshape(-1)[1:-1])
     across[:, 0], across[:, -1] = _ends(gx.T, boundary)
-    np.subtract(gy[2:], gy[:-2], out=down[1:-1])
-    down[0], down[-1] = _ends(gy, boundary)
-    across += down
+    with borrowed(gy.shape, gy.dtype) as down:
+        np.subtract(gy[2:], gy[:-2], out=down[1:-1])
+        down[0], down[-1] = _ends(gy, boundary)
+        across += down
     return across
 
 

@@ -5,7 +5,8 @@ Neumann: no face at the border counts; the cosine transform (DCT-II) diagonalise
 
 The cosine transform is made of OpenCV's real DFT where OpenCV has a fast one: as fast as
 ``scipy.fft``, and without its import, which takes half as long as a whole run on one image. Else,
-and for the sine transform, ``scipy.fft`` does it.
+and for the sine transform, ``scipy.fft`` does it. With the compiled kernels only the rows are
+transformed; see :mod:`tactile_core.algorithms.poisson.tridiagonal`.
 """
 
 from __future__ import annotations
@@ -17,15 +18,21 @@ import cv2
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.poisson.cosines import CosineRows, from_dft_order, in_dft_order
+from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
+from tactile_core.algorithms.scratch import borrowed
+
 Array = NDArray[Any]
 Boundary = Literal["neumann", "dirichlet"]
 
+_BAND_PX = 80_000
 _LARGE_PX = 1_000_000
 """Beyond it the many passes of :class:`DftLaplacian` fall out of the cache."""
 
 
 class Laplacian(Protocol):
-    """A Laplacian that can be inverted; immutable."""
+    """A Laplacian that can be inverted, by several threads at once; immutable."""
 
     def solve(self, rhs: Array) -> Array:
         """Return the (H, W) z of L z = rhs, L z = Σ (neighbour − z), in the memory of rhs.
@@ -35,11 +42,21 @@ class Laplacian(Protocol):
         ...
 
 
-@lru_cache(maxsize=4)
 def laplacian(
     shape: tuple[int, int], boundary: Boundary, dtype: DTypeLike = np.float32
 ) -> Laplacian:
-    """Prepare the inverse for one image size, boundary and precision (float32 or float64)."""
+    """Return the inverse for one image size, boundary and precision (float32 or float64)."""
+    dtype = np.dtype(dtype)
+    compiled = kernels.ready() is not None and boundary == "neumann" and dtype == np.float32
+    return _prepared(shape, boundary, dtype, compiled)
+
+
+@lru_cache(maxsize=8)
+def _prepared(
+    shape: tuple[int, int], boundary: Boundary, dtype: np.dtype[Any], compiled: bool
+) -> Laplacian:
+    if compiled:
+        return TridiagonalLaplacian(shape)
     if boundary == "dirichlet":
         return SineLaplacian(shape, dtype)
     if cv2.ipp.useIPP() and shape[0] * shape[1] <= _LARGE_PX:
@@ -83,67 +100,54 @@ class DftLaplacian:
     """Neumann, by OpenCV's real DFT."""
 
     def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float32) -> None:
-        height, width = shape
-        self._rows = CosineRows(width, dtype)
-        self._columns = CosineRows(height, dtype)
-        across = _neumann_eigenvalues(self._rows.frequencies, width)
-        down = _neumann_eigenvalues(self._columns.frequencies, height)
-        self._gain = _inverse(across[:, None] + down, dtype)
+        self._down, self._across = (CosineRows(n, dtype) for n in shape)
+        down, across = (
+            _neumann_eigenvalues(rows.frequencies, rows.length)
+            for rows in (self._down, self._across)
+        )
+        self._gain = _inverse(down[:, None] + across, dtype)
 
     def solve(self, rhs: Array) -> Array:
         """Return the z of L z = rhs."""
-        spare, turned = np.empty_like(rhs), np.empty_like(self._gain)
-        self._rows.forward(rhs, spare)
-        cv2.transpose(rhs, dst=turned)
-        turned_spare = spare.reshape(turned.shape)
-        self._columns.forward(turned, turned_spare)
-        turned *= self._gain
-        self._columns.backward(turned, turned_spare)
-        cv2.transpose(turned, dst=rhs)
-        self._rows.backward(rhs, spare)
+        height, width = rhs.shape
+        down = self._down
+        with (
+            borrowed((height, width), rhs.dtype) as spare,
+            borrowed((width, down.room), rhs.dtype) as memory,
+        ):
+            turned, spare_turned = rhs.reshape(width, height), spare.reshape(width, height)
+            # The samples of a column are brought into their order as whole rows, and then turned.
+            in_dft_order(rhs, spare)
+            cv2.transpose(spare, dst=turned)
+            for band in _bands(turned):
+                down.forward(turned[band], memory[band])
+            in_dft_order(down.coefficients(memory), spare_turned)
+            cv2.transpose(spare_turned, dst=rhs)
+            self._divide(rhs)
+            cv2.transpose(rhs, dst=spare_turned)
+            from_dft_order(spare_turned, down.coefficients(memory))
+            for band in _bands(turned):
+                down.backward(memory[band], turned[band])
+            cv2.transpose(turned, dst=spare)
+            from_dft_order(spare, rhs)
         return rhs
 
+    def _divide(self, rows: Array) -> None:
+        """Divide what each row is made of by its eigenvalue."""
+        across = self._across
+        bands = _bands(rows)
+        with borrowed((bands[0].stop, across.room), rows.dtype) as memory:
+            for band in bands:
+                some = memory[: band.stop - band.start]
+                across.forward(rows[band], some)
+                across.coefficients(some)[:] *= self._gain[band]
+                across.backward(some, rows[band])
 
-class CosineRows:
-    """The DCT-II of each row and its inverse, up to the sign and order of the coefficients.
 
-    With the even samples first and the odd ones reversed behind them, a real DFT of the same
-    length holds the coefficients k and N − k as the real and imaginary part of its entry k, but
-    for a rotation by πk/2N (Makhoul, "A fast cosine transform in one and two dimensions", 1980).
-    They stay in that packed place, since a diagonal operator only needs to know
-    :attr:`frequencies`.
-    """
-
-    def __init__(self, n: int, dtype: DTypeLike) -> None:
-        pairs = np.arange(1, (n + 1) // 2)
-        self.frequencies = np.zeros(n, int)
-        self.frequencies[1 : 2 * len(pairs) : 2] = pairs
-        self.frequencies[2 : 2 * len(pairs) + 1 : 2] = n - pairs
-        if n % 2 == 0:
-            self.frequencies[-1] = n // 2
-        turn = np.exp(-0.5j * np.pi * pairs / n)
-        self._turn = turn.astype(np.result_type(dtype, np.complex64))
-        self._back = self._turn.conj()
-
-    def forward(self, rows: Array, spare: Array) -> None:
-        """Replace the rows by their coefficients; ``spare`` is memory of the same shape."""
-        half = (rows.shape[1] + 1) // 2
-        spare[:, :half] = rows[:, ::2]
-        spare[:, half:] = rows[:, 1::2][:, ::-1]
-        cv2.dft(spare, dst=rows, flags=cv2.DFT_ROWS)
-        self._rotate(rows, self._turn)
-
-    def backward(self, rows: Array, spare: Array) -> None:
-        """Replace the coefficients by the rows that have them."""
-        half = (rows.shape[1] + 1) // 2
-        self._rotate(rows, self._back)
-        cv2.dft(rows, dst=spare, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE)
-        rows[:, ::2] = spare[:, :half]
-        rows[:, 1::2] = spare[:, half:][:, ::-1]
-
-    def _rotate(self, packed: Array, turn: Array) -> None:
-        entries = packed[:, 1 : 1 + 2 * len(turn)].view(turn.dtype)
-        np.multiply(entries, turn, out=entries)
+def _bands(rows: Array) -> list[slice]:
+    """The rows in portions that stay in the cache while they are worked on."""
+    count = max(1, _BAND_PX // rows.shape[1])
+    return [slice(i, min(i + count, len(rows))) for i in range(0, len(rows), count)]
 
 
 def _neumann_eigenvalues(k: Array, n: int) -> Array:

@@ -1,0 +1,102 @@
+"""Compiled loop of :mod:`tactile_desktop_six_led.stereo_field`; importing it imports numba."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.kernels.options import LOOP, ROW
+
+Float32 = NDArray[np.float32]
+
+
+@njit(**ROW)
+def _respond(plane: Any, table: Float32, untouched: Float32, response: Float32) -> None:
+    for x in range(response.size):
+        response[x] = table[plane[x]] * untouched[x] - np.float32(1)
+
+
+@njit(**ROW)
+def _add_lamp(response: Float32, y: Any, rows: Float32, b: Float32) -> None:
+    for x in range(response.size):
+        b[0, x] += response[x] * (rows[0, 0, x] + y * (rows[0, 1, x] + y * rows[0, 2, x]))
+        b[1, x] += response[x] * (rows[1, 0, x] + y * (rows[1, 1, x] + y * rows[1, 2, x]))
+        b[2, x] += response[x] * (rows[2, 0, x] + y * rows[2, 1, x])
+
+
+@njit(**ROW)
+def _add_scaled(response: Float32, factor: Any, left: Float32) -> None:
+    for x in range(left.size):
+        left[x] += response[x] * factor
+
+
+@njit(**ROW)
+def _add_square(left: Float32, square: Float32) -> None:
+    for x in range(square.size):
+        square[x] += left[x] * left[x]
+
+
+@njit(**ROW)
+def _finish(
+    b: Float32, square: Float32, least: Any, limit: Any, gx: Float32, gy: Float32, odd: Any
+) -> None:
+    for x in range(gx.size):
+        facing = np.float32(1) / max(b[2, x], least)
+        gx[x] = b[0, x] * facing
+        gy[x] = b[1, x] * facing
+        odd[x] = square[x] > limit
+
+
+@njit(**LOOP)
+def solve(
+    planes: Any,
+    tables: Float32,
+    untouched: Float32,
+    light: tuple[Float32, Float32],
+    redundancy: tuple[Float32, float],
+    least_facing: Any,
+    sides: Float32,
+    odd: Any,
+) -> None:
+    """Slopes of each pixel, and whether its lamps contradict each other.
+
+    Parameters
+    ----------
+    planes : (K, H, W) uint8
+        Smoothed exposures.
+    tables : (K, 256) float32
+        Linear response of each level.
+    untouched : (K, H, W) float32
+        Inverse linear response of the untouched skin.
+    light : (H,) and (K, 3, 3, W) float32
+        Places along y, and the light field M of each lamp along x: its powers 0, 1 and 2 of y.
+    redundancy : (K − 3, K) float32 and float
+        Combinations that vanish, and how far they may be off.
+    least_facing : float32
+    sides : (2, H, W) float32
+        Overwritten by slopes.
+    odd : (H, W) bool
+        Overwritten.
+    """
+    lamps, height, width = untouched.shape
+    places, rows = light
+    combinations, tolerance = redundancy
+    response, b = np.empty((lamps, width), np.float32), np.empty((3, width), np.float32)
+    left, square = np.empty(width, np.float32), np.empty(width, np.float32)
+    limit = np.float32(tolerance * tolerance)
+    for y in range(height):
+        b[:2] = 0
+        b[2] = 1
+        for k in range(lamps):
+            _respond(planes[k, y], tables[k], untouched[k, y], response[k])
+            _add_lamp(response[k], places[y], rows[k], b)
+        square[:] = 0
+        for c in range(len(combinations)):
+            left[:] = 0
+            for k in range(lamps):
+                _add_scaled(response[k], combinations[c, k], left)
+            _add_square(left, square)
+        _finish(b, square, least_facing, limit, sides[0, y], sides[1, y], odd[y])

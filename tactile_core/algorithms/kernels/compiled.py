@@ -1,0 +1,25 @@
+"""Every kernel, by name; importing this module imports numba."""
+
+from tactile_core.algorithms.kernels.integration import (
+    divergence,
+    from_dft_order,
+    in_dft_order,
+    solve_columns,
+)
+from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
+from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.touching import shrunk, steepness
+
+__all__ = [
+    "divergence",
+    "from_dft_order",
+    "in_dft_order",
+    "lower",
+    "rest_plane",
+    "resting_gain",
+    "shrunk",
+    "sines_of_bytes",
+    "solve_columns",
+    "steepness",
+    "to_slopes",
+]

@@ -1,0 +1,159 @@
+"""Kernels of :mod:`tactile_core.algorithms.poisson`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.kernels.options import LOOP, ROW
+
+Float32 = NDArray[np.float32]
+
+
+@njit(**ROW)
+def _difference(first: Float32, second: Float32, out: Float32) -> None:
+    for j in range(out.size):
+        out[j] = second[j] - first[j]
+
+
+@njit(**ROW)
+def _add_difference(first: Float32, second: Float32, out: Float32) -> None:
+    for j in range(out.size):
+        out[j] += second[j] - first[j]
+
+
+@njit(**ROW)
+def _sum(first: Float32, second: Float32, sign: Any, out: Float32) -> None:
+    for j in range(out.size):
+        out[j] = sign * (first[j] + second[j])
+
+
+@njit(**LOOP)
+def divergence(gx: Float32, gy: Float32, out: Float32) -> None:
+    """Twice the divergence with free borders, of at least 2 × 2 pixels."""
+    rows, columns = gx.shape
+    for i in range(rows):
+        to = out[i]
+        if i == 0:
+            _sum(gy[0], gy[1], np.float32(1), to)
+        elif i == rows - 1:
+            _sum(gy[i - 1], gy[i], np.float32(-1), to)
+        else:
+            _difference(gy[i - 1], gy[i + 1], to)
+        slope = gx[i]
+        to[0] += slope[0] + slope[1]
+        to[columns - 1] -= slope[columns - 2] + slope[columns - 1]
+        _add_difference(slope[:-2], slope[2:], to[1:-1])
+
+
+@njit(**ROW)
+def _row_in_dft_order(row: Float32, evens: Float32, odds: Float32) -> None:
+    for j in range(odds.size):
+        evens[j] = row[2 * j]
+        odds[odds.size - 1 - j] = row[2 * j + 1]
+    if evens.size > odds.size:
+        evens[-1] = row[-1]
+
+
+@njit(**ROW)
+def _row_from_dft_order(evens: Float32, odds: Float32, row: Float32) -> None:
+    for j in range(odds.size):
+        row[2 * j] = evens[j]
+        row[2 * j + 1] = odds[odds.size - 1 - j]
+    if evens.size > odds.size:
+        row[-1] = evens[-1]
+
+
+@njit(**LOOP)
+def in_dft_order(rows: Float32, ordered: Float32) -> None:
+    """Of each row the even samples first and the odd ones reversed behind them."""
+    half = (rows.shape[1] + 1) // 2
+    for i in range(len(rows)):
+        _row_in_dft_order(rows[i], ordered[i, :half], ordered[i, half:])
+
+
+@njit(**LOOP)
+def from_dft_order(ordered: Float32, rows: Float32) -> None:
+    """Undo :func:`in_dft_order`."""
+    half = (rows.shape[1] + 1) // 2
+    for i in range(len(rows)):
+        _row_from_dft_order(ordered[i, :half], ordered[i, half:], rows[i])
+
+
+@njit(**ROW)
+def _turned(pairs: Float32, cosine: Float32, sine: Float32) -> None:
+    for k in range(cosine.size):
+        real, imaginary = pairs[2 * k], pairs[2 * k + 1]
+        pairs[2 * k] = real * cosine[k] - imaginary * sine[k]
+        pairs[2 * k + 1] = real * sine[k] + imaginary * cosine[k]
+
+
+@njit(**ROW)
+def _turned_back(pairs: Float32, cosine: Float32, sine: Float32) -> None:
+    for k in range(cosine.size):
+        real, imaginary = pairs[2 * k], pairs[2 * k + 1]
+        pairs[2 * k] = real * cosine[k] + imaginary * sine[k]
+        pairs[2 * k + 1] = imaginary * cosine[k] - real * sine[k]
+
+
+@njit(**ROW)
+def _forward(above: Any, pivot: Any, row: Any) -> None:
+    for k in range(row.size):
+        row[k] = (above[k] - row[k]) * pivot[k]
+
+
+@njit(**ROW)
+def _backward(below: Any, pivot: Any, row: Any) -> None:
+    for k in range(row.size):
+        row[k] += pivot[k] * below[k]
+
+
+@njit(**LOOP)
+def _solve_low(low: Any, pivots: Any) -> None:
+    """Solve in double precision; the first column, whose constant is free, gets the mean 0."""
+    rows = len(low)
+    low[:, 0] -= low[:, 0].mean()
+    _forward(np.zeros(low.shape[1]), pivots[0], low[0])
+    for i in range(1, rows):
+        _forward(low[i - 1], pivots[i], low[i])
+    for i in range(rows - 2, -1, -1):
+        _backward(low[i + 1], pivots[i], low[i])
+    low[:, 0] -= low[:, 0].mean()
+
+
+@njit(**LOOP)
+def solve_columns(
+    packed: Float32, cosine: Float32, sine: Float32, pivots: Float32, low_pivots: Any
+) -> None:
+    """Solve the tridiagonal equations of every cosine coefficient, in place.
+
+    Parameters
+    ----------
+    packed : (H, W) float32
+        A real DFT of each row, as OpenCV packs it; overwritten by that of the solution.
+    cosine, sine : (P,) float32
+        What turns the DFT's pairs into coefficients.
+    pivots : (R, W) float32
+        Inverse pivots of the first rows, then that of all others, then that of the last row.
+    low_pivots : (H, L) float64
+        Inverse pivots of the coefficients that need double precision, the first in the row.
+    """
+    rows, end = len(packed), 1 + 2 * cosine.size
+    settled = len(pivots) - 2
+    low = np.empty(low_pivots.shape)
+    count = low.shape[1]
+    nothing = np.zeros(packed.shape[1], np.float32)
+    for i in range(rows):
+        _turned(packed[i, 1:end], cosine, sine)
+        low[i] = packed[i, :count]
+        pivot = pivots[-1] if i == rows - 1 else pivots[min(i, settled)]
+        _forward(packed[i - 1] if i else nothing, pivot, packed[i])
+    _solve_low(low, low_pivots)
+    for i in range(rows - 1, -1, -1):
+        if i:
+            _backward(packed[i], pivots[min(i - 1, settled)], packed[i - 1])
+        packed[i, :count] = low[i]
+        _turned_back(packed[i, 1:end], cosine, sine)

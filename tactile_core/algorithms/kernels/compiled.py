@@ -8,7 +8,7 @@ from tactile_core.algorithms.kernels.integration import (
 )
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
-from tactile_core.algorithms.kernels.touching import shrunk, steepness
+from tactile_core.algorithms.kernels.touching import steepness
 
 __all__ = [
     "divergence",
@@ -17,7 +17,6 @@ __all__ = [
     "lower",
     "rest_plane",
     "resting_gain",
-    "shrunk",
     "sines_of_bytes",
     "solve_columns",
     "steepness",

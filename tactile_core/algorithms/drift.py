@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.shrinking import shrunk
 
 Array = NDArray[Any]
 
@@ -75,8 +76,7 @@ class RestingLevels:
     def _few(self, pixels: Array) -> Array:
         """(N, K) float32: means of neighbouring samples on a coarse grid."""
         some = pixels[self._places].astype(np.float32)
-        few = cv2.resize(some, self._cells, interpolation=cv2.INTER_AREA)
-        return np.asarray(few.reshape(-1, pixels.shape[2]))
+        return shrunk(some, self._cells, halvings=0).reshape(-1, pixels.shape[2])
 
 
 def channel_gains(

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
+_MOST_CHANNELS = 4
+"""OpenCV averages more only over squares."""
+
 
 def shrunk(image: Array, size: tuple[int, int], *, halvings: int = 8) -> Array:
     """Area means of a (H, W) or (H, W, K) image, ``size`` = (width, height).
@@ -26,4 +29,7 @@ def shrunk(image: Array, size: tuple[int, int], *, halvings: int = 8) -> Array:
         )
     if image.shape[1::-1] == size:
         return image
+    if image.ndim == 3 and image.shape[2] > _MOST_CHANNELS:
+        planes = [shrunk(image[..., k], size, halvings=0) for k in range(image.shape[2])]
+        return np.stack(planes, axis=2)
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))

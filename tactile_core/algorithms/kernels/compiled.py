@@ -1,5 +1,6 @@
 """Every kernel, by name; importing this module imports numba."""
 
+from tactile_core.algorithms.kernels.averages import means_of_bytes
 from tactile_core.algorithms.kernels.integration import (
     divergence,
     from_dft_order,
@@ -15,6 +16,7 @@ __all__ = [
     "from_dft_order",
     "in_dft_order",
     "lower",
+    "means_of_bytes",
     "rest_plane",
     "resting_gain",
     "sines_of_bytes",

@@ -1,5 +1,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
+ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
 .PHONY: demo test lint bench docs wheels try-wheels clean
@@ -7,8 +9,10 @@ PLUGINS := $(wildcard plugins/tactile-*)
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
 
+# Everything with the compiled kernels, then what has any once more without.
 test: .venv/installed
 	$(BIN)/python -m pytest
+	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/test_pipeline.py plugins/tactile-desktop-six-led
 
 lint: .venv/installed
 	$(BIN)/ruff check .
@@ -17,7 +21,8 @@ lint: .venv/installed
 	$(BIN)/lint-imports
 
 bench: .venv/installed
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
+	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)
+	TACTILE_FAST=0 $(ONE_CORE) $(BIN)/python -m pytest $(TIMED)
 
 # The site, in site/; open site/index.html.
 docs: .venv/docs-installed
@@ -35,7 +40,7 @@ try-wheels: wheels
 
 .venv/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' $(PLUGINS:%=-e %)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,fast]' $(PLUGINS:%=-e %)
 	touch $@
 
 .venv/docs-installed: .venv/installed

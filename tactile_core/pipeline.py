@@ -77,7 +77,7 @@ class Pipeline:
         self._drift = None if self.reference is None else DriftFollower(self.reference)
         self._expected: Pattern | None = None
         self._chain = self._build_chain()
-        self._frames = 0
+        self._used = False
         left_out = self._left_out()
         if left_out:
             why, remedy = (
@@ -102,10 +102,10 @@ class Pipeline:
         InputError
             The frame's size or channels are not the profile's.
         """
-        if self._frames == 1:
+        if self._used:
             # who measures a second frame will measure more of them
             kernels.load()
-        self._frames += 1
+        self._used = True
         start = perf_counter()
         self._check(frame.pixels.shape, "frame")
         if in_turn(frame):

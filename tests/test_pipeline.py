@@ -1,11 +1,14 @@
 import pickle
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline
+from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading
+from tactile_core.algorithms import kernels
 from tactile_core.errors import InputError
 from tactile_core.sim.ball import BallPress
 
@@ -15,6 +18,14 @@ PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 def frame_of(lab: VirtualLab, press: BallPress | None) -> Frame:
     pixels = lab.image(press)
     return Frame(pixels, ("red", "green", "blue"), lab.profile.image.mm_per_px, source="press")
+
+
+def arrays_of(reading: Reading) -> dict[str, np.ndarray]:
+    return {
+        name: array
+        for quantity in reading.quantities.values()
+        for name, array in quantity.arrays().items()
+    }
 
 
 def test_a_frame_becomes_slopes_height_and_contact(lab: VirtualLab) -> None:
@@ -42,6 +53,39 @@ def test_a_pipeline_pickles_and_measures_the_same(lab: VirtualLab) -> None:
     np.testing.assert_array_equal(
         copy.process(frame)[HeightMap].mm, pipeline.process(frame)[HeightMap].mm
     )
+
+
+def test_a_reading_is_not_touched_by_the_frames_after_it(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    reading = pipeline.process(frame_of(lab, PRESS))
+    before = {name: array.copy() for name, array in arrays_of(reading).items()}
+    for _ in range(3):
+        pipeline.process(frame_of(lab, None))
+    for name, array in arrays_of(reading).items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)
+
+
+def test_numpy_and_the_kernels_measure_the_same(
+    lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, frame = Pipeline(lab.profile, lab.bundle), frame_of(lab, PRESS)
+    fast = arrays_of(pipeline.process(frame))
+    monkeypatch.setattr(kernels, "ready", lambda: None)
+    plain = arrays_of(pipeline.process(frame))
+    for name in plain:
+        np.testing.assert_allclose(fast[name], plain[name], atol=1e-5, err_msg=name)
+
+
+def test_kernels_are_loaded_for_a_second_frame_and_not_for_the_first(lab: VirtualLab) -> None:
+    code = (
+        "import sys, pickle; from tactile_core.algorithms import kernels;"
+        "pipeline, frame = pickle.load(sys.stdin.buffer);"
+        "pipeline.process(frame); print(kernels.ready() is None);"
+        "pipeline.process(frame); print((kernels.ready() is None) == (kernels.load() is None))"
+    )
+    given = pickle.dumps((Pipeline(lab.profile, lab.bundle), frame_of(lab, PRESS)))
+    run = subprocess.run([sys.executable, "-c", code], input=given, capture_output=True, check=True)
+    assert run.stdout.split() == [b"True", b"True"]
 
 
 def test_without_a_bundle_the_steps_that_need_slopes_are_left_out(lab: VirtualLab) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.quantile import median, quantile
+from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -75,8 +76,8 @@ def contact_mask(
     height_mm = np.asarray(height_mm, np.float32)
     mask = np.zeros(height_mm.shape, np.uint8)
     shrink = max(1, round(np.sqrt(height_mm.size / _COARSE_PX)))
-    size = tuple(max(1, side // shrink) for side in height_mm.shape[::-1])
-    coarse = _coarse(height_mm, size, shrink)
+    size = max(1, height_mm.shape[1] // shrink), max(1, height_mm.shape[0] // shrink)
+    coarse = shrunk(height_mm, size)
     noise_mm = _height_noise(coarse)
     low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
     seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
@@ -99,13 +100,6 @@ def contact_mask(
             touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
             _draw(mask, height_mm, touched, (x, y), size, border_mm)
     return mask.view(bool)
-
-
-def _coarse(height_mm: Float32, size: tuple[int, ...], shrink: int) -> Float32:
-    compiled = kernels.ready()
-    if compiled is not None and all(side % shrink == 0 for side in height_mm.shape):
-        return np.asarray(compiled.shrunk(height_mm, shrink))
-    return np.asarray(cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def _height_noise(coarse: Array) -> float:

@@ -76,7 +76,7 @@ class RestingLevels:
     def _few(self, pixels: Array) -> Array:
         """(N, K) float32: means of neighbouring samples on a coarse grid."""
         some = pixels[self._places].astype(np.float32)
-        return shrunk(some, self._cells).reshape(-1, pixels.shape[2])
+        return shrunk(some, self._cells, halvings=0).reshape(-1, pixels.shape[2])
 
 
 def channel_gains(

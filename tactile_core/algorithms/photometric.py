@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.shrinking import shrunk
 
@@ -16,6 +17,10 @@ Float32 = NDArray[np.float32]
 
 DARK_FRACTION = 0.04
 """Intensities below this fraction of full scale are too dark to divide by."""
+
+
+_LARGEST_SUM = 16
+"""Side of the largest square whose bytes add up to less than 65536."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +90,27 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
     with borrowed(pixels.shape, pixels.dtype) as without:
         without.fill(0)
         cv2.copyTo(pixels, skin, without)
-        small = shrunk(without, coarse)
-    share = cv2.resize(skin, coarse, interpolation=cv2.INTER_AREA)
-    total = cv2.blur(np.asarray(small, np.float32), box).reshape(coarse[1], coarse[0], channels)
-    count = np.maximum(cv2.blur(np.asarray(share, np.float32), box) / 255, 1e-3)
+        small = _shrunk(without, coarse, step)
+    total = cv2.blur(small, box).reshape(small.shape)
+    count = np.maximum(cv2.blur(_shrunk(skin[..., None], coarse, step)[..., 0], box) / 255, 1e-3)
     # a count per channel: numpy is slow where one number serves so few
     counts = np.repeat(count, channels, axis=1).reshape(total.shape)
     around = np.asarray(total / counts).astype(pixels.dtype)
     filled = np.asarray(cv2.resize(around, (columns, rows), interpolation=cv2.INTER_LINEAR))
     cv2.copyTo(pixels, skin, filled)
     return filled.reshape(pixels.shape)
+
+
+def _shrunk(pixels: NDArray[Any], size: tuple[int, int], step: int) -> Float32:
+    """(h, w, K) means over squares of ``step`` pixels' side, rounded where ``pixels`` are."""
+    rows, columns, channels = pixels.shape
+    compiled = kernels.ready()
+    whole = rows % step == columns % step == 0 and step <= _LARGEST_SUM and step != 2
+    if compiled is not None and whole and pixels.dtype == np.uint8:
+        small = compiled.means_of_bytes(pixels.reshape(rows, -1), channels, step)
+    else:
+        small = shrunk(pixels, size, halvings=0)
+    return np.asarray(small, np.float32).reshape(size[1], size[0], channels)
 
 
 def around_marks(marks: NDArray[np.bool_] | None) -> int:

@@ -8,11 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[Any]
+
 _MOST_CHANNELS = 4
 """OpenCV shrinks no more at once, unless by a whole factor."""
 
 
-def shrunk(image: NDArray[Any], size_px: tuple[int, int]) -> NDArray[Any]:
+def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Array:
     """Shrink an image; each pixel becomes the mean over the area that it covers.
 
     Parameters
@@ -21,13 +23,24 @@ def shrunk(image: NDArray[Any], size_px: tuple[int, int]) -> NDArray[Any]:
         Any number of channels.
     size_px : (width, height)
         Of the result, not larger than the image.
+    halvings : int
+        How often the image may be halved first, while that divides it exactly: halving is
+        vectorised, an average by another number is not. Integers are rounded each time.
 
     Returns
     -------
     (height, width) or (height, width, K), same dtype
     """
     channels = image.shape[2:]
-    planes = [image] if image.ndim == 2 or channels[0] <= _MOST_CHANNELS else cv2.split(image)
-    small = [cv2.resize(plane, size_px, interpolation=cv2.INTER_AREA) for plane in planes]
-    whole = small[0] if len(small) == 1 else np.dstack(small)
-    return np.asarray(whole).reshape(size_px[1], size_px[0], *channels)
+    for _ in range(halvings):
+        rows, columns = image.shape[:2]
+        if rows % (2 * size_px[1]) or columns % (2 * size_px[0]):
+            break
+        half = columns // 2, rows // 2
+        image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA))
+    if image.shape[1::-1] != size_px:
+        wide = image.ndim == 3 and channels[0] > _MOST_CHANNELS
+        planes = cv2.split(image) if wide else [image]
+        small = [cv2.resize(plane, size_px, interpolation=cv2.INTER_AREA) for plane in planes]
+        image = np.dstack(small) if wide else np.asarray(small[0])
+    return image.reshape(size_px[1], size_px[0], *channels)

@@ -24,6 +24,7 @@ from tactile_core.algorithms.photometric import (
     relative_change,
 )
 from tactile_core.algorithms.scratch import borrowed
+from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.algorithms.sines import STEEPEST_SINE, planes_to_gradient, to_gradient
 
 Float32 = NDArray[np.float32]
@@ -119,12 +120,9 @@ class SlopeField:
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
         """Means of a whole image over the cells of the coarse grid."""
-        rows, columns = image.shape[:2]
-        if rows % (2 * self._coarse[1]) == columns % (2 * self._coarse[0]) == 0:
-            # Halving is vectorised, and leaves a quarter of the pixels to the general routine.
-            half = columns // 2, rows // 2
-            image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA))
-        return np.asarray(cv2.resize(image, self._coarse, interpolation=cv2.INTER_AREA), np.float32)
+        # whole numbers are rounded at each halving, so that they are halved but once
+        halvings = 8 if image.dtype == np.float32 else 1
+        return np.asarray(shrunk(image, self._coarse, halvings=halvings), np.float32)
 
     def _from_model(self, smoothed: NDArray[Any]) -> Float32:
         """(N, 2) sines of intensities as large as the base."""

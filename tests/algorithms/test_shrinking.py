@@ -9,6 +9,7 @@ from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.photometric import fill_marks
 from tactile_core.algorithms.shrinking import shrunk
 
+sides = st.integers(1, 8)
 SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
 
 
@@ -39,3 +40,11 @@ def test_drift_of_six_lamps_is_told_in_a_small_image() -> None:
     untouched = np.random.default_rng(1).uniform(80, 140, (41, 53, 6)).astype(np.float32)
     gains = np.array([1.03, 0.97, 1.01, 1.0, 0.98, 1.02])
     np.testing.assert_allclose(channel_gains(untouched * gains, untouched, 255), gains, rtol=1e-3)
+
+
+@given(sides, sides, st.integers(1, 16))
+def test_each_pixel_is_the_mean_of_those_it_stands_for(width: int, height: int, times: int) -> None:
+    image = np.random.default_rng(times).uniform(-1, 1, (height * times, width * times, 2))
+    squares = image.reshape(height, times, width, times, 2)
+    small = shrunk(image.astype(np.float32), (width, height))
+    assert small == pytest.approx(squares.mean(axis=(1, 3)), abs=1e-6)

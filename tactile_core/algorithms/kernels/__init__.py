@@ -31,8 +31,11 @@ def load() -> ModuleType | None:
     """
     if os.environ.get(SWITCH) == "0" or find_spec("numba") is None:
         return None
-    from tactile_core.algorithms.kernels import compiled
-
+    try:
+        from tactile_core.algorithms.kernels import compiled
+    except ImportError:
+        # numba refuses every numpy that is newer than itself
+        return None
     return compiled
 
 

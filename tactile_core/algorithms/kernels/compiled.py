@@ -1,5 +1,6 @@
 """Every kernel, by name; importing this module imports numba."""
 
+from tactile_core.algorithms.kernels.averages import means_of_bytes
 from tactile_core.algorithms.kernels.integration import (
     divergence,
     from_dft_order,
@@ -8,16 +9,16 @@ from tactile_core.algorithms.kernels.integration import (
 )
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
-from tactile_core.algorithms.kernels.touching import shrunk, steepness
+from tactile_core.algorithms.kernels.touching import steepness
 
 __all__ = [
     "divergence",
     "from_dft_order",
     "in_dft_order",
     "lower",
+    "means_of_bytes",
     "rest_plane",
     "resting_gain",
-    "shrunk",
     "sines_of_bytes",
     "solve_columns",
     "steepness",

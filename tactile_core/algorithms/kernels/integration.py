@@ -112,16 +112,31 @@ def _backward(below: Any, pivot: Any, row: Any) -> None:
 
 
 @njit(**LOOP)
+def _centre(low: Any) -> None:
+    mean = 0.0
+    for i in range(len(low)):
+        mean += low[i, 0] / len(low)
+    for i in range(len(low)):
+        low[i, 0] -= mean
+
+
+@njit(**LOOP)
+def _copy(values: Any, to: Any) -> None:
+    for k in range(to.size):
+        to[k] = values[k]
+
+
+@njit(**LOOP)
 def _solve_low(low: Any, pivots: Any) -> None:
     """Solve in double precision; the first column, whose constant is free, gets the mean 0."""
     rows = len(low)
-    low[:, 0] -= low[:, 0].mean()
+    _centre(low)
     _forward(np.zeros(low.shape[1]), pivots[0], low[0])
     for i in range(1, rows):
         _forward(low[i - 1], pivots[i], low[i])
     for i in range(rows - 2, -1, -1):
         _backward(low[i + 1], pivots[i], low[i])
-    low[:, 0] -= low[:, 0].mean()
+    _centre(low)
 
 
 @njit(**LOOP)
@@ -148,12 +163,12 @@ def solve_columns(
     nothing = np.zeros(packed.shape[1], np.float32)
     for i in range(rows):
         _turned(packed[i, 1:end], cosine, sine)
-        low[i] = packed[i, :count]
+        _copy(packed[i], low[i])
         pivot = pivots[-1] if i == rows - 1 else pivots[min(i, settled)]
         _forward(packed[i - 1] if i else nothing, pivot, packed[i])
     _solve_low(low, low_pivots)
     for i in range(rows - 1, -1, -1):
         if i:
             _backward(packed[i], pivots[min(i - 1, settled)], packed[i - 1])
-        packed[i, :count] = low[i]
+        _copy(low[i], packed[i, :count])
         _turned_back(packed[i, 1:end], cosine, sine)

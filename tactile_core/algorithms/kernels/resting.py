@@ -22,60 +22,97 @@ def _commonest(values: Any) -> tuple[float, float]:
         length = ordered[i + half - 1] - ordered[i]
         if length < shortest:
             first, shortest = i, length
-    return ordered[first : first + half].mean(), shortest / 1.349
+    total = 0.0
+    for i in range(first, first + half):
+        total += ordered[i]
+    return total / half, shortest / 1.349
 
 
 @njit(**LOOP)
-def _solved(a: Any, b: Any) -> Any:
-    """Solve 3 × 3 equations of a positive matrix, both of which are overwritten."""
+def _up_to(bound: float, sizes: Any, values: Any) -> Any:
+    """Those values whose sizes are at most ``bound``."""
+    kept = np.empty(len(values))
+    count = 0
+    for i in range(len(values)):
+        if sizes[i] <= bound:
+            kept[count] = values[i]
+            count += 1
+    return kept[:count]
+
+
+@njit(**LOOP)
+def _solved(a: Any, b: Any) -> None:
+    """Solve 3 × 3 equations of a positive matrix; b becomes the solution, and a is spoilt."""
     for i in range(3):
         for k in range(i + 1, 3):
             share = a[k, i] / a[i, i]
-            a[k] -= share * a[i]
+            for j in range(3):
+                a[k, j] -= share * a[i, j]
             b[k] -= share * b[i]
     for i in range(2, -1, -1):
         for k in range(i + 1, 3):
             b[i] -= a[i, k] * b[k]
         b[i] /= a[i, i]
-    return b
+
+
+@njit(**LOOP)
+def _above(plane: Any, x: Any, y: Any, z: Any, out: Any) -> None:
+    for i in range(len(z)):
+        out[i] = z[i] - plane[0] - x[i] * plane[1] - y[i] * plane[2]
 
 
 @njit(**LOOP)
 def _robust_plane(
-    terms: Any, z: Any, plane: Any, sigma: float, rounds: int, cut: float, least: float
-) -> Any:
-    """Tukey's biweight regression of (N,) on (N, 3) terms."""
+    x: Any,
+    y: Any,
+    z: Any,
+    calm: Any,
+    plane: Any,
+    sigma: float,
+    regression: tuple[int, float, float],
+) -> None:
+    """Tukey's biweight regression of the calm samples; ``plane`` is where it starts and ends."""
+    rounds, cut, least = regression
     count = len(z)
+    residual = np.empty(count)
     near = np.empty(count)
-    rest = np.empty(count)
+    term = np.ones(3)
+    samples = 0
+    for i in range(count):
+        samples += calm[i]
+    _above(plane, x, y, z, residual)
     for _ in range(rounds):
-        normal = 1e-12 * count * np.eye(3)
+        normal = np.zeros((3, 3))
         pull = np.zeros(3)
         bound = cut * max(sigma, least)
+        for a in range(3):
+            normal[a, a] = 1e-12 * samples
         for i in range(count):
-            row = terms[i]
-            residual = z[i] - row[0] * plane[0] - row[1] * plane[1] - row[2] * plane[2]
-            near[i] = abs(residual) / bound
+            near[i] = abs(residual[i]) / bound if calm[i] else np.inf
             if near[i] < 1:
                 weight = (1 - near[i] ** 2) ** 2
+                term[1], term[2] = x[i], y[i]
                 for a in range(3):
-                    pull[a] += weight * row[a] * residual
+                    pull[a] += weight * term[a] * residual[i]
                     for b in range(3):
-                        normal[a, b] += weight * row[a] * row[b]
-        plane = plane + _solved(normal, pull)
-        inside = 0
+                        normal[a, b] += weight * term[a] * term[b]
+        _solved(normal, pull)
+        for a in range(3):
+            plane[a] += pull[a]
+        _above(plane, x, y, z, residual)
         for i in range(count):
-            if near[i] < 1:
-                row = terms[i]
-                rest[inside] = abs(z[i] - row[0] * plane[0] - row[1] * plane[1] - row[2] * plane[2])
-                inside += 1
-        sigma = 1.4826 * np.median(rest[:inside])
-    return plane
+            residual[i] = abs(residual[i])
+        sigma = 1.4826 * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
+        _above(plane, x, y, z, residual)
 
 
 @njit(**LOOP)
-def _samples(image: Any, step: int) -> Any:
-    return image[step // 2 :: step, step // 2 :: step].astype(np.float64).copy().reshape(-1)
+def _samples(image: Any, step: int, out: Any) -> None:
+    at = 0
+    for i in range(step // 2, image.shape[0], step):
+        for j in range(step // 2, image.shape[1], step):
+            out[at] = image[i, j]
+            at += 1
 
 
 @njit(**LOOP)
@@ -86,7 +123,7 @@ def rest_plane(
     drift_slope: float,
     least_calm: float,
     regression: tuple[int, float, float],
-) -> Any:
+) -> tuple[float, float, float]:
     """Level and slopes of the skin out of contact.
 
     Parameters
@@ -102,29 +139,39 @@ def rest_plane(
 
     Returns
     -------
-    (3,) float64
+    level_mm, slope_x, slope_y : float
     """
     height_mm, gx, gy = images
     rows, columns = height_mm.shape
-    z, p, q = _samples(height_mm, step), _samples(gx, step), _samples(gy, step)
-    count = len(z)
-    terms = np.ones((count, 3))
-    across = len(range(step // 2, columns, step))
-    for i in range(count):
-        terms[i, 1] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
-        terms[i, 2] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
+    across = (columns - step // 2 + step - 1) // step
+    count = across * ((rows - step // 2 + step - 1) // step)
+    x, y, z, p, q, size = np.empty((6, count))
+    _samples(height_mm, step, z)
+    _samples(gx, step, p)
+    _samples(gy, step, q)
     tilt_x, tilt_y = np.median(p), np.median(q)
-    deviation = np.hypot(p - tilt_x, q - tilt_y)
-    calm = deviation < drift_slope
-    if calm.mean() < least_calm or np.hypot(tilt_x, tilt_y) > drift_slope:
-        slope = np.hypot(p, q)
-        return np.array([_commonest(z[slope <= np.median(slope)])[0], 0.0, 0.0])
-    flatter = deviation <= np.median(deviation)
-    level, spread = _commonest((z - tilt_x * terms[:, 1] - tilt_y * terms[:, 2])[flatter])
-    start = np.array([level, tilt_x, tilt_y])
-    rounds, cut, least = regression
-    plane = _robust_plane(terms[calm], z[calm], start, spread, rounds, cut, least)
-    return start if np.hypot(plane[1], plane[2]) > drift_slope else plane
+    calm = np.zeros(count, np.bool_)
+    resting = 0
+    for i in range(count):
+        x[i] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
+        y[i] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
+        size[i] = np.hypot(p[i] - tilt_x, q[i] - tilt_y)
+        calm[i] = size[i] < drift_slope
+        resting += calm[i]
+    if resting < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
+        for i in range(count):
+            size[i] = np.hypot(p[i], q[i])
+        return _commonest(_up_to(np.median(size), size, z))[0], 0.0, 0.0
+    level_above = np.empty(count)
+    plane = np.zeros(3)
+    plane[1], plane[2] = tilt_x, tilt_y
+    _above(plane, x, y, z, level_above)
+    level, spread = _commonest(_up_to(np.median(size), size, level_above))
+    plane[0] = level
+    _robust_plane(x, y, z, calm, plane, spread, regression)
+    if np.hypot(plane[1], plane[2]) > drift_slope:
+        return level, tilt_x, tilt_y
+    return plane[0], plane[1], plane[2]
 
 
 @njit(**ROW)

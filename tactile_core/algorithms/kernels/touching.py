@@ -11,30 +11,6 @@ from tactile_core.algorithms.kernels.options import LOOP, ROW
 
 
 @njit(**ROW)
-def _add(row: Any, total: Any) -> None:
-    for j in range(row.size):
-        total[j] += row[j]
-
-
-@njit(**LOOP)
-def shrunk(image: Any, times: int) -> Any:
-    """Mean of each square of ``times`` pixels' side, which divides both sides of the image."""
-    rows, columns = image.shape[0] // times, image.shape[1] // times
-    means = np.zeros((rows, columns), np.float32)
-    total = np.empty(image.shape[1], np.float32)
-    share = np.float32(1 / times**2)
-    for i in range(rows):
-        total[:] = 0
-        for k in range(times):
-            _add(image[i * times + k], total)
-        for j in range(columns):
-            for k in range(times):
-                means[i, j] += total[j * times + k]
-            means[i, j] *= share
-    return means
-
-
-@njit(**ROW)
 def _steepness_of_row(above: Any, row: Any, below: Any, scale: Any, steepness: Any) -> None:
     for j in range(1, row.size - 1):
         across, down = row[j + 1] - row[j - 1], below[j] - above[j]

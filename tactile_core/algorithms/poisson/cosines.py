@@ -78,10 +78,9 @@ class CosineRows:
         _multiply(memory, self._whole_turn)
 
     def backward(self, memory: Array, rows: Array) -> None:
-        """Write the rows that have these coefficients, which are spoilt."""
+        """Write N times the rows that have these coefficients, which are spoilt."""
         _multiply(memory, self._whole_back)
-        flags = cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE
-        cv2.dft(self.coefficients(memory), dst=rows, flags=flags)
+        cv2.dft(self.coefficients(memory), dst=rows, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE)
 
 
 def _multiply(memory: Array, turn: Array) -> None:

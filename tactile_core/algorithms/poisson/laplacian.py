@@ -105,7 +105,7 @@ class DftLaplacian:
             _neumann_eigenvalues(rows.frequencies, rows.length)
             for rows in (self._down, self._across)
         )
-        self._gain = _inverse(down[:, None] + across, dtype)
+        self._gain = _inverse(down[:, None] + across, dtype, scale=1 / (shape[0] * shape[1]))
 
     def solve(self, rhs: Array) -> Array:
         """Return the z of L z = rhs."""
@@ -154,7 +154,7 @@ def _neumann_eigenvalues(k: Array, n: int) -> Array:
     return np.asarray(2 * np.cos(np.pi * k / n) - 2)
 
 
-def _inverse(eigenvalues: Array, dtype: DTypeLike) -> Array:
+def _inverse(eigenvalues: Array, dtype: DTypeLike, scale: float = 1.0) -> Array:
     # the constant, which no slope sees, is set to 0
     free = eigenvalues > -1e-15
-    return np.where(free, 0, 1 / np.where(free, 1, eigenvalues)).astype(dtype)
+    return np.where(free, 0, scale / np.where(free, 1, eigenvalues)).astype(dtype)

@@ -1,0 +1,191 @@
+"""The compiled kernels give what numpy gives, which is the definition."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.contact import contact_mask
+from tactile_core.algorithms.drift import channel_gains
+from tactile_core.algorithms.photometric import fill_marks
+from tactile_core.algorithms.poisson import PoissonSolver
+from tactile_core.algorithms.rest import rest_plane
+from tactile_core.algorithms.slope_field import SlopeField
+
+MM_PER_PX = 0.05
+AGREES = 1e-5
+
+needs_kernels = pytest.mark.skipif(
+    kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0"
+)
+seeds = st.integers(0, 2**32 - 1)
+shapes = st.tuples(st.integers(1, 40), st.integers(1, 40))
+several = settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture
+def both_ways(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], tuple[Any, Any]]:
+    """What a function returns with the kernels, and without."""
+
+    def call(function: Callable[[], Any]) -> tuple[Any, Any]:
+        compiled = function()
+        with monkeypatch.context() as patch:
+            patch.setattr(kernels, "ready", lambda: None)
+            return compiled, function()
+
+    return call
+
+
+def press(shape: tuple[int, int], radius_mm: float = 1.5) -> np.ndarray:
+    """A ball's cap of 0.4 mm on a skin at rest."""
+    y, x = np.mgrid[: shape[0], : shape[1]] * MM_PER_PX
+    far = np.square(x - x.mean()) + np.square(y - y.mean())
+    return np.asarray(np.maximum(0, 0.4 * (1 - far / radius_mm**2)), np.float32)
+
+
+@needs_kernels
+@given(shape=shapes, seed=seeds)
+@several
+def test_heights_agree_on_images_of_any_size(
+    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int
+) -> None:
+    gx, gy = np.random.default_rng(seed).standard_normal((2, *shape)).astype(np.float32)
+    fast, plain = both_ways(lambda: PoissonSolver(shape, mm_per_px=MM_PER_PX).solve(gx, gy))
+    assert fast == pytest.approx(plain, abs=AGREES * max(float(np.ptp(plain)), 1e-3))
+
+
+@needs_kernels
+@pytest.mark.parametrize("shape", [(240, 320), (480, 640), (243, 251), (720, 1280)])
+def test_heights_agree_on_a_press(both_ways: Callable[..., Any], shape: tuple[int, int]) -> None:
+    gy, gx = (g.astype(np.float32) for g in np.gradient(press(shape, 4.0), MM_PER_PX))
+    fast, plain = both_ways(lambda: PoissonSolver(shape, mm_per_px=MM_PER_PX).solve(gx, gy))
+    assert fast == pytest.approx(plain, abs=AGREES * float(np.ptp(plain)))
+
+
+@needs_kernels
+@pytest.mark.parametrize("per_unit", [40.0, 80.0, 113.7])
+def test_every_pair_of_bytes_finds_the_same_entry(
+    both_ways: Callable[..., Any], per_unit: float
+) -> None:
+    levels = np.arange(256, dtype=np.uint8)
+    pixels = np.stack([np.tile(levels, (246, 1))] * 3, axis=2)
+    reference = np.stack([np.tile(np.arange(10, 256)[:, None], (1, 256))] * 3, axis=2)
+    sines = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 80, 80, 80)).astype(np.float32)
+    table = ColourTable(Axis(per_unit, first=25, count=80), sines[0] + 1j * sines[1])
+
+    def slopes() -> np.ndarray:
+        nothing = SlopeField(
+            lambda features: np.zeros((len(features), 2), np.float32),
+            table,
+            reference.astype(np.float32),
+            blur_px=0,
+        )
+        return np.stack(nothing.measure(pixels)[:2])
+
+    fast, plain = both_ways(slopes)
+    assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize("shape", [(240, 320), (241, 318)])
+@pytest.mark.parametrize("gain", [0.5, 4.0], ids=["gentle", "too steep"])
+def test_slopes_agree(both_ways: Callable[..., Any], shape: tuple[int, int], gain: float) -> None:
+    rng = np.random.default_rng(0)
+    reference = rng.uniform(90, 140, (*shape, 3)).astype(np.float32)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    waves = np.stack([np.sin(x / 30 + k) * np.cos(y / 40 - k) for k in range(3)], axis=2)
+    pixels = np.rint(reference * (1 + 0.3 * waves)).astype(np.uint8)
+    axis = Axis(per_unit=80, first=45, count=80)
+    values = axis.values()
+    sines = gain * (values[:, None, None] + 1j * values[None, :, None] + 0 * values)
+    table = ColourTable(axis, np.asarray(sines, np.complex64))
+
+    def model(features: np.ndarray) -> np.ndarray:
+        return np.asarray(gain * features[:, :2] * (1 + 0.2 * features[:, 3:4]), np.float32)
+
+    fast, plain = both_ways(
+        lambda: np.stack(SlopeField(model, table, reference).measure(pixels)[:2])
+    )
+    assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
+
+
+@needs_kernels
+@given(shape=shapes, seed=seeds, slope=st.floats(-0.08, 0.08))
+@several
+def test_rest_planes_agree(
+    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int, slope: float
+) -> None:
+    noise = np.random.default_rng(seed).normal(0, 1e-3, shape)
+    x_mm = np.arange(shape[1]) * MM_PER_PX
+    height = np.asarray(press(shape, 0.3) + noise + slope * x_mm, np.float32)
+    gx, gy = np.full(shape, slope, np.float32), np.zeros(shape, np.float32)
+
+    def above() -> np.ndarray:
+        copy = height.copy()
+        plane = rest_plane(copy, gx, gy, mm_per_px=MM_PER_PX)
+        return plane.removed_from(copy, MM_PER_PX, out=copy)
+
+    fast, plain = both_ways(above)
+    assert fast == pytest.approx(plain, abs=AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize("shape", [(240, 320), (243, 251), (60, 80)])
+def test_contacts_agree(both_ways: Callable[..., Any], shape: tuple[int, int]) -> None:
+    noise = np.random.default_rng(0).normal(0, 2e-3, shape)
+    height = np.asarray(press(shape) + noise, np.float32)
+    fast, plain = both_ways(lambda: contact_mask(height, mm_per_px=MM_PER_PX))
+    np.testing.assert_array_equal(fast, plain)
+    assert plain.any()
+
+
+@needs_kernels
+@pytest.mark.parametrize("channels", [1, 3, 6])
+@pytest.mark.parametrize("size_px", [9, 17, 25, 33, 41, 128, 200])
+def test_marks_are_filled_to_the_same_byte(
+    both_ways: Callable[..., Any], channels: int, size_px: int
+) -> None:
+    rng = np.random.default_rng(0)
+    pixels = rng.integers(0, 256, (240, 320, channels), np.uint8)
+    marks = rng.random((240, 320)) < 0.2
+    fast, plain = both_ways(lambda: fill_marks(pixels, marks, size_px))
+    np.testing.assert_array_equal(fast, plain)
+
+
+@needs_kernels
+@pytest.mark.parametrize("channels", [1, 3, 6])
+def test_gains_agree(both_ways: Callable[..., Any], channels: int) -> None:
+    rng = np.random.default_rng(0)
+    reference = rng.uniform(80, 140, (120, 160, channels)).astype(np.float32)
+    gains = np.linspace(0.95, 1.04, channels)
+    pixels = np.rint(reference * gains).astype(np.uint8)
+    fast, plain = both_ways(lambda: channel_gains(pixels, reference, 255))
+    assert fast == pytest.approx(plain, abs=AGREES)
+
+
+def ready_in_a_fresh_process(*, switch: str, before: str = "pass") -> bool:
+    code = f"from tactile_core.algorithms import kernels; {before}; print(kernels.ready())"
+    environment = {**os.environ, kernels.SWITCH: switch}
+    command = [sys.executable, "-c", code]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return run.stdout.strip() != "None"
+
+
+@needs_kernels
+def test_numba_is_imported_only_by_who_asks_for_it() -> None:
+    assert not ready_in_a_fresh_process(switch="")
+    assert ready_in_a_fresh_process(switch="", before="kernels.load()")
+
+
+def test_the_environment_turns_the_kernels_off() -> None:
+    assert not ready_in_a_fresh_process(switch="0", before="kernels.load()")

@@ -1,0 +1,50 @@
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.quantile import median, quantile
+from tactile_core.algorithms.scratch import borrowed
+
+
+def test_what_is_lent_at_the_same_time_is_never_the_same() -> None:
+    with borrowed((30, 40), np.float32) as first, borrowed((30, 40), np.float32) as second:
+        assert not np.shares_memory(first, second)
+
+
+def test_what_was_given_back_is_lent_again_for_any_dtype() -> None:
+    with borrowed((30, 40), np.float32) as first:
+        pass
+    with borrowed((30, 40, 4), np.uint8) as second:
+        assert np.shares_memory(first, second)
+        assert second.shape == (30, 40, 4)
+
+
+def test_threads_have_memory_of_their_own() -> None:
+    together = Barrier(2)
+
+    def lend(value: int) -> bool:
+        with borrowed((100, 100), np.int64) as mine:
+            mine[:] = value
+            together.wait()
+            return bool((mine == value).all())
+
+    with ThreadPoolExecutor(2) as pool:
+        assert all(pool.map(lend, [1, 2]))
+
+
+def test_memory_comes_back_from_a_failure() -> None:
+    with pytest.raises(ZeroDivisionError), borrowed((7, 9), np.float64) as first:
+        raise ZeroDivisionError
+    with borrowed((7, 9), np.float64) as second:
+        assert np.shares_memory(first, second)
+
+
+@given(st.lists(st.floats(-10, 10), min_size=1, max_size=40), st.floats(0, 1))
+def test_quantiles_are_numpys(values: list[float], share: float) -> None:
+    some = np.array(values)
+    assert quantile(some, share) == pytest.approx(np.quantile(some, share), abs=1e-9)
+    assert median(some) == pytest.approx(np.median(some), abs=1e-9)

@@ -30,6 +30,9 @@ _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients,
 _RELEVANT_SHARE = 0.01
 """Of a frame's intensities: fewer that are saturated or dark are filled without a word."""
 
+_COMPILING_MS = 2000.0
+"""No frame takes so long, unless kernels are compiled."""
+
 
 class Pipeline:
     """Turns frames into readings.
@@ -102,6 +105,7 @@ class Pipeline:
         InputError
             The frame's size or channels are not the profile's.
         """
+        plain = kernels.ready() is None
         if self._used:
             # who measures a second frame will measure more of them
             kernels.load()
@@ -120,13 +124,20 @@ class Pipeline:
             given[type(measured)] = measured
         result = self._chain.run(given)
         measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
+        latency_ms = 1e3 * (perf_counter() - start)
+        warnings = [*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)]
+        if plain and kernels.ready() is not None and latency_ms > _COMPILING_MS:
+            warnings.append(
+                f"this frame took {latency_ms / 1e3:.0f} s, in which the extra 'fast' compiled its "
+                f"kernels, once for this installation"
+            )
         return Reading(
             frame=frame,
             quantities=measured_only,
             steps=result.steps,
-            latency_ms=1e3 * (perf_counter() - start),
+            latency_ms=latency_ms,
             relative=self.reference is not None and self.reference.relative,
-            warnings=(*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)),
+            warnings=tuple(warnings),
         )
 
     @property

@@ -114,6 +114,19 @@ class ImageGeometry:
         area = abs(float(np.linalg.det(np.stack([right - corner, down - corner]))))
         return float(self._section.mm_per_px * np.sqrt(area))
 
+    def stretch(self, camera_size_px: Size) -> float:
+        """How much more the resize to the profile's size enlarges along x than along y.
+
+        1 where shapes agree, and where a warp decides.
+        """
+        if self._homography is not None:
+            return 1.0
+        crop = self._section.crop
+        width, height = camera_size_px if crop is None else crop[2:]
+        if self._section.rotate_deg % 180:
+            width, height = height, width
+        return self.size_px[0] * height / (width * self.size_px[1])
+
     def _checked(self, pixels: Pixels) -> Pixels:
         section = self._section
         wanted = np.uint8 if section.bit_depth == 8 else np.uint16

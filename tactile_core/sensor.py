@@ -25,6 +25,9 @@ from tactile_core.reading import Reading
 
 D = TypeVar("D", bound=Device)
 
+_SAME_SHAPE = 0.01
+"""Stretch below which an image has the profile's shape but for rounding."""
+
 FIRST = "first"
 """As ``reference``: take the first frame, and mark every reading relative."""
 
@@ -212,6 +215,15 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
                 f"profile's {image.mm_per_px:g}",
             )
             image = image.model_copy(update={"mm_per_px": scale})
+    stretch = ImageGeometry(image).stretch(recording.size_px)
+    if abs(stretch - 1) > _SAME_SHAPE:
+        width, height = recording.size_px
+        notes = (
+            *notes,
+            f"{path.name} holds images of {width} × {height}, which are stretched to the profile's "
+            f"{image.width_px} × {image.height_px}, so that mm_per_px does not hold in both "
+            f"directions; set 'image.crop' or the size in the profile",
+        )
     camera = Component.model_validate(
         {"use": "core.replay", "path": path, "images_per_observation": count}
     )

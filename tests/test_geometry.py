@@ -187,3 +187,13 @@ def test_it_pickles() -> None:
     pixels = noise(320, 240)
     expected = made.apply(pixels)
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(made)).apply(pixels), expected)
+
+
+def test_an_image_of_another_shape_is_stretched() -> None:
+    section = ImageSection(width_px=160, height_px=120, mm_per_px=0.1)
+    assert ImageGeometry(section).stretch((320, 240)) == 1
+    assert ImageGeometry(section).stretch((200, 100)) == pytest.approx(2 / 3)
+    turned = section.model_copy(update={"rotate_deg": 90})
+    assert ImageGeometry(turned).stretch((240, 320)) == 1
+    cropped = section.model_copy(update={"crop": (0, 0, 400, 300)})
+    assert ImageGeometry(cropped).stretch((640, 360)) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.viscoelasticity import TimeStep
 
-Array = NDArray[np.floating]
+Array = NDArray[Any]
 
 _OUT_OF_REACH_MM = -50.0
 
@@ -79,8 +80,11 @@ class SkinState:
     displacement_mm : (3, ny, nx)
         x, y, and how far it is pressed towards the camera.
     pressure_mpa : (ny, nx)
-    grip : Grip or None
-        Shear traction and the slip in the last step; None before any.
+    anchors_mm : (2, ny, nx)
+        x and y displacement at which the object holds each node of the contact. It differs from
+        the displacement by what the solver left over, which must not add up from step to step.
+    grip : Grip
+        Shear traction, and the slip in the last step.
     stretches_mm : (branches, 3, ny, nx)
         Of the viscoelastic branches.
     level_mm : float
@@ -94,7 +98,8 @@ class SkinState:
 
     displacement_mm: Array
     pressure_mpa: Array
-    grip: Grip | None
+    anchors_mm: Array
+    grip: Grip
     stretches_mm: Array
     level_mm: float = 0.0
     pose: Pose = Pose()
@@ -104,14 +109,13 @@ class SkinState:
     @property
     def contact(self) -> NDArray[np.bool_]:
         """(ny, nx) bool: nodes under pressure."""
-        return self.pressure_mpa > 0
+        return np.asarray(self.pressure_mpa > 0)
 
     @property
-    def slip_mm(self) -> Array:
-        """(2, ny, nx) motion of the object relative to the skin in the last step; 0 elsewhere."""
-        if self.grip is None:
-            return np.zeros_like(self.displacement_mm[:2])
-        return self.grip.slip_mm * self.contact
+    def stick(self) -> NDArray[np.bool_]:
+        """(ny, nx) bool: nodes in contact that did not move along the object in the last step."""
+        slip_mm = np.hypot(*self.grip.slip_mm)
+        return np.asarray(self.contact & (slip_mm <= self.grip.resolution_mm))
 
 
 @dataclass(frozen=True)
@@ -152,7 +156,8 @@ class ContactModel:
         return SkinState(
             np.zeros((3, *shape), dtype),
             np.zeros(shape, dtype),
-            None,
+            np.zeros((2, *shape), dtype),
+            Grip.none(shape, dtype),
             np.zeros((len(self.gel.branches), 3, *shape), dtype),
         )
 
@@ -179,18 +184,16 @@ class ContactModel:
         total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
         depth = 0.0 if move.depth_mm is None else move.depth_mm
 
-        pressure, grip, iterations = state.pressure_mpa, state.grip, [0, 0]
-        sticking = state.contact & ~state.slip_mm.any(axis=0)
-        now = was + carried * sticking
+        pressure, iterations = state.pressure_mpa, (0, 0)
+        grip = state.grip
+        now = was + carried * state.stick
         for _ in range(self.precision.sweeps):
             gap = indenter.gap_mm(*move.pose.into(*now))
             overlap = np.maximum(self._rest - gap - state.level_mm + depth, _OUT_OF_REACH_MM)
             overlap = overlap.astype(dtype) - left[2]
-            bulge = None if grip is None else layer.bulge(grip.traction)
-            reach = overlap * stiffening if bulge is None else overlap * stiffening - bulge
             normal = solve_normal(
                 layer.indentation,
-                reach,
+                overlap * stiffening - layer.bulge(grip.traction),
                 pressure,
                 total_mpa=total,
                 tolerance=self.precision.normal,
@@ -200,7 +203,7 @@ class ContactModel:
             touching = pressure > 0
             grip = solve_friction(
                 layer,
-                before[:2] + carried * touching - spread,
+                state.anchors_mm + carried * touching - spread,
                 self.gel.friction * pressure,
                 grip,
                 stiffening=stiffening,
@@ -211,18 +214,22 @@ class ContactModel:
             )
             shift = layer.shift(grip.traction) / stiffening + spread
             now = self._nodes + shift
-            iterations = [iterations[0] + normal.iterations, iterations[1] + grip.iterations]
+            iterations = (iterations[0] + normal.iterations, iterations[1] + grip.iterations)
         sunk = (layer.indentation(pressure) + layer.bulge(grip.traction)) / stiffening + left[2]
         displacement = np.concatenate([shift, sunk[None]]).astype(dtype)
+        anchors = np.where(
+            touching, state.anchors_mm + carried - grip.slip_mm, displacement[:2]
+        ).astype(dtype)
         return SkinState(
             displacement,
             pressure,
+            anchors,
             grip,
             time.stretched(state.stretches_mm, displacement - before),
             state.level_mm,
             move.pose,
             depth + normal.approach_mm / stiffening,
-            (iterations[0], iterations[1]),
+            iterations,
         )
 
     def released(self, state: SkinState, seconds: float) -> SkinState:
@@ -231,7 +238,7 @@ class ContactModel:
         left = time.remembered(state.displacement_mm, state.stretches_mm)
         stretches = time.stretched(state.stretches_mm, left - state.displacement_mm)
         rest = self.at_rest()
-        return replace(rest, displacement_mm=left, stretches_mm=stretches)
+        return replace(rest, displacement_mm=left, anchors_mm=left[:2], stretches_mm=stretches)
 
     def _carried(self, state: SkinState, indenter: Indenter, move: Move, was_mm: Array) -> Array:
         """(2, ny, nx) how the object's surface moves along the skin."""

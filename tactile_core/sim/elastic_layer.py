@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from tactile_core.sim.grid import Grid
 
-Array = NDArray[np.floating]
+Array = NDArray[Any]
 
 
 class Compliance(NamedTuple):
@@ -152,12 +152,12 @@ class ElasticLayer:
         values = self._xx[self._xx > 0]
         return float(np.sqrt(values.max() * values.min()))
 
-    def _forth(self, field: Array) -> NDArray[np.complexfloating]:
+    def _forth(self, field: Array) -> NDArray[Any]:
         from scipy.fft import rfft2
 
         return np.asarray(rfft2(field.astype(self.dtype, copy=False), workers=1))
 
-    def _back(self, waves: NDArray[np.complexfloating]) -> Array:
+    def _back(self, waves: NDArray[Any]) -> Array:
         from scipy.fft import irfft2
 
         return np.asarray(irfft2(waves, s=self.grid.shape, workers=1))

@@ -7,13 +7,14 @@ sticks to the object, at it the skin slips against the traction.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from tactile_core.sim.elastic_layer import ElasticLayer
 
-Array = NDArray[np.floating]
+Array = NDArray[Any]
 
 _RELAXATION = 1.6
 
@@ -28,19 +29,27 @@ class Grip:
         MPa, of the object on the skin.
     slip_mm : (2, ny, nx)
         By how much the skin fell short of the wanted displacement; exactly zero where it sticks.
+    resolution_mm : float
+        Slip that the tolerance cannot tell from none.
     iterations : int
     """
 
     traction: Array
     slip_mm: Array
-    iterations: int
+    resolution_mm: float = 0.0
+    iterations: int = 0
+
+    @classmethod
+    def none(cls, shape: tuple[int, int], dtype: DTypeLike) -> Grip:
+        """Return no traction and no slip on a grid of this shape."""
+        return cls(np.zeros((2, *shape), dtype), np.zeros((2, *shape), dtype))
 
 
 def solve_friction(
     layer: ElasticLayer,
     wanted_mm: Array,
     limit_mpa: Array,
-    start: Grip | None = None,
+    start: Grip,
     *,
     stiffening: float = 1.0,
     free_slip_mm: float = 0.0,
@@ -61,8 +70,8 @@ def solve_friction(
         Displacement that a skin which sticks everywhere would get from the traction.
     limit_mpa : (ny, nx)
         Friction times pressure; zero out of contact.
-    start : Grip, optional
-        The last solution, to start from.
+    start : Grip
+        To start from, for example the last one; may be none at all.
     stiffening : float
         How much stiffer than its elastomer the layer is, within a step in time.
     free_slip_mm : float
@@ -78,20 +87,17 @@ def solve_friction(
     limit = limit_mpa.astype(layer.dtype, copy=False)
     wanted = wanted_mm.astype(layer.dtype, copy=False)
     tiny = np.finfo(layer.dtype).tiny
-    if start is None:
-        q, slip = np.zeros_like(wanted), np.zeros_like(wanted)
-    else:
-        q, slip = start.traction, start.slip_mm / rho
-    iteration = 0
-    for iteration in range(1, most_iterations + 1):
+    q, slip = start.traction, start.slip_mm / rho
+    iterations = 0
+    while iterations < most_iterations:
+        iterations += 1
         free = respond(wanted + rho * (q - slip))
         trial = _RELAXATION * free + (1 - _RELAXATION) * q + slip
         size = np.sqrt(trial[0] ** 2 + trial[1] ** 2)
         held = limit
         if free_slip_mm > 0:
             extra = free_slip_mm / rho
-            held = np.where(touching, (size + extra) / (1 + extra / np.maximum(limit, tiny)), 0)
-            held = np.where(size > limit, held, limit)
+            held = np.where(size > limit, limit * (size + extra) / (limit + extra), limit)
         new = trial * np.minimum(1, held / np.maximum(size, tiny))
         slip = trial - new
         change = float(np.abs(new - q).max())
@@ -99,4 +105,5 @@ def solve_friction(
         q = new
         if max(change, mismatch) <= tolerance * max(float(np.abs(q).max()), 1e-12):
             break
-    return Grip(q, slip * rho, iteration)
+    slack = tolerance * rho * float(np.abs(q).max())
+    return Grip(q, slip * rho, slack, iterations)

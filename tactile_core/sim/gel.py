@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from tactile_core.sim.elastic_layer import Elastomer
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.viscoelasticity import Branch
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO, FRICTION = 2.0, 0.145, 0.48, 0.5
 """Of a profile that does not tell: the silicone of most sensors of this family."""
@@ -21,7 +22,7 @@ THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO, FRICTION = 2.0, 0.145, 0.48, 0.5
 NOTHING_MM = -1e3
 """Level of the rest surface beside the gel: out of reach."""
 
-_MARGIN_THICKNESSES = 2.0
+_MARGIN_THICKNESSES, _APART_THICKNESSES = 2.0, 0.2
 _CROWN_POWER = 4
 
 
@@ -74,16 +75,17 @@ class SoftGel:
     def extent_mm(self, view_mm: tuple[float, float]) -> tuple[float, float]:
         """Width and height of the area to solve on, for a view of this size.
 
-        The view or the gel, whichever is larger, and a margin in which displacements die out.
+        The view and a margin in which displacements die out; or the gel, of which hardly more
+        is between its repetitions than separates them, so that its edges are as good as free.
         """
-        margin = _MARGIN_THICKNESSES * self.elastomer.thickness_mm
-        width, height = (side + 2 * margin for side in view_mm)
+        thickness = self.elastomer.thickness_mm
         if self.size_mm is None:
-            return width, height
-        # beside the gel nothing is pressed, and half the margin keeps its repetitions apart
-        return max(width, self.size_mm[0] + margin), max(height, self.size_mm[1] + margin)
+            margin = 2 * _MARGIN_THICKNESSES * thickness
+            return view_mm[0] + margin, view_mm[1] + margin
+        apart = _APART_THICKNESSES * thickness
+        return max(view_mm[0], self.size_mm[0] + apart), max(view_mm[1], self.size_mm[1] + apart)
 
-    def rest_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def rest_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """z of the untouched skin: 0 at the middle, negative where it lies nearer to the camera."""
         rest = np.zeros(np.broadcast_shapes(x_mm.shape, y_mm.shape))
         if self.radius_mm is not None:
@@ -91,11 +93,14 @@ class SoftGel:
             rest += cap(square, self.radius_mm) - self.radius_mm
             rest[square >= self.radius_mm**2] = NOTHING_MM
         if self.size_mm is not None:
-            u, v = (2 * np.abs(along) / side for along, side in zip((x_mm, y_mm), self.size_mm))
+            u, v = (
+                2 * np.abs(along) / side
+                for along, side in zip((x_mm, y_mm), self.size_mm, strict=True)
+            )
             rest -= self.crown_mm * (u**_CROWN_POWER + v**_CROWN_POWER)
             rest = np.where(np.maximum(u, v) > 1, NOTHING_MM, rest)
         return rest
 
-    def rest_on(self, grid: Grid) -> Float:
+    def rest_on(self, grid: Grid) -> Array:
         """(ny, nx) rest surface on a grid's nodes."""
         return self.rest_mm(*grid.nodes_mm)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -52,16 +53,16 @@ class Grid:
         return self.spacing_mm**2
 
     @cached_property
-    def x_mm(self) -> Float:
+    def x_mm(self) -> Array:
         """(nx,) positions of the columns."""
-        return (np.arange(self.nx) - (self.nx - 1) / 2) * self.spacing_mm
+        return np.asarray((np.arange(self.nx) - (self.nx - 1) / 2) * self.spacing_mm)
 
     @cached_property
-    def y_mm(self) -> Float:
+    def y_mm(self) -> Array:
         """(ny,) positions of the rows."""
-        return (np.arange(self.ny) - (self.ny - 1) / 2) * self.spacing_mm
+        return np.asarray((np.arange(self.ny) - (self.ny - 1) / 2) * self.spacing_mm)
 
     @cached_property
-    def nodes_mm(self) -> Float:
+    def nodes_mm(self) -> Array:
         """(2, ny, nx) x and y of every node."""
         return np.stack(np.meshgrid(self.x_mm, self.y_mm))

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,9 @@ def solve_normal(
     if forced:
         p = p * (total_mpa / p.sum())
     direction, before, restart, approach = np.zeros_like(p), 1.0, True, 0.0
-    iteration = 0
-    for iteration in range(1, most_iterations + 1):
+    iterations = 0
+    while iterations < most_iterations:
+        iterations += 1
         gap = indentation(p) - overlap_mm
         touching = p > 0
         if forced:
@@ -104,4 +106,4 @@ def solve_normal(
             p[joining] = -length * gap[joining]
         if forced:
             p *= total_mpa / p.sum()
-    return NormalContact(p, approach, iteration)
+    return NormalContact(p, approach, iterations)

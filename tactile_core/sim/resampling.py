@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.sim.grid import Grid
 
-Array = NDArray[np.floating]
+Array = NDArray[Any]
 Float32 = NDArray[np.float32]
 
-_FIXED_POINT_STEPS = 6
+_ROUGH_STEPS, _EXACT_STEPS = 4, 2
 
 
 class ImageSampler:
@@ -25,7 +27,8 @@ class ImageSampler:
 
     def __init__(self, grid: Grid, shape: tuple[int, int], mm_per_px: float) -> None:
         self.grid, self.shape, self.mm_per_px = grid, shape, mm_per_px
-        y, x = ((np.arange(n) - (n - 1) / 2) * mm_per_px for n in shape)
+        height, width = shape
+        y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in (height, width))
         self._rows, self._row_slopes = _spline(grid.y_mm, y)
         self._columns, self._column_slopes = _spline(grid.x_mm, x)
 
@@ -37,14 +40,24 @@ class ImageSampler:
         displacement_mm : (2, ny, nx)
             x and y of each node of the skin.
         """
+        import cv2
         from scipy.ndimage import map_coordinates
 
-        nodes = np.indices(self.grid.shape, float)
-        moved = displacement_mm[::-1] / self.grid.spacing_mm
-        found = nodes - moved
-        for _ in range(_FIXED_POINT_STEPS):
-            here = [map_coordinates(part, found, order=1, mode="nearest") for part in moved]
-            found = nodes - np.stack(here)
+        row, column = np.indices(self.grid.shape, np.float32)
+        across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
+        x, y = column - across, row - down
+        for _ in range(_ROUGH_STEPS):  # OpenCV is quick, and rounds places to 1/32
+            here = [
+                cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+                for part in (across, down)
+            ]
+            x, y = column - here[0], row - here[1]
+        found = np.stack([y, x]).astype(np.float64)
+        for _ in range(_EXACT_STEPS):
+            moved = [
+                map_coordinates(part, found, order=1, mode="nearest") for part in (down, across)
+            ]
+            found = np.stack([row - moved[0], column - moved[1]])
         return found
 
     def at_present(self, fields: Array, origins: NDArray[np.float64]) -> Array:
@@ -61,18 +74,18 @@ class ImageSampler:
         """(ny, nx) of a mask that moved with the skin: what is now at the nodes."""
         row, column = np.rint(origins).astype(int)
         last_row, last_column = mask.shape[0] - 1, mask.shape[1] - 1
-        return mask[np.clip(row, 0, last_row), np.clip(column, 0, last_column)]
+        return np.asarray(mask[np.clip(row, 0, last_row), np.clip(column, 0, last_column)])
 
     def values(self, field: Array) -> Float32:
         """(H, W) cubic spline through the nodes' values."""
         return np.asarray(self._rows @ (np.asarray(field, np.float32) @ self._columns.T))
 
-    def slopes(self, field: Array) -> tuple[Float32, Float32]:
-        """Both (H, W): derivatives of :meth:`values` along x and y, per mm."""
+    def slopes(self, field: Array) -> Float32:
+        """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         nodes = np.asarray(field, np.float32)
         along_x = self._rows @ (nodes @ self._column_slopes.T)
         along_y = self._row_slopes @ (nodes @ self._columns.T)
-        return np.asarray(along_x), np.asarray(along_y)
+        return np.stack([along_x, along_y], axis=2)
 
     def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(H, W): pixels nearer to nodes of the mask than to others."""
@@ -92,7 +105,7 @@ class ImageSampler:
         return np.asarray(share > 0.5)
 
 
-def _spline(nodes: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[Float32, Float32]:
+def _spline(nodes: Array, wanted: Array) -> tuple[Float32, Float32]:
     """Matrices from values at the nodes to a cubic spline's values and slopes elsewhere."""
     from scipy.interpolate import make_interp_spline
 

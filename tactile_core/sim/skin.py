@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -16,23 +17,33 @@ from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import Indenter
+from tactile_core.sim.motion import (
+    checked_seconds,
+    checked_steps,
+    slowing_steps,
+    straight_path,
+)
+from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
 from tactile_core.sim.truth import Truth
 
 Mode = Literal["accurate", "fast"]
 
 _NODES_ACROSS: dict[Mode, int] = {"fast": 128, "accurate": 256}
-_MOST_NODES_ACROSS = 1024
-_NODES_PER_CONTACT_RADIUS = 11
-"""The contact's radius comes from a coarse grid and is a little uncertain: one more than promised."""
 
 _PRECISION: dict[Mode, Precision] = {
-    "fast": Precision(normal=2e-3, friction=1e-2, sweeps=1),
+    "fast": Precision(normal=2e-3, friction=5e-3, sweeps=1),
     "accurate": Precision(normal=1e-4, friction=1e-3, sweeps=3),
 }
 _PRESS_STEPS: dict[Mode, int] = {"fast": 4, "accurate": 8}
-_HOLD_STEPS = 12
-_QUASI_STATIC = np.inf
+
+
+@dataclass(frozen=True)
+class _Load:
+    """What is kept while the object moves: its depth or its force."""
+
+    depth_mm: float | None = None
+    force_n: float | None = None
 
 
 class Skin:
@@ -87,8 +98,6 @@ class Skin:
         state = self._state
         cell = self.grid.cell_mm2
         pressure = state.pressure_mpa.sum(dtype=np.float64)
-        if state.grip is None:
-            return np.array([0.0, 0.0, cell * pressure, 0.0])
         along_x, along_y = state.grip.traction.astype(np.float64)
         x, y = self.grid.nodes_mm + state.displacement_mm[:2]
         turning = (x * along_y - y * along_x).sum()
@@ -97,7 +106,7 @@ class Skin:
     def reset(self) -> None:
         """Take the object away and forget everything that was done to the skin."""
         self._state = self._model.at_rest()
-        self._on, self._force_n, self.time_s = False, None, 0.0
+        self._on, self._load, self.time_s = False, _Load(), 0.0
 
     def indent_with(
         self, indenter: Indenter, *, x_mm: float = 0.0, y_mm: float = 0.0, angle_deg: float = 0.0
@@ -156,21 +165,25 @@ class Skin:
             raise InputError("press needs either depth_mm or force_n, and not both")
         wanted = depth_mm if depth_mm is not None else force_n
         assert wanted is not None
-        what = "depth_mm" if depth_mm is not None else "force_n"
-        if not (np.isfinite(wanted) and wanted >= 0):
-            raise InputError(f"{what} should be 0 or more, not {wanted:g}")
-        if depth_mm is not None:
-            self._check_depth(depth_mm)
-        count = _counted(_PRESS_STEPS[self.mode] if steps is None else steps)
-        duration = _duration(seconds)
-        if not self._on:
-            self._touch(wanted, by_force=depth_mm is None)
-        start = self._state.depth_mm if depth_mm is not None else float(self.wrench[2])
-        for share in np.arange(1, count + 1) / count:
-            value = start + share * (wanted - start)
-            by_depth = depth_mm is not None
-            self._force_n = None if by_depth else value
-            self._advance(self._state.pose, duration / count, value if by_depth else None)
+        by_force = force_n is not None
+        if not (np.isfinite(wanted) and (wanted > 0 if by_force else wanted >= 0)):
+            raise InputError(
+                f"force_n should be above 0, not {wanted:g}; release() takes the object away"
+                if by_force
+                else f"depth_mm should be 0 or more, not {wanted:g}"
+            )
+        if not by_force:
+            self._check_depth(wanted)
+        count = checked_steps(_PRESS_STEPS[self.mode] if steps is None else steps)
+        duration = checked_seconds(seconds)
+        with self._undone_on_error():
+            if not self._on:
+                self._touch(wanted, by_force=by_force)
+            start = float(self.wrench[2]) if by_force else self._state.depth_mm
+            for share in np.arange(1, count + 1) / count:
+                load = start + share * (wanted - start)
+                self._load = _Load(force_n=load) if by_force else _Load(depth_mm=load)
+                self._advance(self._state.pose, duration / count)
 
     def shear(
         self,
@@ -187,8 +200,7 @@ class Skin:
         InputError
             Nothing is pressed, or the number of steps or seconds makes no sense.
         """
-        for pose, duration in self._path(dx_mm, dy_mm, 0.0, steps, seconds):
-            self._advance(pose, duration)
+        self._follow(self._path(dx_mm, dy_mm, 0.0, steps, seconds))
 
     def twist(self, degrees: float, steps: int = 1, *, seconds: float | None = None) -> None:
         """Turn the object about its own origin, from x towards y, in even steps.
@@ -198,8 +210,7 @@ class Skin:
         InputError
             Nothing is pressed, or the number of steps or seconds makes no sense.
         """
-        for pose, duration in self._path(0.0, 0.0, degrees, steps, seconds):
-            self._advance(pose, duration)
+        self._follow(self._path(0.0, 0.0, degrees, steps, seconds))
 
     def roll(
         self,
@@ -217,7 +228,7 @@ class Skin:
             Nothing is pressed, the object cannot roll that way, or the number of steps or seconds
             makes no sense.
         """
-        path = list(self._path(dx_mm, dy_mm, 0.0, steps, seconds))
+        path = self._path(dx_mm, dy_mm, 0.0, steps, seconds)
         assert self._indenter is not None
         angle = np.radians(self._state.pose.angle_deg)
         along = dx_mm * np.cos(angle) + dy_mm * np.sin(angle)
@@ -225,8 +236,7 @@ class Skin:
             raise InputError("this object cannot roll; a sphere can, and a cylinder")
         if not self._indenter.rolls_along_x and abs(along) > 1e-6 * np.hypot(dx_mm, dy_mm):
             raise InputError("a cylinder rolls across its axis only; turn it, or shear it instead")
-        for pose, duration in path:
-            self._advance(pose, duration, rolls=True)
+        self._follow(path, rolls=True)
 
     def hold(self, seconds: float) -> None:
         """Let time pass while the object stays where it is, or presses as hard as it does.
@@ -236,18 +246,19 @@ class Skin:
         InputError
             The seconds are negative.
         """
-        for duration in _slowing(_duration(seconds)):
-            if self._on:
-                self._advance(self._state.pose, duration)
-            else:
-                self._state = self._model.released(self._state, duration)
-                self.time_s += duration
+        steps = slowing_steps(checked_seconds(seconds))
+        if self._on:
+            self._follow([(self._state.pose, duration) for duration in steps])
+            return
+        for duration in steps:
+            self._state = self._model.released(self._state, duration)
+            self.time_s += duration
 
     def release(self, seconds: float | None = None) -> None:
         """Take the object away, and let the skin recover for some seconds; by default, fully."""
-        duration = _duration(seconds)
+        duration = checked_seconds(seconds)
         self._state = self._model.released(self._state, duration)
-        self._on, self._force_n = False, None
+        self._on, self._load = False, _Load()
         if np.isfinite(duration):
             self.time_s += duration
 
@@ -275,24 +286,34 @@ class Skin:
         ]
         return np.asarray(points + np.stack(moved, 1))
 
+    def carried_px(self, points_px: ArrayLike) -> NDArray[np.float64]:
+        """Where points of the skin are now in the image.
+
+        Parameters
+        ----------
+        points_px : (N, 2)
+            x and y of the points on the untouched skin.
+
+        Returns
+        -------
+        (N, 2) float64
+        """
+        height, width = self.image_shape
+        middle = np.array([width - 1, height - 1]) / 2
+        points = (np.array(points_px, np.float64).reshape(-1, 2) - middle) * self.mm_per_px
+        return np.asarray(self.carried(points) / self.mm_per_px + middle)
+
     def truth(self) -> Truth:
-        """Return what is true of the skin now, at the pixels of the image."""
-        sampler, state = self._sampler, self._state
-        origins = sampler.origins(state.displacement_mm[:2])
-        x, y, height = sampler.at_present(state.displacement_mm, origins)
-        contact = sampler.now_at_nodes(state.contact, origins)
-        stick = contact & ~sampler.now_at_nodes(state.slip_mm.any(axis=0), origins)
+        """Return all that is true of the skin now, at the pixels of the image."""
+        state = self._state
         return Truth(
-            height_mm=sampler.values(height),
-            gradients=np.dstack(sampler.slopes(height)),
-            contact=sampler.mask(contact),
-            stick=sampler.mask(stick),
-            displacement_mm=np.dstack([sampler.values(x), sampler.values(y)]),
-            wrench=self.wrench,
-            time_s=self.time_s,
-            pose=state.pose,
-            depth_mm=state.depth_mm,
-            mm_per_px=self.mm_per_px,
+            self.wrench,
+            self.time_s,
+            state.pose,
+            state.depth_mm,
+            self.mm_per_px,
+            state,
+            self._sampler,
         )
 
     def _build(self, spacing_mm: float) -> None:
@@ -307,7 +328,17 @@ class Skin:
         if self._indenter is None:
             raise InputError("there is no object to press; choose one with indent_with()")
         if self.mode == "accurate" and not self._state.displacement_mm.any() and wanted > 0:
-            self._build(self._fine_spacing(self._indenter, wanted, by_force=by_force))
+            move = Move(self._pose, *((None, wanted) if by_force else (wanted, None)))
+            self._build(
+                accurate_spacing(
+                    self.gel,
+                    self._extent,
+                    max(self._extent) / _NODES_ACROSS["accurate"],
+                    self.mm_per_px,
+                    self._indenter,
+                    move,
+                )
+            )
             self._state = self._model.at_rest()
         self._state = self._placed(self._indenter)
         self._on = True
@@ -318,58 +349,30 @@ class Skin:
             raise InputError("the object passes beside the gel; place it above the gel")
         return placed
 
-    def _fine_spacing(self, indenter: Indenter, wanted: float, *, by_force: bool) -> float:
-        """Distance of nodes that puts enough of them on the contact's radius."""
-        move = Move(self._pose, force_n=wanted) if by_force else Move(self._pose, depth_mm=wanted)
-        widest = max(self._extent)
-        spacing = widest / _NODES_ACROSS["accurate"]
-        finest = max(min(self.mm_per_px, spacing), widest / _MOST_NODES_ACROSS)
-        while True:
-            grid = Grid.covering(*self._extent, spacing)
-            layer = ElasticLayer(grid, self.gel.elastomer, np.float32)
-            frictionless = replace(self.gel, friction=0.0)
-            model = ContactModel(layer, frictionless, _PRECISION["fast"])
-            pressed = model.step(
-                model.placed(model.at_rest(), indenter, self._pose), indenter, move
-            )
-            radius = np.sqrt(np.count_nonzero(pressed.contact) * grid.cell_mm2 / np.pi)
-            needed = radius / _NODES_PER_CONTACT_RADIUS
-            if indenter.detail_mm is not None:
-                needed = min(needed, indenter.detail_mm / 2)
-            if spacing <= max(needed, finest):
-                return spacing
-            spacing = max(needed, finest, spacing / 3)
-
     def _path(
         self, dx_mm: float, dy_mm: float, degrees: float, steps: int, seconds: float | None
-    ) -> Iterator[tuple[Pose, float]]:
-        count, duration = _counted(steps), _duration(seconds)
-        if not np.isfinite([dx_mm, dy_mm, degrees]).all():
-            raise InputError("a motion should be a finite number of mm or degrees")
+    ) -> list[tuple[Pose, float]]:
         if not self._on:
             raise InputError("nothing is pressed; press an object before moving it")
-        start = self._state.pose
-        return (
-            (
-                Pose(
-                    start.x_mm + share * dx_mm,
-                    start.y_mm + share * dy_mm,
-                    start.angle_deg + share * degrees,
-                ),
-                duration / count,
-            )
-            for share in np.arange(1, count + 1) / count
-        )
+        return straight_path(self._state.pose, dx_mm, dy_mm, degrees, steps, seconds)
 
-    def _advance(
-        self, pose: Pose, seconds: float, depth_mm: float | None = None, *, rolls: bool = False
-    ) -> None:
+    def _follow(self, path: Sequence[tuple[Pose, float]], *, rolls: bool = False) -> None:
+        with self._undone_on_error():
+            for pose, seconds in path:
+                self._advance(pose, seconds, rolls=rolls)
+
+    @contextmanager
+    def _undone_on_error(self) -> Iterator[None]:
+        before = self._state, self._on, self._load, self.time_s, self._model, self._sampler
+        try:
+            yield
+        except InputError:
+            self._state, self._on, self._load, self.time_s, self._model, self._sampler = before
+            raise
+
+    def _advance(self, pose: Pose, seconds: float, *, rolls: bool = False) -> None:
         assert self._indenter is not None
-        if self._force_n is not None:
-            move = Move(pose, force_n=self._force_n, seconds=seconds, rolls=rolls)
-        else:
-            depth = self._state.depth_mm if depth_mm is None else depth_mm
-            move = Move(pose, depth_mm=depth, seconds=seconds, rolls=rolls)
+        move = Move(pose, self._load.depth_mm, self._load.force_n, seconds, rolls)
         new = self._model.step(self._state, self._indenter, move)
         self._check_depth(new.depth_mm)
         self._state = new
@@ -383,25 +386,3 @@ class Skin:
                 f"the object would be pressed {depth_mm:.3g} mm deep into a gel that is "
                 f"{thickness:g} mm thick; press less"
             )
-
-
-def _counted(steps: int) -> int:
-    if steps != int(steps) or steps < 1:
-        raise InputError(f"steps should be a whole number of 1 or more, not {steps}")
-    return int(steps)
-
-
-def _duration(seconds: float | None) -> float:
-    if seconds is None:
-        return _QUASI_STATIC
-    if not (np.isfinite(seconds) and seconds >= 0):
-        raise InputError(f"seconds should be 0 or more, not {seconds:g}")
-    return float(seconds)
-
-
-def _slowing(seconds: float) -> list[float]:
-    """Split a time into steps, each longer than the one before: relaxation is quick at first."""
-    if seconds == 0:
-        return []
-    ends = np.expm1(np.linspace(0, np.log1p(20 * seconds), _HOLD_STEPS + 1)) / 20
-    return [float(step) for step in np.diff(ends)]

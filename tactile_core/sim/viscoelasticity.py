@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class TimeStep:
             self.branches, stretches, self._fading, strict=True
         ):
             left += branch.modulus_share * (beta * displacement - faded * stretch)
-        return left / displacement.dtype.type(self.stiffening)
+        return np.asarray(left / displacement.dtype.type(self.stiffening))
 
     def stretched(self, stretches: Array, change: Array) -> Array:
         """(branches, 3, ny, nx) stretch at the end, for a displacement that grew by ``change``."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 from tactile_core.sim.indenters.solids import positive
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class HeightMapIndenter(Indenter):
         Distance of the points.
     """
 
-    height_mm: Float
+    height_mm: Array
     mm_per_px: float
 
     def __post_init__(self) -> None:
@@ -47,7 +48,7 @@ class HeightMapIndenter(Indenter):
         """The distance of its points."""
         return self.mm_per_px
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         import cv2
 

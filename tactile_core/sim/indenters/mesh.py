@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.solids import positive
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 _MOST_POINTS = 4_000_000
 
@@ -42,7 +43,7 @@ def mesh_indenter(
     return HeightMapIndenter(_lower_side(scale * vertices, faces, mm_per_px), mm_per_px)
 
 
-def _read(path: Path) -> tuple[Float, NDArray[np.int64]]:
+def _read(path: Path) -> tuple[Array, NDArray[np.int64]]:
     try:
         import trimesh
     except ImportError:
@@ -62,7 +63,7 @@ def _read(path: Path) -> tuple[Float, NDArray[np.int64]]:
     return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
 
 
-def _lower_side(vertices: Float, faces: NDArray[np.int64], mm_per_px: float) -> Float:
+def _lower_side(vertices: Array, faces: NDArray[np.int64], mm_per_px: float) -> Array:
     """(H, W) protrusion towards −z on a grid around the box's middle; nan beside the mesh."""
     low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
     columns, rows = np.maximum(np.ceil((high - low) / mm_per_px).astype(int) + 1, 2)
@@ -80,7 +81,7 @@ def _lower_side(vertices: Float, faces: NDArray[np.int64], mm_per_px: float) -> 
     return np.where(np.isinf(lowest), np.nan, -lowest)
 
 
-def _draw(lowest: Float, a: Float, b: Float, c: Float) -> None:
+def _draw(lowest: Array, a: Array, b: Array, c: Array) -> None:
     """Lower the grid to a triangle of corners (column, row, z), where that is lower."""
     area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     if area == 0:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 FAR_MM = 1e3
 """Height of what is not there: beside an object there is nothing within reach."""
@@ -20,7 +20,7 @@ class Indenter(ABC):
     """
 
     @abstractmethod
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """Height of its lower side over its lowest point, mm, at any positions.
 
         Nowhere negative, 0 at the lowest point, and :data:`FAR_MM` where there is nothing.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,20 +11,20 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 _STEEPEST = 0.995
 """How much of a radius counts as its lower side; beyond, the wall is all but upright."""
 
 
-def round_gap(distance_mm: Float, radius_mm: float) -> Float:
+def round_gap(distance_mm: Array, radius_mm: float) -> Array:
     """Height of a circle of this radius over its lowest point; nothing beyond the circle."""
-    square = np.minimum(distance_mm / radius_mm, 1.0) ** 2
+    square = np.clip(distance_mm / radius_mm, 0, 1) ** 2
     rise = radius_mm * square / (1 + np.sqrt(1 - square))  # free of cancellation near 0
     return np.asarray(np.where(distance_mm < _STEEPEST * radius_mm, rise, FAR_MM))
 
 
-def rim_gap(outside_mm: Float, edge_mm: float) -> Float:
+def rim_gap(outside_mm: Array, edge_mm: float) -> Array:
     """Height of a rounded edge at distances outside the flat part; nothing beyond the edge."""
     if edge_mm == 0:
         return np.asarray(np.where(outside_mm > 0, FAR_MM, 0.0))
@@ -56,7 +57,7 @@ class Sphere(Indenter):
         """Half the diameter."""
         return self.diameter_mm / 2
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         return round_gap(np.hypot(x_mm, y_mm), self.diameter_mm / 2)
 
@@ -91,7 +92,7 @@ class Cylinder(Indenter):
         """Never: that is its axis."""
         return False
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         outside = np.abs(x_mm) - (self.length_mm / 2 - self.edge_mm)
         return round_gap(np.abs(y_mm), self.diameter_mm / 2) + rim_gap(outside, self.edge_mm)
@@ -123,7 +124,7 @@ class Flat(Indenter):
             positive("a flat punch's size", side if side is not None else 0.0)
         _check_edge(self.edge_mm, min(side or 0.0 for side in sides) / 2, "flat punch")
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         if self.size_mm is None:
             assert self.diameter_mm is not None
@@ -163,7 +164,7 @@ class Cone(Indenter):
         positive("a cone's diameter_mm", self.diameter_mm)
         _check_edge(self.tip_mm, self.diameter_mm / 2, "cone")
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         r, half = np.hypot(x_mm, y_mm), np.radians(self.half_angle_deg)
         slope = 1 / np.tan(half)

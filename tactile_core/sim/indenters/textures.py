@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 from tactile_core.sim.indenters.solids import positive, round_gap
 
-Float = NDArray[np.float64]
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Coin(Indenter):
         """The width of the rim."""
         return 0.06 * self.diameter_mm / 2
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         radius = self.diameter_mm / 2
         r, angle = np.hypot(x_mm, y_mm) / radius, np.arctan2(y_mm, x_mm)
@@ -80,9 +81,9 @@ class Screw(Indenter):
         """The flat of a crest."""
         return self.pitch_mm / 8
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
-        # an ISO thread: flanks of 60°, crests flat over an eighth of the pitch, roots over a quarter
+        # an ISO thread: flanks of 60°, crests an eighth of the pitch wide, roots a quarter
         radius = self.diameter_mm / 2
         turn = np.arcsin(np.clip(y_mm / radius, -1, 1)) / (2 * np.pi)
         phase = np.abs((x_mm / self.pitch_mm + turn + 0.5) % 1 - 0.5)
@@ -120,7 +121,7 @@ class Cloth(Indenter):
         """Half a thread's distance."""
         return self.pitch_mm / 2
 
-    def gap_mm(self, x_mm: Float, y_mm: Float) -> Float:
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         thread = self.thread_mm if self.thread_mm is not None else 0.4 * self.pitch_mm
         wave_x, wave_y = np.pi * x_mm / self.pitch_mm, np.pi * y_mm / self.pitch_mm
@@ -165,7 +166,7 @@ def letters(
     return HeightMapIndenter(relief_mm * soft, mm_per_px)
 
 
-def _step(value: Float) -> Float:
+def _step(value: Array) -> Array:
     """0 below −1, 1 above 1, smooth between."""
     t = np.clip((value + 1) / 2, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))

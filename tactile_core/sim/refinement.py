@@ -17,7 +17,7 @@ NODES_PER_CONTACT_RADIUS = 10
 _SPARE = 1.1
 """The radius is measured on a grid that may be coarse, and friction changes it a little."""
 
-_MOST_NODES_ACROSS = 1024
+_MOST_NODES_ACROSS = 1280
 _ROUGH = Precision(normal=2e-3, friction=1.0, sweeps=1)
 
 
@@ -25,7 +25,6 @@ def accurate_spacing(
     gel: SoftGel,
     extent_mm: tuple[float, float],
     widest_mm: float,
-    finest_mm: float,
     indenter: Indenter,
     move: Move,
 ) -> float:
@@ -38,15 +37,15 @@ def accurate_spacing(
     gel : SoftGel
     extent_mm : (width, height)
         Of the area to solve on.
-    widest_mm, finest_mm : float
-        The result lies between them.
+    widest_mm : float
+        The result is no larger.
     indenter : Indenter
         Its details are resolved too.
     move : Move
         How it is going to be pressed.
     """
     slippery = replace(gel, friction=0.0, branches=())
-    finest = max(min(finest_mm, widest_mm), max(extent_mm) / _MOST_NODES_ACROSS)
+    finest = min(max(extent_mm) / _MOST_NODES_ACROSS, widest_mm)
     spacing = widest_mm
     while True:
         grid = Grid.covering(*extent_mm, spacing)

@@ -35,7 +35,7 @@ _PRECISION: dict[Mode, Precision] = {
     "fast": Precision(normal=2e-3, friction=5e-3, sweeps=1),
     "accurate": Precision(normal=1e-4, friction=1e-3, sweeps=3),
 }
-_PRESS_STEPS: dict[Mode, int] = {"fast": 4, "accurate": 8}
+_PRESS_STEPS: dict[Mode, int] = {"fast": 4, "accurate": 5}
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ class Skin:
     profile : Profile
         Its gel and the size and scale of its image are used.
     mode : "accurate" or "fast"
-        Accurate puts at least ten nodes on the radius of each contact, down to the size of a pixel;
-        fast keeps up with a camera.
+        Accurate puts ten nodes or more on the radius of a contact, as far as 1280 across the gel
+        allow; the nodes are chosen at the first touch after a rest. Fast keeps up with a camera.
     """
 
     def __init__(self, profile: Profile, mode: Mode = "accurate") -> None:
@@ -318,8 +318,7 @@ class Skin:
 
     def _build(self, spacing_mm: float) -> None:
         grid = Grid.covering(*self._extent, spacing_mm)
-        dtype = np.float32 if self.mode == "fast" else np.float64
-        layer = ElasticLayer(grid, self.gel.elastomer, dtype)
+        layer = ElasticLayer(grid, self.gel.elastomer)
         self._model = ContactModel(layer, self.gel, _PRECISION[self.mode])
         self._sampler = ImageSampler(grid, self.image_shape, self.mm_per_px)
 
@@ -334,7 +333,6 @@ class Skin:
                     self.gel,
                     self._extent,
                     max(self._extent) / _NODES_ACROSS["accurate"],
-                    self.mm_per_px,
                     self._indenter,
                     move,
                 )

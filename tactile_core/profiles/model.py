@@ -185,6 +185,15 @@ class Markers(Section):
         return diameter_mm
 
 
+class Relaxation(Section):
+    """One way in which the gel's stress fades: a spring in series with a dashpot."""
+
+    modulus_share: PositiveFloat = Field(
+        description="Extra stiffness at once, as a share of shear_modulus_mpa."
+    )
+    time_s: PositiveFloat = Field(description="Time in which it falls to 1/e.")
+
+
 class Gel(Section):
     """The elastomer; what is not known may be left out until a step needs it."""
 
@@ -200,6 +209,21 @@ class Gel(Section):
         default=None, description="Below 0.5; silicone is close to it."
     )
     friction: NonNegativeFloat | None = Field(default=None, description="Coulomb coefficient.")
+    friction_speed_mm_s: PositiveFloat | None = Field(
+        default=None,
+        description="Speed of slip at which friction has doubled; null: the same at every speed.",
+    )
+    prony: list[Relaxation] = Field(
+        default_factory=list,
+        description="How stress relaxes towards shear_modulus_mpa, its value in the end.",
+    )
+    size_mm: tuple[PositiveFloat, PositiveFloat] | None = Field(
+        default=None, description="Width and height of the gel; null: beyond the view all around."
+    )
+    crown_mm: NonNegativeFloat = Field(
+        default=0.0,
+        description="How much lower its edges are than its middle, beside the shape; needs size_mm.",
+    )
     coating: Literal["matte", "semi_specular"] = Field(
         default="matte", description="How the skin reflects."
     )
@@ -216,6 +240,13 @@ class Gel(Section):
         if shape == "flat" and radius_mm is not None:
             raise ValueError("belongs to 'shape: dome'; remove it or add that")
         return radius_mm
+
+    @field_validator("crown_mm")
+    @classmethod
+    def _crown_needs_edges(cls, crown_mm: float, info: ValidationInfo) -> float:
+        if crown_mm > 0 and info.data.get("size_mm") is None:
+            raise ValueError("tells how low the edges are, and needs size_mm; add it")
+        return crown_mm
 
 
 class Component(BaseModel):

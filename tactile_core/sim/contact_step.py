@@ -1,0 +1,253 @@
+"""One step of a rigid object in contact with the gel: from one state of the skin to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.sim.elastic_layer import ElasticLayer
+from tactile_core.sim.friction import Grip, solve_friction
+from tactile_core.sim.gel import SoftGel
+from tactile_core.sim.indenters.shape import Indenter
+from tactile_core.sim.normal_contact import solve_normal
+from tactile_core.sim.viscoelasticity import TimeStep
+
+Array = NDArray[Any]
+
+_OUT_OF_REACH_MM = -50.0
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where the object is: its own origin in the sensor frame, and its turn from x towards y.
+
+    Attributes
+    ----------
+    x_mm, y_mm, angle_deg : float
+    """
+
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    angle_deg: float = 0.0
+
+    def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
+        """Carry points of the sensor frame into the object's own."""
+        angle = np.radians(self.angle_deg)
+        cos, sin = np.cos(angle), np.sin(angle)
+        x, y = x_mm - self.x_mm, y_mm - self.y_mm
+        return cos * x + sin * y, cos * y - sin * x
+
+    def back(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
+        """Carry points of the object's own frame into the sensor frame."""
+        angle = np.radians(self.angle_deg)
+        cos, sin = np.cos(angle), np.sin(angle)
+        return self.x_mm + cos * x_mm - sin * y_mm, self.y_mm + sin * x_mm + cos * y_mm
+
+
+@dataclass(frozen=True)
+class Move:
+    """Where the object goes in a step, and how hard it presses.
+
+    Attributes
+    ----------
+    pose : Pose
+    depth_mm, force_n : float or None
+        One of them: how far beyond the first touch the object is lowered, or with what force.
+    seconds : float
+        ``inf``: as slowly as it takes for all stress to relax.
+    rolls : bool
+        The object rolls to its place, rather than being shifted.
+    """
+
+    pose: Pose
+    depth_mm: float | None = None
+    force_n: float | None = None
+    seconds: float = np.inf
+    rolls: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class SkinState:
+    """Everything that the next step depends on, on the nodes of the grid.
+
+    Every node belongs to a point of the skin: values move with it.
+
+    Attributes
+    ----------
+    displacement_mm : (3, ny, nx)
+        x, y, and how far it is pressed towards the camera.
+    pressure_mpa : (ny, nx)
+    anchors_mm : (2, ny, nx)
+        x and y displacement at which the object holds each node of the contact. It differs from
+        the displacement by what the solver left over, which must not add up from step to step.
+    grip : Grip
+        Shear traction, and the slip in the last step.
+    stretches_mm : (branches, 3, ny, nx)
+        Of the viscoelastic branches.
+    level_mm : float
+        Height of the object over its lowest point when it first touches.
+    pose : Pose
+    depth_mm : float
+        How far beyond the first touch the object is lowered.
+    iterations : tuple of int
+        Of the normal contact and of the friction, in the last step.
+    """
+
+    displacement_mm: Array
+    pressure_mpa: Array
+    anchors_mm: Array
+    grip: Grip
+    stretches_mm: Array
+    level_mm: float = 0.0
+    pose: Pose = Pose()
+    depth_mm: float = 0.0
+    iterations: tuple[int, int] = (0, 0)
+
+    @property
+    def contact(self) -> NDArray[np.bool_]:
+        """(ny, nx) bool: nodes under pressure."""
+        return np.asarray(self.pressure_mpa > 0)
+
+    @property
+    def stick(self) -> NDArray[np.bool_]:
+        """(ny, nx) bool: nodes in contact that did not move along the object in the last step."""
+        slip_mm = np.hypot(*self.grip.slip_mm)
+        return np.asarray(self.contact & (slip_mm <= self.grip.resolution_mm))
+
+
+@dataclass(frozen=True)
+class Precision:
+    """How carefully a step is solved.
+
+    Attributes
+    ----------
+    normal, friction : float
+        Tolerances of :func:`solve_normal` and :func:`solve_friction`.
+    sweeps : int
+        How often pressure and friction, each of which moves the skin for the other, take turns.
+    """
+
+    normal: float
+    friction: float
+    sweeps: int
+
+
+class ContactModel:
+    """A gel on a grid, and how it answers an object.
+
+    Parameters
+    ----------
+    layer : ElasticLayer
+    gel : SoftGel
+    precision : Precision
+    """
+
+    def __init__(self, layer: ElasticLayer, gel: SoftGel, precision: Precision) -> None:
+        self.layer, self.gel, self.precision = layer, gel, precision
+        self._nodes = layer.grid.nodes_mm
+        self._rest = gel.rest_on(layer.grid)
+
+    def at_rest(self) -> SkinState:
+        """Return the untouched skin."""
+        shape, dtype = self.layer.grid.shape, self.layer.dtype
+        return SkinState(
+            np.zeros((3, *shape), dtype),
+            np.zeros(shape, dtype),
+            np.zeros((2, *shape), dtype),
+            Grip.none(shape, dtype),
+            np.zeros((len(self.gel.branches), 3, *shape), dtype),
+        )
+
+    def placed(self, state: SkinState, indenter: Indenter, pose: Pose) -> SkinState:
+        """Return the state with the object lowered over the skin until it would first touch it."""
+        clearance = self._rest - indenter.gap_mm(*pose.into(*self._nodes))
+        row, column = np.unravel_index(np.argmax(clearance), clearance.shape)
+        # the highest point lies between the nodes: look again, ten times as closely
+        near = np.linspace(-1, 1, 21) * self.layer.grid.spacing_mm
+        x, y = np.meshgrid(self._nodes[0, row, column] + near, self._nodes[1, row, column] + near)
+        closer = self.gel.rest_mm(x, y) - indenter.gap_mm(*pose.into(x, y))
+        level = max(float(clearance[row, column]), float(closer.max()))
+        return replace(state, level_mm=level, pose=pose, depth_mm=0.0)
+
+    def step(self, state: SkinState, indenter: Indenter, move: Move) -> SkinState:
+        """Return the skin after the object has moved."""
+        layer, dtype = self.layer, self.layer.dtype
+        time = TimeStep(self.gel.branches, move.seconds)
+        stiffening = time.stiffening
+        before = state.displacement_mm
+        left = time.remembered(before, state.stretches_mm)
+        was = self._nodes + before[:2]
+        carried = self._carried(state, indenter, move, was)
+        total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
+        depth = 0.0 if move.depth_mm is None else move.depth_mm
+
+        pressure, iterations = state.pressure_mpa, (0, 0)
+        grip = state.grip
+        now = was + carried * state.stick
+        for _ in range(self.precision.sweeps):
+            gap = indenter.gap_mm(*move.pose.into(*now))
+            overlap = np.maximum(self._rest - gap - state.level_mm + depth, _OUT_OF_REACH_MM)
+            overlap = overlap.astype(dtype) - left[2]
+            normal = solve_normal(
+                layer.indentation,
+                overlap * stiffening - layer.bulge(grip.traction),
+                pressure,
+                total_mpa=total,
+                tolerance=self.precision.normal,
+            )
+            pressure = normal.pressure
+            spread = layer.spread(pressure) / stiffening + left[:2]
+            touching = pressure > 0
+            grip = solve_friction(
+                layer,
+                state.anchors_mm + carried * touching - spread,
+                self.gel.friction * pressure,
+                grip,
+                stiffening=stiffening,
+                free_slip_mm=(self.gel.friction_speed_mm_s or 0.0) * move.seconds
+                if self.gel.friction_speed_mm_s and np.isfinite(move.seconds)
+                else 0.0,
+                tolerance=self.precision.friction,
+            )
+            shift = layer.shift(grip.traction) / stiffening + spread
+            now = self._nodes + shift
+            iterations = (iterations[0] + normal.iterations, iterations[1] + grip.iterations)
+        sunk = (layer.indentation(pressure) + layer.bulge(grip.traction)) / stiffening + left[2]
+        displacement = np.concatenate([shift, sunk[None]]).astype(dtype)
+        anchors = np.where(
+            touching, state.anchors_mm + carried - grip.slip_mm, displacement[:2]
+        ).astype(dtype)
+        return SkinState(
+            displacement,
+            pressure,
+            anchors,
+            grip,
+            time.stretched(state.stretches_mm, displacement - before),
+            state.level_mm,
+            move.pose,
+            depth + normal.approach_mm / stiffening,
+            iterations,
+        )
+
+    def released(self, state: SkinState, seconds: float) -> SkinState:
+        """Return the skin some time after the object was taken away."""
+        time = TimeStep(self.gel.branches, seconds)
+        left = time.remembered(state.displacement_mm, state.stretches_mm)
+        stretches = time.stretched(state.stretches_mm, left - state.displacement_mm)
+        rest = self.at_rest()
+        return replace(rest, displacement_mm=left, anchors_mm=left[:2], stretches_mm=stretches)
+
+    def _carried(self, state: SkinState, indenter: Indenter, move: Move, was_mm: Array) -> Array:
+        """(2, ny, nx) how the object's surface moves along the skin."""
+        if move.rolls:
+            # it turns about its lowest point, and what lies higher lags behind
+            radius = indenter.rolling_radius_mm
+            assert radius is not None
+            rise = np.minimum(indenter.gap_mm(*state.pose.into(*was_mm)) / radius, 1)
+            dx, dy = move.pose.x_mm - state.pose.x_mm, move.pose.y_mm - state.pose.y_mm
+            return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
+        x, y = move.pose.back(*state.pose.into(*was_mm))
+        return (np.stack([x, y]) - was_mm).astype(self.layer.dtype)

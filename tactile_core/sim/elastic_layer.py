@@ -1,0 +1,179 @@
+"""How a soft layer that is bonded to a rigid plate yields to loads on its surface.
+
+Linear elasticity without approximation of thickness: at each wave number the surface moves in
+proportion to its load, so a Fourier transform turns loads into displacements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from tactile_core.sim.grid import Grid
+
+Array = NDArray[Any]
+
+
+class Compliance(NamedTuple):
+    """Displacement for each unit of traction at some wave numbers, mm/MPa.
+
+    With q the shear traction along the wave (L) or across it (T) and p the pressure,
+
+        u_L = along q_L − i coupling p,    u_T = across q_T,    w = normal p + i coupling q_L
+
+    where w is the indentation.
+    """
+
+    along: Array
+    across: Array
+    normal: Array
+    coupling: Array
+
+
+@dataclass(frozen=True)
+class Elastomer:
+    """What the gel is made of.
+
+    Attributes
+    ----------
+    thickness_mm : float
+        Of the layer; ``inf`` is a half-space, for comparison with textbooks. Its mean displacement
+        has no meaning and is kept at zero.
+    shear_modulus_mpa : float
+    poisson_ratio : float
+        Up to and including 0.5.
+    """
+
+    thickness_mm: float
+    shear_modulus_mpa: float
+    poisson_ratio: float
+
+    def compliance(self, wave_number: Array) -> Compliance:
+        """Compliance at wave numbers k ≥ 0, in 1/mm.
+
+        Solves the equations of a layer whose lower face is held and whose upper face is loaded by
+        a wave. With κ = 3 − 4ν and a = k h, all four share the denominator
+        2 κ cosh 2a + 1 + κ² + 4 a², except that across the wave the layer is in plain shear.
+        """
+        k = np.asarray(wave_number, np.float64)
+        mu, nu, h = self.shear_modulus_mpa, self.poisson_ratio, self.thickness_mm
+        safe = np.where(k > 0, k, 1.0)
+        soft = 1 / (mu * safe)
+        if np.isinf(h):
+            moves = k > 0
+            plane = np.where(moves, (1 - nu) * soft, 0.0)
+            coupling = np.where(moves, -(0.5 - nu) * soft, 0.0)
+            return Compliance(plane, np.where(moves, soft, 0.0), plane, coupling)
+        kappa, a = 3 - 4 * nu, safe * h
+        decay = np.exp(-2 * a)  # everything divided by exp(2a), which overflows
+        shared = kappa * (1 + decay**2) + (1 + kappa**2 + 4 * a**2) * decay
+        sinh, tail = kappa * (1 - decay**2), 4 * a * decay
+        bend = kappa * (kappa - 1) / 4
+        coupled = (bend * (2 * decay - 1 - decay**2) + 2 * a**2 * decay) * soft / shared
+        confined = (1 - 2 * nu) / (2 * mu * (1 - nu))  # 1 / (λ + 2µ)
+        return Compliance(
+            along=np.where(k > 0, (1 - nu) * soft * (sinh + tail) / shared, h / mu),
+            across=np.where(k > 0, soft * np.tanh(a), h / mu),
+            normal=np.where(k > 0, (1 - nu) * soft * (sinh - tail) / shared, h * confined),
+            coupling=np.where(k > 0, coupled, 0.0),
+        )
+
+
+class ElasticLayer:
+    """The layer on a grid: from loads to displacements.
+
+    Parameters
+    ----------
+    grid : Grid
+    elastomer : Elastomer
+    dtype : float32 or float64
+        In which everything is computed; float32 is good to 1e-6 of the largest displacement.
+    """
+
+    def __init__(self, grid: Grid, elastomer: Elastomer, dtype: DTypeLike = np.float32) -> None:
+        self.grid, self.elastomer, self.dtype = grid, elastomer, np.dtype(dtype)
+        step = 2 * np.pi / grid.spacing_mm
+        kx = step * np.fft.rfftfreq(grid.nx)[None, :]
+        ky = step * np.fft.fftfreq(grid.ny)[:, None]
+        k = np.hypot(kx, ky)
+        found = elastomer.compliance(k)
+        cos, sin = (np.divide(side, k, out=np.zeros_like(k), where=k > 0) for side in (kx, ky))
+        # at the highest frequency a wave and its mirror image are one: what is odd has no value
+        odd = np.ones_like(k)
+        if grid.ny % 2 == 0:
+            odd[grid.ny // 2] = 0
+        if grid.nx % 2 == 0:
+            odd[:, -1] = 0
+        self._normal = found.normal.astype(self.dtype)
+        self._coupling = (found.coupling * np.stack([cos, sin]) * odd).astype(self.dtype)
+        self._xx = (found.along * cos**2 + found.across * sin**2).astype(self.dtype)
+        self._yy = (found.along * sin**2 + found.across * cos**2).astype(self.dtype)
+        self._xx[0, 0] = self._yy[0, 0] = found.across[0, 0]
+        self._xy = ((found.along - found.across) * cos * sin * odd).astype(self.dtype)
+
+    def indentation(self, pressure: Array) -> Array:
+        """(ny, nx) indentation in mm under a pressure (ny, nx) in MPa alone."""
+        return self._back(self._normal * self._forth(pressure))
+
+    def shift(self, traction: Array) -> Array:
+        """(2, ny, nx) tangential displacement in mm under a shear traction (2, ny, nx) alone."""
+        x, y = self._forth(traction)
+        return self._back(np.stack([self._xx * x + self._xy * y, self._xy * x + self._yy * y]))
+
+    def spread(self, pressure: Array) -> Array:
+        """(2, ny, nx) tangential displacement under a pressure alone: outwards."""
+        return self._back(self._coupling * (-1j * self._forth(pressure)))
+
+    def bulge(self, traction: Array) -> Array:
+        """(ny, nx) indentation under a shear traction alone."""
+        x, y = 1j * self._forth(traction)
+        return self._back(self._coupling[0] * x + self._coupling[1] * y)
+
+    def resolvent(self, rho: float, stiffening: float = 1.0) -> Resolvent:
+        """Return the solver of (C / stiffening + rho) q = b for a traction, C being :meth:`shift`.
+
+        Parameters
+        ----------
+        rho : float
+            mm/MPa.
+        stiffening : float
+            How much stiffer than the elastomer says the layer is.
+        """
+        xx, yy, xy = (part / stiffening for part in (self._xx, self._yy, self._xy))
+        return Resolvent(self, xx + rho, yy + rho, xy)
+
+    @cached_property
+    def typical_shift(self) -> float:
+        """Geometric mean of the softest and the stiffest wave's tangential compliance, mm/MPa."""
+        values = self._xx[self._xx > 0]
+        return float(np.sqrt(values.max() * values.min()))
+
+    def _forth(self, field: Array) -> NDArray[Any]:
+        from scipy.fft import rfft2
+
+        return np.asarray(rfft2(field.astype(self.dtype, copy=False), workers=1))
+
+    def _back(self, waves: NDArray[Any]) -> Array:
+        from scipy.fft import irfft2
+
+        return np.asarray(irfft2(waves, s=self.grid.shape, workers=1))
+
+
+class Resolvent:
+    """Solves (C / stiffening + rho) q = b in one pair of transforms; see :class:`ElasticLayer`."""
+
+    def __init__(self, layer: ElasticLayer, xx: Array, yy: Array, xy: Array) -> None:
+        self._layer = layer
+        determinant = xx * yy - xy**2
+        self._xx, self._yy, self._xy = yy / determinant, xx / determinant, -xy / determinant
+
+    def __call__(self, wanted: Array) -> Array:
+        """(2, ny, nx) traction that answers this displacement (2, ny, nx)."""
+        x, y = self._layer._forth(wanted)
+        return self._layer._back(
+            np.stack([self._xx * x + self._xy * y, self._xy * x + self._yy * y])
+        )

@@ -1,0 +1,68 @@
+"""The nodes on which the skin's mechanics is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A rectangular grid of nodes around the image centre; x right, y down, mm.
+
+    Everything on it is periodic: what leaves at one side comes in at the other, so there should be
+    a margin of a few thicknesses around whatever is loaded.
+
+    Attributes
+    ----------
+    nx, ny : int
+        Number of nodes.
+    spacing_mm : float
+        Distance of neighbours, the same along x and y.
+    """
+
+    nx: int
+    ny: int
+    spacing_mm: float
+
+    @classmethod
+    def covering(cls, width_mm: float, height_mm: float, spacing_mm: float) -> Grid:
+        """Return the smallest grid of a size that is quick to transform and covers this area."""
+        from scipy.fft import next_fast_len
+
+        nx, ny = (
+            next_fast_len(int(np.ceil(side / spacing_mm)), real=True)
+            for side in (width_mm, height_mm)
+        )
+        return cls(nx, ny, spacing_mm)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of an array on the grid."""
+        return self.ny, self.nx
+
+    @property
+    def cell_mm2(self) -> float:
+        """Area that belongs to one node."""
+        return self.spacing_mm**2
+
+    @cached_property
+    def x_mm(self) -> Array:
+        """(nx,) positions of the columns."""
+        return np.asarray((np.arange(self.nx) - (self.nx - 1) / 2) * self.spacing_mm)
+
+    @cached_property
+    def y_mm(self) -> Array:
+        """(ny,) positions of the rows."""
+        return np.asarray((np.arange(self.ny) - (self.ny - 1) / 2) * self.spacing_mm)
+
+    @cached_property
+    def nodes_mm(self) -> Array:
+        """(2, ny, nx) x and y of every node."""
+        return np.stack(np.meshgrid(self.x_mm, self.y_mm))

@@ -1,0 +1,59 @@
+"""Objects to press into the virtual skin, by name."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from difflib import get_close_matches
+from typing import Any
+
+from tactile_core.errors import InputError
+from tactile_core.sim.indenters.height_map import HeightMapIndenter
+from tactile_core.sim.indenters.mesh import mesh_indenter
+from tactile_core.sim.indenters.shape import Indenter
+from tactile_core.sim.indenters.solids import Cone, Cylinder, Flat, Sphere
+from tactile_core.sim.indenters.textures import Cloth, Coin, Screw, letters
+
+KINDS: dict[str, Callable[..., Indenter]] = {
+    "sphere": Sphere,
+    "cylinder": Cylinder,
+    "flat": Flat,
+    "cone": Cone,
+    "heightmap": HeightMapIndenter,
+    "mesh": mesh_indenter,
+    "coin": Coin,
+    "screw": Screw,
+    "letters": letters,
+    "cloth": Cloth,
+}
+
+__all__ = ["KINDS", "Indenter", "make_indenter"]
+
+
+def make_indenter(kind: str, **options: Any) -> Indenter:
+    """Return an object by the name of its kind.
+
+    Parameters
+    ----------
+    kind : str
+        One of :data:`KINDS`.
+    **options
+        Of that kind, in mm and degrees.
+
+    Raises
+    ------
+    InputError
+        No such kind or option, one is missing, or a size makes no sense.
+    """
+    if kind not in KINDS:
+        close = get_close_matches(kind, KINDS, 1)
+        hint = f"; do you mean {close[0]!r}?" if close else ""
+        raise InputError(f"there is no indenter {kind!r}, but {', '.join(KINDS)}{hint}")
+    known = inspect.signature(KINDS[kind]).parameters
+    for name in options:
+        if name not in known:
+            raise InputError(f"a {kind} has no option {name!r}, but {', '.join(known)}")
+    for name, parameter in known.items():
+        if parameter.default is parameter.empty and name not in options:
+            raise InputError(f"a {kind} needs {name}")
+    return KINDS[kind](**options)

@@ -1,0 +1,63 @@
+"""Any shape that is given as heights on a grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.sim.indenters.shape import FAR_MM, Indenter
+from tactile_core.sim.indenters.solids import positive
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMapIndenter(Indenter):
+    """An object whose lower side is given on a grid, its middle above the pressed place.
+
+    Parameters
+    ----------
+    height_mm : (H, W)
+        How far each point protrudes towards the skin: the highest touches first. Not-a-number
+        where there is nothing. Between the points it is linear.
+    mm_per_px : float
+        Distance of the points.
+    """
+
+    height_mm: Array
+    mm_per_px: float
+
+    def __post_init__(self) -> None:
+        height = np.array(self.height_mm, np.float64)
+        if height.ndim != 2 or min(height.shape) < 2:
+            raise InputError(
+                f"a height map should have two dimensions of 2 or more points, not {height.shape}"
+            )
+        if not np.isfinite(height).any() or np.isinf(height).any():
+            raise InputError("a height map should have finite heights, or nan where nothing is")
+        positive("a height map's mm_per_px", self.mm_per_px)
+        height.flags.writeable = False
+        object.__setattr__(self, "height_mm", height)
+
+    @property
+    def detail_mm(self) -> float | None:
+        """The distance of its points."""
+        return self.mm_per_px
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        import cv2
+
+        height = self.height_mm
+        rows, columns = height.shape
+        gap = np.where(np.isnan(height), FAR_MM, np.nanmax(height) - height).astype(np.float32)
+        column = (np.asarray(x_mm) / self.mm_per_px + (columns - 1) / 2).astype(np.float32)
+        row = (np.asarray(y_mm) / self.mm_per_px + (rows - 1) / 2).astype(np.float32)
+        found = cv2.remap(
+            gap, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=FAR_MM
+        )
+        return np.asarray(found, np.float64)

@@ -1,0 +1,103 @@
+"""A mesh file as an object: its lower side, by the optional extra ``mesh``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.sim.indenters.height_map import HeightMapIndenter
+from tactile_core.sim.indenters.solids import positive
+
+Array = NDArray[Any]
+
+_MOST_POINTS = 4_000_000
+
+
+def mesh_indenter(
+    path: str | Path, *, scale: float = 1.0, mm_per_px: float = 0.05
+) -> HeightMapIndenter:
+    """Read a closed mesh and return its lower side.
+
+    Parameters
+    ----------
+    path : str or Path
+        STL, OBJ, PLY or whatever trimesh reads; millimetres. The side towards −z is pressed into
+        the skin, x is right and y down; the middle of its box comes above the pressed place.
+    scale : float
+        Multiplies every length: 1000 for a mesh in metres.
+    mm_per_px : float
+        Distance of the points at which the surface is taken.
+
+    Raises
+    ------
+    InputError
+        trimesh is not installed, the file cannot be read, or the mesh is not closed.
+    """
+    positive("a mesh's scale", scale)
+    positive("a mesh's mm_per_px", mm_per_px)
+    vertices, faces = _read(Path(path))
+    return HeightMapIndenter(_lower_side(scale * vertices, faces, mm_per_px), mm_per_px)
+
+
+def _read(path: Path) -> tuple[Array, NDArray[np.int64]]:
+    try:
+        import trimesh
+    except ImportError:
+        raise InputError(
+            "a mesh file needs trimesh; install it with: pip install 'tactile-core[mesh]'"
+        ) from None
+    if not path.is_file():
+        raise InputError(f"{path} is no file; give a mesh, for example an STL")
+    try:
+        mesh = trimesh.load(path, force="mesh")
+    except Exception as error:  # trimesh's readers raise whatever their parsers do
+        raise InputError(f"{path} cannot be read as a mesh: {error}") from error
+    if not len(mesh.faces):
+        raise InputError(f"{path} has no faces; give a closed mesh")
+    if not mesh.is_watertight:
+        raise InputError(f"{path} is not a closed mesh; close its holes, then press it")
+    return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+
+
+def _lower_side(vertices: Array, faces: NDArray[np.int64], mm_per_px: float) -> Array:
+    """(H, W) protrusion towards −z on a grid around the box's middle; nan beside the mesh."""
+    low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
+    columns, rows = np.maximum(np.ceil((high - low) / mm_per_px).astype(int) + 1, 2)
+    if rows * columns > _MOST_POINTS:
+        raise InputError(
+            f"a mesh of {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm is too large for points "
+            f"{mm_per_px:g} mm apart; give a larger mm_per_px, or a scale if it is not in mm"
+        )
+    first = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * mm_per_px
+    lowest = np.full((rows, columns), np.inf)
+    corners = vertices[faces]
+    corners[..., :2] = (corners[..., :2] - first) / mm_per_px
+    for a, b, c in corners:
+        _draw(lowest, a, b, c)
+    return np.where(np.isinf(lowest), np.nan, -lowest)
+
+
+def _draw(lowest: Array, a: Array, b: Array, c: Array) -> None:
+    """Lower the grid to a triangle of corners (column, row, z), where that is lower."""
+    area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    if area == 0:
+        return  # upright: its neighbours cover its edges
+    x0, x1 = _span(a[0], b[0], c[0], lowest.shape[1])
+    y0, y1 = _span(a[1], b[1], c[1], lowest.shape[0])
+    x, y = np.arange(x0, x1), np.arange(y0, y1)[:, None]
+    second = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area
+    third = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
+    slack = -1e-9  # a point on an edge belongs to both neighbours
+    inside = (second >= slack) & (third >= slack) & (second + third <= 1 - slack)
+    z = a[2] + second * (b[2] - a[2]) + third * (c[2] - a[2])
+    part = lowest[y0:y1, x0:x1]
+    part[inside] = np.minimum(part, z)[inside]
+
+
+def _span(a: float, b: float, c: float, size: int) -> tuple[int, int]:
+    low, high = min(a, b, c), max(a, b, c)
+    return max(int(np.floor(low)), 0), min(int(np.ceil(high)) + 1, size)

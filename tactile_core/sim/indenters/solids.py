@@ -1,0 +1,182 @@
+"""Plain solids: ball, cylinder, flat punch, cone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.sim.indenters.shape import FAR_MM, Indenter
+
+Array = NDArray[Any]
+
+_STEEPEST = 0.995
+"""How much of a radius counts as its lower side; beyond, the wall is all but upright."""
+
+
+def round_gap(distance_mm: Array, radius_mm: float) -> Array:
+    """Height of a circle of this radius over its lowest point; nothing beyond the circle."""
+    square = np.clip(distance_mm / radius_mm, 0, 1) ** 2
+    rise = radius_mm * square / (1 + np.sqrt(1 - square))  # free of cancellation near 0
+    return np.asarray(np.where(distance_mm < _STEEPEST * radius_mm, rise, FAR_MM))
+
+
+def rim_gap(outside_mm: Array, edge_mm: float) -> Array:
+    """Height of a rounded edge at distances outside the flat part; nothing beyond the edge."""
+    if edge_mm == 0:
+        return np.asarray(np.where(outside_mm > 0, FAR_MM, 0.0))
+    return np.asarray(np.where(outside_mm > 0, round_gap(outside_mm, edge_mm), 0.0))
+
+
+def positive(what: str, value: float) -> float:
+    """Return the value, or raise an InputError that says what should be a size."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{what} should be a number above 0, not {value:g}")
+    return float(value)
+
+
+@dataclass(frozen=True)
+class Sphere(Indenter):
+    """A ball.
+
+    Parameters
+    ----------
+    diameter_mm : float
+    """
+
+    diameter_mm: float
+
+    def __post_init__(self) -> None:
+        positive("a sphere's diameter_mm", self.diameter_mm)
+
+    @property
+    def rolling_radius_mm(self) -> float | None:
+        """Half the diameter."""
+        return self.diameter_mm / 2
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        return round_gap(np.hypot(x_mm, y_mm), self.diameter_mm / 2)
+
+
+@dataclass(frozen=True)
+class Cylinder(Indenter):
+    """A cylinder lying on its side, its ends rounded; its axis along x before it is turned.
+
+    Parameters
+    ----------
+    diameter_mm, length_mm : float
+    edge_mm : float
+        Radius of the ends' edges, no more than half the diameter.
+    """
+
+    diameter_mm: float
+    length_mm: float = 30.0
+    edge_mm: float = 0.3
+
+    def __post_init__(self) -> None:
+        positive("a cylinder's diameter_mm", self.diameter_mm)
+        positive("a cylinder's length_mm", self.length_mm)
+        _check_edge(self.edge_mm, min(self.diameter_mm, self.length_mm) / 2, "cylinder")
+
+    @property
+    def rolling_radius_mm(self) -> float | None:
+        """Half the diameter."""
+        return self.diameter_mm / 2
+
+    @property
+    def rolls_along_x(self) -> bool:
+        """Never: that is its axis."""
+        return False
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        outside = np.abs(x_mm) - (self.length_mm / 2 - self.edge_mm)
+        return round_gap(np.abs(y_mm), self.diameter_mm / 2) + rim_gap(outside, self.edge_mm)
+
+
+@dataclass(frozen=True)
+class Flat(Indenter):
+    """A flat-ended punch, round or rectangular, with a rounded edge.
+
+    Parameters
+    ----------
+    diameter_mm : float, optional
+        Of a round one.
+    size_mm : (width, height), optional
+        Of a rectangular one, along x and y.
+    edge_mm : float
+        Radius of the edge, which is a part of the size.
+    """
+
+    diameter_mm: float | None = None
+    size_mm: tuple[float, float] | None = None
+    edge_mm: float = 0.1
+
+    def __post_init__(self) -> None:
+        if (self.diameter_mm is None) == (self.size_mm is None):
+            raise InputError("a flat punch needs either diameter_mm or size_mm, and not both")
+        sides = self.size_mm if self.size_mm is not None else (self.diameter_mm,)
+        for side in sides:
+            positive("a flat punch's size", side if side is not None else 0.0)
+        _check_edge(self.edge_mm, min(side or 0.0 for side in sides) / 2, "flat punch")
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        if self.size_mm is None:
+            assert self.diameter_mm is not None
+            outside = np.hypot(x_mm, y_mm) - (self.diameter_mm / 2 - self.edge_mm)
+        else:
+            dx, dy = (
+                np.maximum(np.abs(along) - (side / 2 - self.edge_mm), 0)
+                for along, side in zip((x_mm, y_mm), self.size_mm, strict=True)
+            )
+            outside = np.hypot(dx, dy)
+        return rim_gap(outside, self.edge_mm)
+
+
+@dataclass(frozen=True)
+class Cone(Indenter):
+    """A cone with a rounded tip.
+
+    Parameters
+    ----------
+    half_angle_deg : float
+        Between axis and side: 90° would be flat.
+    diameter_mm : float
+        Of its base, beyond which there is nothing.
+    tip_mm : float
+        Radius of the tip.
+    """
+
+    half_angle_deg: float = 60.0
+    diameter_mm: float = 12.0
+    tip_mm: float = 0.1
+
+    def __post_init__(self) -> None:
+        if not 5 <= self.half_angle_deg < 90:
+            raise InputError(
+                f"a cone's half_angle_deg should be from 5 to below 90, not {self.half_angle_deg:g}"
+            )
+        positive("a cone's diameter_mm", self.diameter_mm)
+        _check_edge(self.tip_mm, self.diameter_mm / 2, "cone")
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        r, half = np.hypot(x_mm, y_mm), np.radians(self.half_angle_deg)
+        slope = 1 / np.tan(half)
+        meets = self.tip_mm * np.cos(half)  # where the tip's circle goes over into the side
+        tip = self.tip_mm - np.sqrt(np.maximum(self.tip_mm**2 - np.minimum(r, meets) ** 2, 0))
+        side = tip + slope * np.maximum(r - meets, 0)
+        return np.asarray(np.where(r < self.diameter_mm / 2, side, FAR_MM))
+
+
+def _check_edge(edge_mm: float, most_mm: float, what: str) -> None:
+    if not 0 <= edge_mm <= most_mm:
+        raise InputError(
+            f"the rounding of a {what} should be from 0 to {most_mm:g} mm, half its size, "
+            f"not {edge_mm:g}"
+        )

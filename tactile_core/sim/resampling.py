@@ -1,0 +1,113 @@
+"""From the nodes of the skin to the pixels of the image."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.sim.grid import Grid
+
+Array = NDArray[Any]
+Float32 = NDArray[np.float32]
+
+_ROUGH_STEPS, _EXACT_STEPS = 4, 2
+
+
+class ImageSampler:
+    """Values on nodes that moved with the skin, told at the pixels of the image.
+
+    Parameters
+    ----------
+    grid : Grid
+    shape : (height, width) in px
+    mm_per_px : float
+    """
+
+    def __init__(self, grid: Grid, shape: tuple[int, int], mm_per_px: float) -> None:
+        self.grid, self.shape, self.mm_per_px = grid, shape, mm_per_px
+        height, width = shape
+        y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in (height, width))
+        self._rows, self._row_slopes = _spline(grid.y_mm, y)
+        self._columns, self._column_slopes = _spline(grid.x_mm, x)
+
+    def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
+        """(2, ny, nx) at which row and column of nodes the skin was that is now at each node.
+
+        Parameters
+        ----------
+        displacement_mm : (2, ny, nx)
+            x and y of each node of the skin.
+        """
+        import cv2
+        from scipy.ndimage import map_coordinates
+
+        row, column = np.indices(self.grid.shape, np.float32)
+        across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
+        x, y = column - across, row - down
+        for _ in range(_ROUGH_STEPS):  # OpenCV is quick, and rounds places to 1/32
+            here = [
+                cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+                for part in (across, down)
+            ]
+            x, y = column - here[0], row - here[1]
+        found = np.stack([y, x]).astype(np.float64)
+        for _ in range(_EXACT_STEPS):
+            moved = [
+                map_coordinates(part, found, order=1, mode="nearest") for part in (down, across)
+            ]
+            found = np.stack([row - moved[0], column - moved[1]])
+        return found
+
+    def at_present(self, fields: Array, origins: NDArray[np.float64]) -> Array:
+        """(n, ny, nx) of values that moved with the skin: those that are now at the nodes."""
+        from scipy.ndimage import map_coordinates
+
+        return np.stack(
+            [map_coordinates(field, origins, order=3, mode="nearest") for field in fields]
+        )
+
+    def now_at_nodes(
+        self, mask: NDArray[np.bool_], origins: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """(ny, nx) of a mask that moved with the skin: what is now at the nodes."""
+        row, column = np.rint(origins).astype(int)
+        last_row, last_column = mask.shape[0] - 1, mask.shape[1] - 1
+        return np.asarray(mask[np.clip(row, 0, last_row), np.clip(column, 0, last_column)])
+
+    def values(self, field: Array) -> Float32:
+        """(H, W) cubic spline through the nodes' values."""
+        return np.asarray(self._rows @ (np.asarray(field, np.float32) @ self._columns.T))
+
+    def slopes(self, field: Array) -> Float32:
+        """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
+        nodes = np.asarray(field, np.float32)
+        along_x = self._rows @ (nodes @ self._column_slopes.T)
+        along_y = self._row_slopes @ (nodes @ self._columns.T)
+        return np.stack([along_x, along_y], axis=2)
+
+    def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(H, W): pixels nearer to nodes of the mask than to others."""
+        import cv2
+
+        height, width = self.shape
+        scale = self.mm_per_px / self.grid.spacing_mm
+        centre_x = (self.grid.nx - 1) / 2 - scale * (width - 1) / 2
+        centre_y = (self.grid.ny - 1) / 2 - scale * (height - 1) / 2
+        affine = np.array([[scale, 0, centre_x], [0, scale, centre_y]])
+        share = cv2.warpAffine(
+            nodes.astype(np.float32),
+            affine,
+            (width, height),
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        )
+        return np.asarray(share > 0.5)
+
+
+def _spline(nodes: Array, wanted: Array) -> tuple[Float32, Float32]:
+    """Matrices from values at the nodes to a cubic spline's values and slopes elsewhere."""
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(nodes, np.eye(len(nodes)), k=3)
+    return spline(wanted).astype(np.float32), spline.derivative()(wanted).astype(np.float32)

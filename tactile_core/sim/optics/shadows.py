@@ -1,0 +1,86 @@
+"""Shadows that the relief of the skin casts upon itself, by marching towards the lamp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+
+_MOST_STEPS = 24
+_LOWEST_RELIEF_MM = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Shadows:
+    """The way from each place of the skin towards one lamp, on a reduced grid.
+
+    Attributes
+    ----------
+    way : (h, w, 2) float32
+        Where the light comes from in the image, unit vectors.
+    rise : (h, w) float32
+        Height that a ray gains per mm of way.
+    blur : float
+        Half the angle that the lamp fills, rad: the penumbra.
+    mm_per_px : float
+        Of the reduced grid.
+    """
+
+    way: Float32
+    rise: Float32
+    blur: float
+    mm_per_px: float
+
+    @classmethod
+    def prepare(cls, toward: Float32, blur: float, *, mm_per_px: float, reduce: int) -> Shadows:
+        """Prepare one lamp's (3, H, W) light vectors for a grid that is ``reduce`` times coarser."""
+        h, w = toward.shape[1:]
+        size = (max(1, w // reduce), max(1, h // reduce))
+        x, y, z = (cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in toward)
+        level = np.maximum(np.hypot(x, y), 1e-6)
+        rise = np.maximum(z / level, 1e-3)
+        return cls(np.dstack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
+
+    def cast(self, height_mm: Float32) -> Float32 | None:
+        """Return the (H, W) share of the lamp that each place sees; None where none is hidden.
+
+        Parameters
+        ----------
+        height_mm : (H, W) float32
+            Relief above the skin at rest.
+        """
+        relief_mm = float(height_mm.max() - height_mm.min())
+        if relief_mm < _LOWEST_RELIEF_MM:
+            return None
+        rows, columns = self.rise.shape
+        low = cv2.resize(height_mm, (columns, rows), interpolation=cv2.INTER_AREA)
+        lowest_rise = float(self.rise.min())
+        reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
+        steps = int(np.clip(np.ceil(reach_px), 1, _MOST_STEPS))
+        stride_px = max(reach_px / steps, 1.0)
+        x, y = np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
+        hidden = np.zeros_like(low)
+        for step in range(1, steps + 1):
+            far_px = np.float32(step * stride_px)
+            there = cv2.remap(
+                low,
+                x + far_px * self.way[..., 0],
+                y + far_px * self.way[..., 1],
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_REPLICATE,
+            )
+            far_mm = far_px * np.float32(self.mm_per_px)
+            # How far the relief reaches above the ray to the lamp's middle, as a share of how
+            # far the lamp itself does.
+            above = (there - low - far_mm * self.rise) / (far_mm * np.float32(self.blur))
+            hidden = cv2.max(hidden, above)
+        if hidden.max() <= 0:
+            return None
+        seen = 1 - cv2.min(hidden, 1.0)
+        return np.asarray(
+            cv2.resize(seen, height_mm.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32
+        )

@@ -79,34 +79,34 @@ class Chip:
         """Light that gives an intensity, both as shares of full scale."""
         return float(coded**self.gamma)
 
-    def develop(self, light: Float32, noise: Float32 | None) -> NDArray[Any]:
-        """Turn light into pixels.
+    def read_out(self, light: Float32, noise: Float32) -> NDArray[Any]:
+        """Turn light into numbers.
 
         Parameters
         ----------
-        light : (H, W, K) float32
-            K is 1 or 3. Overwritten.
-        noise : (H, W, K) float32 or None
-            Standard normal numbers; None for a camera without noise.
+        light : (H, W) or (H, W, 3) float32
+        noise : float32 of the same shape
+            Standard normal numbers.
 
         Returns
         -------
-        (H, W, K) uint8 or uint16
+        uint8 or uint16 of the same shape
             Not more than ``2 ** bit_depth - 1``.
         """
-        if noise is not None:
-            # Photons arrive independently: variance is proportional to light.
-            spread = cv2.max(light, 0.0)
-            spread *= np.float32(1 / self.full_well_e)
-            spread += np.float32((self.read_noise_e / self.full_well_e) ** 2)
-            cv2.sqrt(spread, dst=spread)
-            spread *= noise.reshape(spread.shape)
-            light = light.reshape(spread.shape)
-            light += spread
-        pixels = self._coded(light)
-        if self.jpeg_quality is not None:
-            pixels = _compressed(pixels, self.jpeg_quality)
-        return pixels if pixels.ndim == 3 else pixels[..., None]
+        # Photons arrive independently: variance is proportional to light.
+        spread = np.maximum(light, 0)
+        spread *= np.float32(1 / self.full_well_e)
+        spread += np.float32((self.read_noise_e / self.full_well_e) ** 2)
+        np.sqrt(spread, out=spread)
+        spread *= noise
+        spread += light
+        return self._coded(spread)
+
+    def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
+        """Return what arrives of (H, W, 1) or (H, W, 3) pixels: less, if they are compressed."""
+        if self.jpeg_quality is None:
+            return pixels
+        return _compressed(pixels, self.jpeg_quality).reshape(pixels.shape)
 
     def _coded(self, light: Float32) -> NDArray[Any]:
         if self.gamma == 1:

@@ -16,8 +16,6 @@ _SEMI_SPECULAR = (0.2, 0.35)
 """Share and roughness of metal flakes in silicone: they shine over some 20° around the mirror's
 direction, as the coated gels of the 2017 review (figure 4) do."""
 
-_STEEPEST_COSINE = 0.05
-
 
 @dataclass(frozen=True)
 class Coating:
@@ -52,54 +50,71 @@ class Shading:
     Attributes
     ----------
     toward : (3, H, W) float32
-        Light vectors, see :func:`~tactile_core.sim.optics.lights.light_field`.
+        Light vectors of the diffuse part, see :func:`~tactile_core.sim.optics.lights.light_field`.
     blur : float
-        Half the angle that the lamp fills, rad.
-    coating : Coating
-    half : (3, H, W) float32 or None
-        Unit vectors between lamp and camera; None for a coating that mirrors nothing.
-    gloss : (H, W) float32 or None
-        How strong the mirrored light is, where a facet faces the half vector.
+        Part of the lamp that a skin seen edge-on still receives, as long as ``toward``.
+    lobe : (3, H, W) float32 or None
+        Unit vectors between lamp and camera, times the sharpness of the mirrored part; None for
+        a coating that mirrors nothing.
+    peak : (H, W) float32 or None
+        Logarithm of the mirrored light where a facet faces the half vector, less the sharpness.
     """
 
     toward: Float32
     blur: float
-    coating: Coating
-    half: Float32 | None = None
-    gloss: Float32 | None = None
+    lobe: Float32 | None = None
+    peak: Float32 | None = None
 
     @classmethod
     def prepare(cls, toward: Float32, blur: float, coating: Coating, view: Float32) -> Shading:
-        """Prepare a lamp; ``view`` (3, H, W) holds unit vectors towards the camera."""
-        if coating.specular == 0:
-            return cls(toward, blur, coating)
-        strength = np.sqrt((toward**2).sum(0))
-        half = toward / np.maximum(strength, 1e-9) + view
-        half /= np.sqrt((half**2).sum(0))
-        # Torrance and Sparrow 1967: D / (4 n·v), the cosine of the light cancelled; n·v is nearly 1.
-        gloss = coating.specular * strength / (4 * coating.roughness**2)
-        return cls(toward, blur, coating, half, gloss.astype(np.float32))
-
-    def reflect(self, normals: Float32) -> Float32:
-        """Return (H, W) float32 light towards the camera, without shadows that the skin casts.
+        """Prepare one lamp.
 
         Parameters
         ----------
-        normals : (3, H, W) float32
-            Unit normals; the third component points to the camera.
+        toward : (3, H, W) float32
+            Its light vectors.
+        blur : float
+            Half the angle that it fills, rad, times the length of ``toward``.
+        coating : Coating
+        view : (3, H, W) float32
+            Unit vectors towards the camera.
         """
-        light = _softly_positive(_dot(normals, self.toward), self.blur)
-        if self.half is None or self.gloss is None:
-            return light
-        light *= np.float32(1 - self.coating.specular)
-        cosine = cv2.max(_dot(normals, self.half), _STEEPEST_COSINE)
-        # Beckmann: exp(−tan²/m²) / cos⁴, written with t = 1/cos².
-        t = cv2.divide(1.0, cv2.multiply(cosine, cosine))
-        lobe = cv2.exp((1 - t) * np.float32(self.coating.roughness**-2))
-        lobe *= t
-        lobe *= t
-        lobe *= self.gloss
-        light += lobe
+        if coating.specular == 0:
+            return cls(toward, blur)
+        strength = np.maximum(np.sqrt((toward**2).sum(0)), 1e-9)
+        half = toward / strength + view
+        half /= np.sqrt((half**2).sum(0))
+        # Torrance and Sparrow 1967: D / (4 n·v) of the light, with n·v nearly 1. Beckmann's D is
+        # close to exp(2 (n·h − 1) / m²) / m² for n·h near 1 (Wang et al. 2009), an exponential of
+        # what is linear in the normal.
+        sharpness = 2 / coating.roughness**2
+        gloss = coating.specular * strength * sharpness / 8
+        return cls(
+            toward * np.float32(1 - coating.specular),
+            blur * (1 - coating.specular),
+            (half * sharpness).astype(np.float32),
+            (np.log(gloss) - sharpness).astype(np.float32),
+        )
+
+    def reflect(self, normals: Float32, rows: slice = slice(None)) -> Float32:
+        """Return the light towards the camera, without shadows that the skin casts.
+
+        Parameters
+        ----------
+        normals : (3, h, W) float32
+            Unit normals; the third component points to the camera.
+        rows : slice
+            Which h rows of the image they are.
+
+        Returns
+        -------
+        (h, W) float32
+        """
+        light = _softly_positive(_dot(normals, self.toward[:, rows]), self.blur)
+        if self.lobe is not None and self.peak is not None:
+            mirrored = _dot(normals, self.lobe[:, rows])
+            mirrored += self.peak[rows]
+            light += cv2.exp(mirrored)
         return light
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +23,8 @@ from tactile_core.sim.optics.skin import Membrane, Skin
 Float32 = NDArray[np.float32]
 Mode = Literal["fast", "accurate"]
 
-_SHADOW_COLUMNS = {"fast": 160, "accurate": 640}
+_SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
+_BAND_PX = 32
 _VIEW_DIAGONALS = 1.5
 _COLOURS = 3
 
@@ -135,9 +137,12 @@ class RigOptics:
             seed,
             from_table=mode == "fast",
         )
-        self._crosstalk = crosstalk_matrix(said.sensor.crosstalk)
         self._glass = vignette(self._shape, said.sensor.vignetting)
-        self._gains = self._exposure_gains(said.sensor.exposure)
+        colours = len(self._shots[0].channels)
+        self._mixing = self._balanced(
+            said.sensor.exposure,
+            crosstalk_matrix(said.sensor.crosstalk) if colours == _COLOURS else np.eye(colours),
+        )
         dust = self._faults.dusty(self._shape, seed)
         if dust is not None:
             self._glass = self._glass * dust
@@ -237,57 +242,72 @@ class RigOptics:
         -------
         (H, W, 1) or (H, W, 3) uint8 or uint16
         """
-        light = self._light(skin, levels, frame)
-        light *= (self._gains * np.float32(self._faults.overexposure)).reshape(-1)
-        noise = self._noise.of(frame, exposure)[: light.size].reshape(light.shape)
-        return self._chip.develop(light, noise)
+        pixels = np.empty((*self._shape, len(self._mixing)), self._chip.dtype)
+        noise = self._noise.of(frame, exposure)[: pixels.size].reshape(pixels.shape)
+        mixing = self._mixing * self._faults.overexposure
+        for rows, light in self._light(skin, self._shining(levels, frame), mixing):
+            pixels[rows] = self._chip.read_out(light, noise[rows])
+        return self._chip.send(pixels)
 
-    def _light(self, skin: Skin, levels: Mapping[str, float], frame: int) -> Float32:
-        """(H, W, 1 or 3) light that falls on the chip, before its gain."""
+    def _shining(self, levels: Mapping[str, float], frame: int) -> list[tuple[int, float]]:
+        """Lamps that shine, by number, and how brightly."""
+        bright = [
+            levels.get(source.name, 0.0) * self._faults.level(source.name, k, frame, self._seed)
+            for k, source in enumerate(self._sources)
+        ]
+        return [(k, level) for k, level in enumerate(bright) if level > 0]
+
+    def _light(
+        self, skin: Skin, shining: list[tuple[int, float]], mixing: NDArray[Any]
+    ) -> Iterator[tuple[slice, Float32]]:
+        """(h, W, K) light that falls on bands of the chip, after a (K, K) mixing of the colours."""
         names = self._shots[0].channels
-        colours = len(names) if len(names) == _COLOURS else 1
-        planes = np.zeros((colours, *self._shape), np.float32)
-        sky = (0.5 * skin.normals[2] + 0.5) if any(s.ambient for s in self._sources) else None
-        for number, source in enumerate(self._sources):
-            level = levels.get(source.name, 0.0)
-            level *= self._faults.level(source.name, number, frame, self._seed)
-            if level <= 0:
-                continue
-            light = source.shading.reflect(skin.normals)
-            seen = source.shadows.cast(skin.relief_mm)
-            if seen is not None:
-                light *= seen
-            if sky is not None:
-                light += sky * np.float32(source.ambient)
-            light *= skin.grain[number]
-            if level != 1:
-                light *= np.float32(level)
-            fed = [k for k, name in enumerate(names) if name in source.feeds]
-            for k in fed if colours > 1 and fed else range(colours):
-                planes[k] += light
-        veil = self._glass if skin.reflectance is None else self._glass * skin.reflectance
-        planes *= veil
-        if colours == 1:
-            return planes[0][..., None]
-        mixed = self._crosstalk @ planes.reshape(colours, -1)
-        return np.ascontiguousarray(mixed.T).reshape(*self._shape, colours)
+        seen = {k: self._sources[k].shadows.cast(skin.relief_mm) for k, _ in shining}
+        mixing = mixing.astype(np.float32)
+        # Bands of rows stay in the processor's cache.
+        for top in range(0, self._shape[0], _BAND_PX):
+            rows = slice(top, top + _BAND_PX)
+            normals = skin.normals[:, rows]
+            sky = 0.5 * normals[2] + 0.5
+            lit = np.zeros((len(names), *sky.shape), np.float32)
+            ambient = np.zeros(len(names), np.float32)
+            for k, level in shining:
+                source, shade = self._sources[k], seen[k]
+                light = source.shading.reflect(normals, rows)
+                if shade is not None:
+                    light *= shade[rows]
+                light *= skin.grain[k][rows]
+                if level != 1:
+                    light *= np.float32(level)
+                fed = [c for c, name in enumerate(names) if name in source.feeds]
+                for c in fed or range(len(names)):
+                    lit[c] += light
+                    ambient[c] += level * source.ambient
+            for plane, share in zip(lit, ambient, strict=True):
+                plane += sky * share
+            veil = self._glass[rows]
+            lit *= veil if skin.reflectance is None else veil * skin.reflectance[rows]
+            if len(names) == 1:
+                yield rows, (lit[0] * mixing[0, 0])[..., None]
+            else:
+                yield rows, np.asarray(cv2.transform(cv2.merge([*lit]), mixing), np.float32)
 
-    def _exposure_gains(self, exposure: float) -> Float32:
-        """(1,) or (3,) gains that bring the resting skin to the wanted intensity.
+    def _balanced(self, exposure: float, crosstalk: NDArray[Any]) -> NDArray[np.float64]:
+        """(K, K) mixing of the colours that brings the resting skin to the wanted intensity.
 
         Colours are balanced to white, as webcams do; lamps in turn share one gain.
         """
         rest = self._membrane.state(np.zeros(self._shape, np.float32))
-        bare = Skin(rest.normals, rest.relief_mm, None, rest.grain)
-        # Without the faults, lest a dead lamp be made up for.
-        faults, self._faults = self._faults, Faults()
-        medians = [
-            np.median(self._light(bare, shot.levels, 0), axis=(0, 1)) for shot in self._shots
-        ]
-        self._faults = faults
-        level = np.mean(medians, axis=0)
+        bare = replace(rest, reflectance=None)
+        frames = []
+        for shot in self._shots:
+            # Without the faults, lest a dead lamp be made up for.
+            named = [shot.levels.get(source.name, 0.0) for source in self._sources]
+            shining = [(k, level) for k, level in enumerate(named) if level > 0]
+            frames.append(np.concatenate([b for _, b in self._light(bare, shining, crosstalk)]))
+        level = np.mean([np.median(light, axis=(0, 1)) for light in frames], axis=0)
         level[level <= 0] = max(level.max(), 1e-6)
-        return np.asarray(self._chip.light_of(exposure) / level, np.float32)
+        return np.asarray(self._chip.light_of(exposure) / level[:, None] * crosstalk)
 
     def _view(self, distance_mm: float | None) -> Float32:
         """(3, H, W) unit vectors from the skin to the pupil above the image centre."""

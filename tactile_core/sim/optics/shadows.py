@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
 
-_MOST_STEPS = 24
+_MOST_STEPS = 16
 _LOWEST_RELIEF_MM = 0.01
 
 
@@ -62,22 +62,23 @@ class Shadows:
         reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
         steps = int(np.clip(np.ceil(reach_px), 1, _MOST_STEPS))
         stride_px = max(reach_px / steps, 1.0)
-        x, y = np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
+        there = np.dstack(
+            np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
+        )
+        stride = self.way * np.float32(stride_px)
+        stride_mm = np.float32(stride_px * self.mm_per_px)
+        ray = low.copy()
+        climb = self.rise * stride_mm
         hidden = np.zeros_like(low)
         for step in range(1, steps + 1):
-            far_px = np.float32(step * stride_px)
-            there = cv2.remap(
-                low,
-                x + far_px * self.way[..., 0],
-                y + far_px * self.way[..., 1],
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )
-            far_mm = far_px * np.float32(self.mm_per_px)
+            there += stride
+            ray += climb
+            above = cv2.remap(low, there, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            above -= ray
             # How far the relief reaches above the ray to the lamp's middle, as a share of how
             # far the lamp itself does.
-            above = (there - low - far_mm * self.rise) / (far_mm * np.float32(self.blur))
-            hidden = cv2.max(hidden, above)
+            above *= np.float32(1 / (step * stride_mm * self.blur))
+            cv2.max(hidden, above, dst=hidden)
         if hidden.max() <= 0:
             return None
         seen = 1 - cv2.min(hidden, 1.0)

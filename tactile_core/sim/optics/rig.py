@@ -262,7 +262,11 @@ class RigOptics:
     ) -> Iterator[tuple[slice, Float32]]:
         """(h, W, K) light that falls on bands of the chip, after a (K, K) mixing of the colours."""
         names = self._shots[0].channels
-        seen = {k: self._sources[k].shadows.cast(skin.relief_mm) for k, _ in shining}
+        low = self._sources[0].shadows.reduced(skin.relief_mm)
+        seen = {
+            k: None if low is None else self._sources[k].shadows.cast(low, self._shape)
+            for k, _ in shining
+        }
         mixing = mixing.astype(np.float32)
         # Bands of rows stay in the processor's cache.
         for top in range(0, self._shape[0], _BAND_PX):

@@ -45,19 +45,29 @@ class Shadows:
         rise = np.maximum(z / level, 1e-3)
         return cls(np.dstack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
 
-    def cast(self, height_mm: Float32) -> Float32 | None:
-        """Return the (H, W) share of the lamp that each place sees; None where none is hidden.
+    def reduced(self, height_mm: Float32) -> Float32 | None:
+        """Return the (h, w) relief on this grid; None where it is too low to hide anything."""
+        if float(height_mm.max() - height_mm.min()) < _LOWEST_RELIEF_MM:
+            return None
+        size = (self.rise.shape[1], self.rise.shape[0])
+        return np.asarray(cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA), np.float32)
+
+    def cast(self, low: Float32, shape: tuple[int, int]) -> Float32 | None:
+        """Return the share of the lamp that each place sees; None where none is hidden.
 
         Parameters
         ----------
-        height_mm : (H, W) float32
-            Relief above the skin at rest.
+        low : (h, w) float32
+            Relief above the skin at rest in mm, as :meth:`reduced` gives it.
+        shape : (H, W)
+            Size of the image.
+
+        Returns
+        -------
+        (H, W) float32 or None
         """
-        relief_mm = float(height_mm.max() - height_mm.min())
-        if relief_mm < _LOWEST_RELIEF_MM:
-            return None
-        rows, columns = self.rise.shape
-        low = cv2.resize(height_mm, (columns, rows), interpolation=cv2.INTER_AREA)
+        rows, columns = low.shape
+        relief_mm = float(low.max() - low.min())
         lowest_rise = float(self.rise.min())
         reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
         steps = int(np.clip(np.ceil(reach_px), 1, _MOST_STEPS))
@@ -83,5 +93,5 @@ class Shadows:
             return None
         seen = 1 - cv2.min(hidden, 1.0)
         return np.asarray(
-            cv2.resize(seen, height_mm.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32
+            cv2.resize(seen, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32
         )

@@ -144,9 +144,7 @@ class Noise:
         self._size = size
         self._seed = seed
         rng = np.random.default_rng([seed, 1])
-        self._table = (
-            rng.standard_normal(_TABLE_FRAMES * size, np.float32) if from_table else None
-        )
+        self._table = rng.standard_normal(_TABLE_FRAMES * size, np.float32) if from_table else None
 
     def of(self, frame: int, exposure: int) -> Float32:
         """Return (size,) float32 for one exposure of one frame."""
@@ -181,4 +179,5 @@ def _compressed(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
     swapped = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if colour else pixels
     _, data = cv2.imencode(".jpg", swapped, [cv2.IMWRITE_JPEG_QUALITY, quality])
     back = cv2.imdecode(data, cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE)
-    return np.asarray(cv2.cvtColor(back, cv2.COLOR_BGR2RGB) if colour else back)
+    sent = np.asarray(back)
+    return np.asarray(cv2.cvtColor(sent, cv2.COLOR_BGR2RGB)) if colour else sent

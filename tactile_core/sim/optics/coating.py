@@ -114,7 +114,7 @@ class Shading:
         if self.lobe is not None and self.peak is not None:
             mirrored = _dot(normals, self.lobe[:, rows])
             mirrored += self.peak[rows]
-            light += cv2.exp(mirrored)
+            light += np.asarray(cv2.exp(mirrored), np.float32)
         return light
 
 
@@ -127,9 +127,9 @@ def _dot(a: Float32, b: Float32) -> Float32:
 
 def _softly_positive(cosine: Float32, blur: float) -> Float32:
     """The part of an extended lamp that is above the skin's own horizon, times its cosine."""
-    root = cv2.multiply(cosine, cosine)
+    root = cosine * cosine
     root += np.float32(blur**2)
-    cv2.sqrt(root, dst=root)
+    np.sqrt(root, out=root)
     root += cosine
     root *= np.float32(0.5)
     return np.asarray(root)

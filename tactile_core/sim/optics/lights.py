@@ -147,8 +147,7 @@ def illumination_of(profile: Profile) -> Illumination:
         Its plugin is absent or broken.
     """
     cls: type[Illumination] = resolve("illumination", profile.illumination.use)
-    made = cls(cls.Options.model_validate(profile.illumination.options))
-    return made
+    return cls(cls.Options.model_validate(profile.illumination.options))
 
 
 def lamps_of(profile: Profile, exposures: tuple[Exposure, ...], options: Any) -> tuple[Lamp, ...]:

@@ -27,7 +27,8 @@ class Marks:
     Attributes
     ----------
     rest_px : (N, 2) float64
-        Centres on the resting skin, x and y; some lie beyond the image, whence shear may bring them.
+        Centres on the resting skin, x and y; some lie beyond the image, and shear may bring them
+        into it.
     angles : (N,) float64
         By how much each is turned, rad from x towards y.
     size_px : float

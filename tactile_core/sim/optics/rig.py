@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal
 
 import cv2
@@ -14,30 +14,16 @@ from tactile_core.errors import InputError
 from tactile_core.illumination import Exposure
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
-from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.lights import illumination_of, lamps_of, light_field
-from tactile_core.sim.optics.shadows import Shadows
+from tactile_core.sim.optics.lights import illumination_of, lamps_of
 from tactile_core.sim.optics.skin import Membrane, Skin
+from tactile_core.sim.optics.sources import Source, shine, sources_of
 
 Float32 = NDArray[np.float32]
 Mode = Literal["fast", "accurate"]
 
 _SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
-_BAND_PX = 32
-_VIEW_DIAGONALS = 1.5
 _COLOURS = 3
-
-
-@dataclass(frozen=True, eq=False)
-class _Source:
-    """One lamp, ready to light any state of the skin."""
-
-    name: str
-    feeds: tuple[str, ...]
-    shading: Shading
-    shadows: Shadows
-    ambient: float
 
 
 class RigOptics:
@@ -84,74 +70,42 @@ class RigOptics:
     ) -> None:
         if mode not in _SHADOW_COLUMNS:
             raise InputError(f"mode is 'fast' or 'accurate', not {mode!r}")
-        image, said = profile.image, profile.optics
         self.profile = profile
-        self.full_scale = image.full_scale
+        self.full_scale = profile.image.full_scale
         self._seed = seed
         self._faults = faults or Faults()
-        self._shape = (image.height_px, image.width_px)
+        self._shape = (profile.image.height_px, profile.image.width_px)
         illumination = illumination_of(profile)
-        self.exposures: tuple[Exposure, ...] = illumination.exposures()
         self.channels = illumination.channels
+        self.exposures: tuple[Exposure, ...] = illumination.exposures()
         self._shots = tuple(e for e in self.exposures if e.channels)
+        # One camera takes every exposure: all show as many colours.
+        self._colours = self._shots[0].channels
         lamps = lamps_of(profile, self.exposures, illumination.options)
         self._faults.check_lights(tuple(lamp.name for lamp in lamps))
         self._membrane = Membrane(profile, len(lamps), self._faults, seed)
-        coating = Coating.of(profile)
-        view = self._view(said.sensor.view_distance_mm)
-        strengths = np.random.default_rng([seed, 41]).standard_normal(len(lamps))
-        sources = []
-        for lamp, strength in zip(lamps, strengths, strict=True):
-            whole = light_field(
-                lamp, self._shape, mm_per_px=image.mm_per_px, rest_mm=self._membrane.rest_mm
-            )
-            toward = whole
-            if dead := self._faults.dead_leds.get(lamp.name):
-                toward = light_field(
-                    lamp,
-                    self._shape,
-                    mm_per_px=image.mm_per_px,
-                    rest_mm=self._membrane.rest_mm,
-                    dead_leds=tuple(dead),
-                )
-            level = float(np.median(whole[2])) * max(0.1, 1 + lamp.build.spread * strength)
-            bright = np.float32((1 - said.ambient) * level / np.median(whole[2]))
-            sources.append(
-                _Source(
-                    lamp.name,
-                    lamp.feeds,
-                    Shading.prepare(toward * bright, lamp.blur * float(bright), coating, view),
-                    Shadows.prepare(
-                        toward,
-                        lamp.blur,
-                        mm_per_px=image.mm_per_px,
-                        reduce=max(1, image.width_px // _SHADOW_COLUMNS[mode]),
-                    ),
-                    said.ambient * level,
-                )
-            )
-        self._sources = tuple(sources)
+        self._sources = sources_of(
+            profile,
+            lamps,
+            rest_mm=self._membrane.rest_mm,
+            faults=self._faults,
+            seed=seed,
+            shadow_columns=_SHADOW_COLUMNS[mode],
+        )
         self._chip = Chip.of(profile)
-        self._noise = Noise(
-            int(np.prod(self._shape)) * max(len(e.channels) for e in self._shots),
-            seed,
-            from_table=mode == "fast",
-        )
-        self._glass = vignette(self._shape, said.sensor.vignetting)
-        colours = len(self._shots[0].channels)
-        self._mixing = self._balanced(
-            said.sensor.exposure,
-            crosstalk_matrix(said.sensor.crosstalk) if colours == _COLOURS else np.eye(colours),
-        )
+        size = self._shape[0] * self._shape[1] * len(self._colours)
+        self._noise = Noise(size, seed, from_table=mode == "fast")
+        self._mixing = self._balanced()
+        self._glass = vignette(self._shape, profile.optics.sensor.vignetting)
         dust = self._faults.dusty(self._shape, seed)
         if dust is not None:
-            self._glass = self._glass * dust
+            self._glass *= dust
         self._frame = 0
         self._last: NDArray[Any] | None = None
 
     @property
     def markers_px(self) -> NDArray[np.float64]:
-        """(N, 2) centres of the printed marks on the resting skin, x and y; also beyond the image."""
+        """(N, 2) centres of the printed marks at rest, x and y; some lie beyond the image."""
         marks = self._membrane.marks
         return np.zeros((0, 2)) if marks is None else marks.rest_px.copy()
 
@@ -242,83 +196,47 @@ class RigOptics:
         -------
         (H, W, 1) or (H, W, 3) uint8 or uint16
         """
-        pixels = np.empty((*self._shape, len(self._mixing)), self._chip.dtype)
-        noise = self._noise.of(frame, exposure)[: pixels.size].reshape(pixels.shape)
-        mixing = self._mixing * self._faults.overexposure
-        for rows, light in self._light(skin, self._shining(levels, frame), mixing):
-            pixels[rows] = self._chip.read_out(light, noise[rows])
+        pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
+        noise = self._noise.of(frame, exposure).reshape(pixels.shape)
+        mixing = (self._mixing * self._faults.overexposure).astype(np.float32)
+        shining = [
+            (source, bright, grain)
+            for k, (source, grain) in enumerate(zip(self._sources, skin.grain, strict=True))
+            if (bright := self._brightness(source, k, levels, frame)) > 0
+        ]
+        for rows, light in shine(shining, skin, self._colours):
+            light *= self._glass[rows]
+            pixels[rows] = self._chip.read_out(_mixed(light, mixing), noise[rows])
         return self._chip.send(pixels)
 
-    def _shining(self, levels: Mapping[str, float], frame: int) -> list[tuple[int, float]]:
-        """Lamps that shine, by number, and how brightly."""
-        bright = [
-            levels.get(source.name, 0.0) * self._faults.level(source.name, k, frame, self._seed)
-            for k, source in enumerate(self._sources)
-        ]
-        return [(k, level) for k, level in enumerate(bright) if level > 0]
+    def _brightness(
+        self, source: Source, number: int, levels: Mapping[str, float], frame: int
+    ) -> float:
+        name = source.lamp.name
+        return levels.get(name, 0.0) * self._faults.level(name, number, frame, self._seed)
 
-    def _light(
-        self, skin: Skin, shining: list[tuple[int, float]], mixing: NDArray[Any]
-    ) -> Iterator[tuple[slice, Float32]]:
-        """(h, W, K) light that falls on bands of the chip, after a (K, K) mixing of the colours."""
-        names = self._shots[0].channels
-        low = self._sources[0].shadows.reduced(skin.relief_mm)
-        seen = {
-            k: None if low is None else self._sources[k].shadows.cast(low, self._shape)
-            for k, _ in shining
-        }
-        mixing = mixing.astype(np.float32)
-        # Bands of rows stay in the processor's cache.
-        for top in range(0, self._shape[0], _BAND_PX):
-            rows = slice(top, top + _BAND_PX)
-            normals = skin.normals[:, rows]
-            sky = 0.5 * normals[2] + 0.5
-            lit = np.zeros((len(names), *sky.shape), np.float32)
-            ambient = np.zeros(len(names), np.float32)
-            for k, level in shining:
-                source, shade = self._sources[k], seen[k]
-                light = source.shading.reflect(normals, rows)
-                if shade is not None:
-                    light *= shade[rows]
-                light *= skin.grain[k][rows]
-                if level != 1:
-                    light *= np.float32(level)
-                fed = [c for c, name in enumerate(names) if name in source.feeds]
-                for c in fed or range(len(names)):
-                    lit[c] += light
-                    ambient[c] += level * source.ambient
-            for plane, share in zip(lit, ambient, strict=True):
-                plane += sky * share
-            veil = self._glass[rows]
-            lit *= veil if skin.reflectance is None else veil * skin.reflectance[rows]
-            if len(names) == 1:
-                yield rows, (lit[0] * mixing[0, 0])[..., None]
-            else:
-                yield rows, np.asarray(cv2.transform(cv2.merge([*lit]), mixing), np.float32)
-
-    def _balanced(self, exposure: float, crosstalk: NDArray[Any]) -> NDArray[np.float64]:
+    def _balanced(self) -> NDArray[np.float64]:
         """(K, K) mixing of the colours that brings the resting skin to the wanted intensity.
 
-        Colours are balanced to white, as webcams do; lamps in turn share one gain.
+        Colours are balanced to white, as webcams do; lamps in turn share one gain. Faults are left
+        out, lest a dead lamp be made up for.
         """
-        rest = self._membrane.state(np.zeros(self._shape, np.float32))
-        bare = replace(rest, reflectance=None)
-        frames = []
+        said = self.profile.optics.sensor
+        count = len(self._colours)
+        mixing = crosstalk_matrix(said.crosstalk) if count == _COLOURS else np.eye(count)
+        bare = replace(self._membrane.state(np.zeros(self._shape, np.float32)), reflectance=None)
+        medians = []
         for shot in self._shots:
-            # Without the faults, lest a dead lamp be made up for.
-            named = [shot.levels.get(source.name, 0.0) for source in self._sources]
-            shining = [(k, level) for k, level in enumerate(named) if level > 0]
-            frames.append(np.concatenate([b for _, b in self._light(bare, shining, crosstalk)]))
-        level = np.mean([np.median(light, axis=(0, 1)) for light in frames], axis=0)
+            shining = [
+                (source, level, grain)
+                for source, grain in zip(self._sources, bare.grain, strict=True)
+                if (level := shot.levels.get(source.lamp.name, 0.0)) > 0
+            ]
+            light = np.concatenate([b for _, b in shine(shining, bare, self._colours)], axis=1)
+            medians.append(mixing @ np.median(light, axis=(1, 2)))
+        level = np.mean(medians, axis=0)
         level[level <= 0] = max(level.max(), 1e-6)
-        return np.asarray(self._chip.light_of(exposure) / level[:, None] * crosstalk)
-
-    def _view(self, distance_mm: float | None) -> Float32:
-        """(3, H, W) unit vectors from the skin to the pupil above the image centre."""
-        y, x = ((np.arange(n) - (n - 1) / 2) * self.profile.image.mm_per_px for n in self._shape)
-        high = distance_mm or _VIEW_DIAGONALS * 2 * float(np.hypot(x[-1], y[-1]))
-        view = np.stack(np.broadcast_arrays(-x, -y[:, None], high)).astype(np.float32)
-        return np.asarray(view / np.sqrt((view**2).sum(0)), np.float32)
+        return np.asarray(self._chip.light_of(said.exposure) / level[:, None] * mixing)
 
     def _checked(self, values: NDArray[Any], shape: tuple[int, ...], name: str) -> Float32:
         array = np.asarray(values, np.float32)
@@ -327,3 +245,10 @@ class RigOptics:
         if not np.isfinite(array.sum()):
             raise InputError(f"{name} has values that are not finite; give 0 where nothing is")
         return array
+
+
+def _mixed(light: Float32, mixing: Float32) -> Float32:
+    """(h, W, K) of (K, h, W) light, each colour a mixture of all."""
+    if len(light) == 1:
+        return np.asarray((light[0] * mixing[0, 0])[..., None], np.float32)
+    return np.asarray(cv2.transform(cv2.merge([*light]), mixing), np.float32)

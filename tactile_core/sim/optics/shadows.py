@@ -20,7 +20,7 @@ class Shadows:
 
     Attributes
     ----------
-    way : (h, w, 2) float32
+    way : (2, h, w) float32
         Where the light comes from in the image, unit vectors.
     rise : (h, w) float32
         Height that a ray gains per mm of way.
@@ -37,13 +37,13 @@ class Shadows:
 
     @classmethod
     def prepare(cls, toward: Float32, blur: float, *, mm_per_px: float, reduce: int) -> Shadows:
-        """Prepare one lamp's (3, H, W) light vectors for a grid that is ``reduce`` times coarser."""
+        """Prepare the (3, H, W) light of one lamp for a grid that is ``reduce`` times coarser."""
         h, w = toward.shape[1:]
         size = (max(1, w // reduce), max(1, h // reduce))
         x, y, z = (cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in toward)
         level = np.maximum(np.hypot(x, y), 1e-6)
         rise = np.maximum(z / level, 1e-3)
-        return cls(np.dstack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
+        return cls(np.stack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
 
     def reduced(self, height_mm: Float32) -> Float32 | None:
         """Return the (h, w) relief on this grid; None where it is too low to hide anything."""
@@ -72,26 +72,26 @@ class Shadows:
         reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
         steps = int(np.clip(np.ceil(reach_px), 1, _MOST_STEPS))
         stride_px = max(reach_px / steps, 1.0)
-        there = np.dstack(
-            np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
-        )
-        stride = self.way * np.float32(stride_px)
+        x, y = np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
+        stride_x, stride_y = self.way * np.float32(stride_px)
         stride_mm = np.float32(stride_px * self.mm_per_px)
         ray = low.copy()
         climb = self.rise * stride_mm
         hidden = np.zeros_like(low)
         for step in range(1, steps + 1):
-            there += stride
+            x += stride_x
+            y += stride_y
             ray += climb
-            above = cv2.remap(low, there, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            above = np.asarray(
+                cv2.remap(low, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
+                np.float32,
+            )
             above -= ray
             # How far the relief reaches above the ray to the lamp's middle, as a share of how
             # far the lamp itself does.
             above *= np.float32(1 / (step * stride_mm * self.blur))
-            cv2.max(hidden, above, dst=hidden)
+            np.maximum(hidden, above, out=hidden)
         if hidden.max() <= 0:
             return None
-        seen = 1 - cv2.min(hidden, 1.0)
-        return np.asarray(
-            cv2.resize(seen, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32
-        )
+        seen = 1 - np.minimum(hidden, 1)
+        return np.asarray(cv2.resize(seen, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)

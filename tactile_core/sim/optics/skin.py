@@ -15,6 +15,7 @@ from tactile_core.sim.optics.markers import Marks
 
 Float32 = NDArray[np.float32]
 
+
 _MARGIN = 0.1
 """Skin around the image, of its width, which shear may bring into it."""
 
@@ -125,11 +126,13 @@ class Membrane:
         m = self._margin
         if displacement_mm is None:
             return list(self._resting)
-        origin = displacement_mm * np.float32(-1 / self._mm_per_px)
-        origin[..., 0] += np.arange(columns, dtype=np.float32) + m
-        origin[..., 1] += (np.arange(rows, dtype=np.float32) + m)[:, None]
+        px = np.float32(-1 / self._mm_per_px)
+        x = displacement_mm[..., 0] * px
+        y = displacement_mm[..., 1] * px
+        x += np.arange(columns, dtype=np.float32) + m
+        y += (np.arange(rows, dtype=np.float32) + m)[:, None]
         here = [
-            cv2.remap(texture, origin, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
+            cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
             for texture in self._textures
         ]
         return [np.asarray(plane, np.float32) for texture in here for plane in cv2.split(texture)]

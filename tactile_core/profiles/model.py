@@ -25,6 +25,9 @@ from pydantic import (
     model_validator,
 )
 
+from tactile_core.profiles.optics import Optics
+from tactile_core.profiles.section import Section
+
 Point = tuple[float, float]
 Quad = tuple[Point, Point, Point, Point]
 Point3 = tuple[float, float, float]
@@ -49,20 +52,6 @@ def _component_named(text: str) -> str:
     if not re.match(_USE, text):
         raise ValueError(f"should be plugin.name, for example 'core.poisson', not {text!r}")
     return text
-
-
-class Section(BaseModel):
-    """A mapping whose unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _no_switch(cls, value: Any) -> Any:
-        # No key of a section is a switch, and the validator would take true for 1.
-        if isinstance(value, bool):
-            raise ValueError(f"should not be {str(value).lower()}; there is nothing to switch here")
-        return value
 
 
 class Warp(Section):
@@ -295,6 +284,9 @@ class Profile(Section):
     )
     estimators: dict[str, Component] = Field(
         default_factory=dict, description="The steps after the calibration, in order."
+    )
+    optics: Optics = Field(
+        default_factory=Optics, description="Light beyond the lamps' places, for the virtual twin."
     )
     sim: dict[str, Any] = Field(
         default_factory=dict, description="Overlay of this profile for its virtual twin."

@@ -1,0 +1,190 @@
+"""The lamps of a rig and the light that each of them sends to every place of the skin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.illumination import Exposure, Illumination
+from tactile_core.plugins import resolve
+from tactile_core.profiles.model import Profile
+from tactile_core.profiles.optics import Lamps
+
+Float32 = NDArray[np.float32]
+
+_DEFAULT_ELEVATION_DEG = 30.0
+_DEFAULT_DISTANCE_DIAGONALS = 0.8
+_LED_MM = 1.0
+_COARSE_PX = 8
+"""Near light changes over millimetres: it is computed on every eighth pixel and interpolated."""
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """One lamp: an array of LEDs that shine towards the skin.
+
+    Attributes
+    ----------
+    name : str
+    azimuth_deg, elevation_deg : float
+        Where it stands, as seen from the image centre: from x towards y, and above the skin.
+    distance_mm : float
+        From the image centre.
+    feeds : tuple of str
+        Channels that see its colour; none of an exposure's means all of them.
+    build : Lamps
+        Its LEDs.
+    """
+
+    name: str
+    azimuth_deg: float
+    elevation_deg: float
+    distance_mm: float
+    feeds: tuple[str, ...]
+    build: Lamps
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """(3, 3) unit vectors as rows: along the gel, up the board, and where the LEDs shine."""
+        azimuth = np.radians(self.azimuth_deg)
+        out = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+        along = np.array([-out[1], out[0], 0.0])
+        forth = -self.build.aim_mm * out - self.place_mm
+        forth /= np.linalg.norm(forth)
+        return np.stack([along, np.cross(forth, along), forth])
+
+    @property
+    def place_mm(self) -> NDArray[np.float64]:
+        """(3,) middle of the lamp: x, y, and height above the skin towards the camera."""
+        azimuth, elevation = np.radians([self.azimuth_deg, self.elevation_deg])
+        level = np.cos(elevation)
+        toward = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
+        return self.distance_mm * np.array(toward)
+
+    @property
+    def leds_mm(self) -> NDArray[np.float64]:
+        """(N, 3) places of its LEDs, row by row."""
+        rows, columns = self.build.array
+        up = (np.arange(rows) - (rows - 1) / 2) * self.build.pitch_mm
+        aside = (np.arange(columns) - (columns - 1) / 2) * self.build.pitch_mm
+        along, board, _ = self.axes
+        offsets = up[:, None, None] * board + aside[:, None] * along
+        return np.asarray(self.place_mm + offsets.reshape(-1, 3))
+
+    @property
+    def blur(self) -> float:
+        """Half the angle, in rad, that it fills up and down: how gradually its shadows begin."""
+        size_mm = (self.build.array[0] - 1) * self.build.pitch_mm + _LED_MM
+        return 0.5 * size_mm / self.distance_mm + 0.2 * self.build.scatter
+
+
+def light_field(
+    lamp: Lamp,
+    shape: tuple[int, int],
+    *,
+    mm_per_px: float,
+    rest_mm: Float32 | None = None,
+    dead_leds: tuple[int, ...] = (),
+) -> Float32:
+    """Light vectors of one lamp over the skin at rest.
+
+    Each LED sends cosᵐ of the angle from its axis, which fades with the square of the distance.
+
+    Parameters
+    ----------
+    lamp : Lamp
+    shape : (height, width) in px
+    mm_per_px : float
+    rest_mm : (H, W) float32, optional
+        Height of the skin at rest, towards the camera; flat if left out.
+    dead_leds : tuple of int
+        Indices of LEDs that do not shine.
+
+    Returns
+    -------
+    (3, H, W) float32
+        x, y and height of the vector towards the lamp, as long as the irradiance that a skin
+        facing it receives; 1 in the median of a lamp whose LEDs are whole.
+    """
+    height, width = shape
+    size = (max(2, round(width / _COARSE_PX)), max(2, round(height / _COARSE_PX)))
+    # Centres of coarse pixels, as cv2.resize understands them.
+    x = ((np.arange(size[0]) + 0.5) * width / size[0] - width / 2) * mm_per_px
+    y = ((np.arange(size[1]) + 0.5) * height / size[1] - height / 2)[:, None] * mm_per_px
+    z = np.zeros((1, 1)) if rest_mm is None else cv2.resize(rest_mm, size)
+    lobe_power = np.log(0.5) / np.log(np.cos(np.radians(lamp.build.lobe_deg) / 2))
+    whole = np.zeros((3, size[1], size[0]))
+    shining = np.zeros_like(whole)
+    for number, (px, py, pz) in enumerate(lamp.leds_mm):
+        ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
+        far = np.sqrt((ray**2).sum(0))
+        along = np.maximum(-np.tensordot(lamp.axes[2], ray, 1) / far, 0)
+        vector = ray * (along**lobe_power / far**3)
+        whole += vector
+        if number not in dead_leds:
+            shining += vector
+    strength = np.median(np.linalg.norm(whole, axis=0))
+    middle = lamp.place_mm / lamp.distance_mm
+    share = lamp.build.scatter
+    alight = 1 - len({n for n in dead_leds if n < len(lamp.leds_mm)}) / len(lamp.leds_mm)
+    field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
+    coarse = field.transpose(1, 2, 0).astype(np.float32)
+    fine = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+    return np.ascontiguousarray(fine.transpose(2, 0, 1))
+
+
+def illumination_of(profile: Profile) -> Illumination:
+    """Make the profile's illumination, unopened: it tells the sequence of exposures.
+
+    Raises
+    ------
+    PluginError
+        Its plugin is absent or broken.
+    """
+    cls: type[Illumination] = resolve("illumination", profile.illumination.use)
+    return cls(cls.Options.model_validate(profile.illumination.options))
+
+
+def lamps_of(profile: Profile, exposures: tuple[Exposure, ...], options: Any) -> tuple[Lamp, ...]:
+    """Return the lamps that the illumination's options tell; failing that, evenly placed ones.
+
+    A light may say ``feeds`` and any key of :class:`~tactile_core.profiles.optics.Lamps` itself.
+    """
+    image = profile.image
+    diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px
+    general = profile.optics.lamps
+    default_mm = _DEFAULT_DISTANCE_DIAGONALS * diagonal_mm
+    lamps = []
+    for light in _lights(exposures, options):
+        own = {key: value for key, value in light.items() if key in Lamps.model_fields}
+        build = Lamps.model_validate(general.model_dump() | own)
+        lamps.append(
+            Lamp(
+                name=str(light["name"]),
+                azimuth_deg=float(light["azimuth_deg"]),
+                elevation_deg=float(light.get("elevation_deg", _DEFAULT_ELEVATION_DEG)),
+                distance_mm=build.distance_mm or default_mm,
+                feeds=tuple(light.get("feeds") or (str(light["name"]),)),
+                build=build,
+            )
+        )
+    return tuple(lamps)
+
+
+def _lights(exposures: tuple[Exposure, ...], options: Any) -> list[Mapping[str, Any]]:
+    said = [
+        dict(light) if isinstance(light, Mapping) else light.model_dump()
+        for light in getattr(options, "lights", ()) or ()
+    ]
+    if said and all({"name", "azimuth_deg"} <= light.keys() for light in said):
+        return said
+    names = list(dict.fromkeys(name for exposure in exposures for name in exposure.levels))
+    return [
+        {"name": name, "azimuth_deg": 90 + 360 * number / len(names)}
+        for number, name in enumerate(names)
+    ]

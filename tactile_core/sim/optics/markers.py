@@ -1,0 +1,143 @@
+"""Marks printed on the skin: where they are, and how they darken it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.profiles.model import Markers, Profile
+from tactile_core.sim.optics.faults import Faults
+
+Float32 = NDArray[np.float32]
+Array = NDArray[np.float64]
+
+_JITTER_PITCHES = 0.22
+_AUTO_PITCH_WIDTHS = 1 / 14
+_AUTO_DIAMETER_PITCHES = 0.36
+_BEYOND_PITCHES = 2
+_BRIDGED_PITCHES = 1.2
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """The print of one gel.
+
+    Attributes
+    ----------
+    rest_px : (N, 2) float64
+        Centres on the resting skin, x and y; some lie beyond the image, and shear may bring them
+        into it.
+    angles : (N,) float64
+        By how much each is turned, rad from x towards y.
+    size_px : float
+        Diameter of a round mark, side of a square or a triangle.
+    shape : {"round", "square", "triangle"}
+    worn : (N,) bool
+        Marks that are missing.
+    joined : (M, 2) int
+        Pairs of marks whose ink has run together.
+    """
+
+    rest_px: Array
+    angles: Array
+    size_px: float
+    shape: str
+    worn: NDArray[np.bool_]
+    joined: NDArray[np.int_]
+
+    @classmethod
+    def of(cls, profile: Profile, faults: Faults, seed: int) -> Marks | None:
+        """Return the print that the profile's gel carries; None for a bare one."""
+        told = profile.gel.markers
+        if told is None:
+            return None
+        image, look = profile.image, profile.optics.marks
+        if isinstance(told, Markers):
+            pitch, size = told.pitch_mm / image.mm_per_px, told.diameter_mm / image.mm_per_px
+        else:
+            pitch = _AUTO_PITCH_WIDTHS * image.width_px
+            size = _AUTO_DIAMETER_PITCHES * pitch
+        x, y = (_places(n, pitch) for n in (image.width_px, image.height_px))
+        centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
+        angles = np.zeros(len(centres))
+        if look.layout == "quasi_random":
+            rng = np.random.default_rng([seed, 11])
+            reach = min(_JITTER_PITCHES * pitch, max(0.0, (pitch - size) / 2.2))
+            centres = centres + rng.uniform(-reach, reach, centres.shape)
+            angles = rng.uniform(0, 2 * np.pi, len(centres))
+        worn = faults.worn(len(centres), seed)
+        joined = faults.joined(centres, seed)
+        return cls(centres, angles, size, look.shape, worn, joined)
+
+    @property
+    def margin_px(self) -> int:
+        """How far around the image there are marks."""
+        lowest = self.rest_px.min()
+        return max(0, int(np.floor(-lowest - self.size_px)))
+
+    def cover(self, shape: tuple[int, int], centres_px: Array) -> Float32:
+        """Draw the marks where they are now.
+
+        Parameters
+        ----------
+        shape : (height, width) in px
+        centres_px : (N, 2) float
+            x and y. Marks whose place is not finite or lies outside are left out.
+
+        Returns
+        -------
+        (H, W) float32
+            Share of each pixel that is printed.
+        """
+        centres, turned = self._blots(np.asarray(centres_px, np.float64))
+        half = int(np.ceil(self.size_px)) + 1
+        near = ((centres > -half) & (centres < np.array(shape[::-1]) - 1 + half)).all(1)
+        centres, turned = centres[near], turned[near]
+        corner = np.rint(centres).astype(int) - half
+        window = np.arange(2 * half + 1)
+        columns = corner[:, 0, None, None] + window
+        rows = corner[:, 1, None, None] + window[:, None]
+        x = columns - centres[:, 0, None, None]
+        y = rows - centres[:, 1, None, None]
+        cos, sin = np.cos(turned)[:, None, None], np.sin(turned)[:, None, None]
+        distance = self._outside(x * cos + y * sin, y * cos - x * sin)
+        share = np.clip(0.5 - distance, 0, 1).astype(np.float32)
+        rows, columns = np.broadcast_arrays(rows, columns)
+        inside = (rows >= 0) & (rows < shape[0]) & (columns >= 0) & (columns < shape[1])
+        printed = inside & (share > 0)
+        cover = np.zeros(shape, np.float32)
+        np.maximum.at(cover, (rows[printed], columns[printed]), share[printed])
+        return cover
+
+    def _blots(self, centres_px: Array) -> tuple[Array, Array]:
+        """Places and turns of all ink: marks that have not worn off, and bridges between some."""
+        first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
+        count = int(np.ceil(_BRIDGED_PITCHES * self._pitch_px / self.size_px))
+        bridges = [first + (second - first) * k / (count + 1) for k in range(1, count + 1)]
+        kept = ~self.worn
+        centres = np.concatenate([centres_px[kept], *bridges])
+        turned = np.concatenate([self.angles[kept], np.zeros(count * len(first))])
+        return centres, turned
+
+    @property
+    def _pitch_px(self) -> float:
+        pairs = self.rest_px[self.joined]
+        return float(np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1).max(initial=0.0))
+
+    def _outside(self, x: Array, y: Array) -> Array:
+        """Distance from the outline, px; negative inside."""
+        if self.shape == "round":
+            return np.asarray(np.hypot(x, y) - self.size_px / 2)
+        if self.shape == "square":
+            return np.asarray(np.maximum(abs(x), abs(y)) - self.size_px / 2)
+        sides = np.radians([90.0, 210.0, 330.0])
+        reach = np.max([x * np.cos(a) + y * np.sin(a) for a in sides], axis=0)
+        return np.asarray(reach - self.size_px / (2 * np.sqrt(3)))
+
+
+def _places(length_px: int, pitch_px: float) -> Array:
+    """Centres along one side, symmetric about the middle, and some beyond the image."""
+    count = int(length_px / pitch_px) + 2 * _BEYOND_PITCHES
+    return np.asarray((length_px - 1) / 2 + (np.arange(count) - (count - 1) / 2) * pitch_px)

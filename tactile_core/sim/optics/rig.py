@@ -1,0 +1,254 @@
+"""The optics of one rig: from the state of the skin to the frame that the camera sends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.illumination import Exposure
+from tactile_core.profiles.model import Profile
+from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
+from tactile_core.sim.optics.faults import Faults
+from tactile_core.sim.optics.lights import illumination_of, lamps_of
+from tactile_core.sim.optics.skin import Membrane, Skin
+from tactile_core.sim.optics.sources import Source, shine, sources_of
+
+Float32 = NDArray[np.float32]
+Mode = Literal["fast", "accurate"]
+
+_SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
+_COLOURS = 3
+
+
+class RigOptics:
+    """What a profile's camera sees of a skin whose height and displacement are known.
+
+    Everything comes from the profile: the lamps and the sequence of exposures from its
+    illumination, the coating and the print from its gel, the rest from its ``optics``. Images are
+    those in which everything is measured, ``image.width_px × image.height_px``; crop, warp and lens
+    are not undone.
+
+    Parameters
+    ----------
+    profile : Profile
+    seed : int
+        Makes the unit (grain, places of faults) and its noise; the same seed gives the same frames.
+    faults : Faults, optional
+    mode : {"fast", "accurate"}
+        Fast keeps up with a camera: shadows on a coarser grid, and noise from a table.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Names of the K channels of a frame.
+    exposures : tuple of Exposure
+        The sequence that makes one frame.
+    full_scale : float
+        The largest intensity.
+
+    Raises
+    ------
+    PluginError
+        The illumination's plugin is absent.
+    InputError
+        A fault names a light that there is not; JPEG is asked for at more than 8 bits.
+    """
+
+    def __init__(
+        self,
+        profile: Profile,
+        *,
+        seed: int = 0,
+        faults: Faults | None = None,
+        mode: Mode = "fast",
+    ) -> None:
+        if mode not in _SHADOW_COLUMNS:
+            raise InputError(f"mode is 'fast' or 'accurate', not {mode!r}")
+        self.profile = profile
+        self.full_scale = profile.image.full_scale
+        self._seed = seed
+        self._faults = faults or Faults()
+        self._shape = (profile.image.height_px, profile.image.width_px)
+        illumination = illumination_of(profile)
+        self.channels = illumination.channels
+        self.exposures: tuple[Exposure, ...] = illumination.exposures()
+        self._shots = tuple(e for e in self.exposures if e.channels)
+        # One camera takes every exposure: all show as many colours.
+        self._colours = self._shots[0].channels
+        lamps = lamps_of(profile, self.exposures, illumination.options)
+        self._faults.check_lights(tuple(lamp.name for lamp in lamps))
+        self._membrane = Membrane(profile, len(lamps), self._faults, seed)
+        self._sources = sources_of(
+            profile,
+            lamps,
+            rest_mm=self._membrane.rest_mm,
+            faults=self._faults,
+            seed=seed,
+            shadow_columns=_SHADOW_COLUMNS[mode],
+        )
+        self._chip = Chip.of(profile)
+        size = self._shape[0] * self._shape[1] * len(self._colours)
+        self._noise = Noise(size, seed, from_table=mode == "fast")
+        self._mixing = self._balanced()
+        self._glass = vignette(self._shape, profile.optics.sensor.vignetting)
+        dust = self._faults.dusty(self._shape, seed)
+        if dust is not None:
+            self._glass *= dust
+        self._frame = 0
+        self._last: NDArray[Any] | None = None
+
+    @property
+    def markers_px(self) -> NDArray[np.float64]:
+        """(N, 2) centres of the printed marks at rest, x and y; some lie beyond the image."""
+        marks = self._membrane.marks
+        return np.zeros((0, 2)) if marks is None else marks.rest_px.copy()
+
+    def expose(
+        self,
+        height_mm: NDArray[Any],
+        displacement_mm: NDArray[Any] | None = None,
+        markers_px: NDArray[Any] | None = None,
+        *,
+        frame: int | None = None,
+    ) -> NDArray[Any]:
+        """Take one frame: every exposure of the sequence.
+
+        Parameters
+        ----------
+        height_mm : (H, W) float
+            Of the skin above its rest surface, positive where it is pressed towards the camera.
+        displacement_mm : (H, W, 2) float, optional
+            How far the skin that is now at a pixel has moved, x right and y down. Carries print,
+            grain and scratches.
+        markers_px : (N, 2) float, optional
+            Where the marks of :attr:`markers_px` are now, in place of where the displacement
+            carries them; NaN where one is out of sight.
+        frame : int, optional
+            Number of the frame, for its noise and its faults; the next one if left out.
+
+        Returns
+        -------
+        (H, W, K) uint8 or uint16
+
+        Raises
+        ------
+        InputError
+            An array has another size than the image, or is not finite.
+        """
+        number = self._frame if frame is None else frame
+        self._frame = number + 1
+        fate, above = self._faults.fate(number, self._seed)
+        if fate == "dropped" and self._last is not None:
+            return self._last
+        skin = self.skin(height_mm, displacement_mm, markers_px)
+        late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
+        planes = [
+            self.photograph(
+                skin, self._shots[shot - 1 if late else shot].levels, frame=number, exposure=shot
+            )
+            for shot in range(len(self._shots))
+        ]
+        pixels = planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)
+        if fate == "torn" and self._last is not None:
+            row = int(above * len(pixels))
+            pixels = np.concatenate([pixels[:row], self._last[row:]])
+        self._last = pixels
+        return pixels
+
+    def skin(
+        self,
+        height_mm: NDArray[Any],
+        displacement_mm: NDArray[Any] | None = None,
+        markers_px: NDArray[Any] | None = None,
+    ) -> Skin:
+        """Prepare a state of the skin for :meth:`photograph`; parameters as for :meth:`expose`."""
+        height = self._checked(height_mm, self._shape, "height_mm")
+        displacement = None
+        if displacement_mm is not None:
+            displacement = self._checked(displacement_mm, (*self._shape, 2), "displacement_mm")
+        if markers_px is not None and np.shape(markers_px) != self.markers_px.shape:
+            raise InputError(
+                f"markers_px has the shape {np.shape(markers_px)} where the print has "
+                f"{self.markers_px.shape}; give one place per mark, NaN for those out of sight"
+            )
+        return self._membrane.state(height, displacement, markers_px)
+
+    def photograph(
+        self, skin: Skin, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
+    ) -> NDArray[Any]:
+        """Take one exposure under some lights.
+
+        Parameters
+        ----------
+        skin : Skin
+        levels : mapping of light to brightness
+            0..1; lights that are not named are dark.
+        frame, exposure : int
+            Numbers that choose the noise.
+
+        Returns
+        -------
+        (H, W, 1) or (H, W, 3) uint8 or uint16
+        """
+        pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
+        noise = self._noise.of(frame, exposure).reshape(pixels.shape)
+        mixing = (self._mixing * self._faults.overexposure).astype(np.float32)
+        shining = [
+            (source, bright, grain)
+            for k, (source, grain) in enumerate(zip(self._sources, skin.grain, strict=True))
+            if (bright := self._brightness(source, k, levels, frame)) > 0
+        ]
+        for rows, light in shine(shining, skin, self._colours):
+            light *= self._glass[rows]
+            pixels[rows] = self._chip.read_out(_mixed(light, mixing), noise[rows])
+        return self._chip.send(pixels)
+
+    def _brightness(
+        self, source: Source, number: int, levels: Mapping[str, float], frame: int
+    ) -> float:
+        name = source.lamp.name
+        return levels.get(name, 0.0) * self._faults.level(name, number, frame, self._seed)
+
+    def _balanced(self) -> NDArray[np.float64]:
+        """(K, K) mixing of the colours that brings the resting skin to the wanted intensity.
+
+        Colours are balanced to white, as webcams do; lamps in turn share one gain. Faults are left
+        out, lest a dead lamp be made up for.
+        """
+        said = self.profile.optics.sensor
+        count = len(self._colours)
+        mixing = crosstalk_matrix(said.crosstalk) if count == _COLOURS else np.eye(count)
+        bare = replace(self._membrane.state(np.zeros(self._shape, np.float32)), reflectance=None)
+        medians = []
+        for shot in self._shots:
+            shining = [
+                (source, level, grain)
+                for source, grain in zip(self._sources, bare.grain, strict=True)
+                if (level := shot.levels.get(source.lamp.name, 0.0)) > 0
+            ]
+            light = np.concatenate([b for _, b in shine(shining, bare, self._colours)], axis=1)
+            medians.append(mixing @ np.median(light, axis=(1, 2)))
+        level = np.mean(medians, axis=0)
+        level[level <= 0] = max(level.max(), 1e-6)
+        return np.asarray(self._chip.light_of(said.exposure) / level[:, None] * mixing)
+
+    def _checked(self, values: NDArray[Any], shape: tuple[int, ...], name: str) -> Float32:
+        array = np.asarray(values, np.float32)
+        if array.shape != shape:
+            raise InputError(f"{name} has the shape {array.shape}; this rig's is {shape}")
+        if not np.isfinite(array.sum()):
+            raise InputError(f"{name} has values that are not finite; give 0 where nothing is")
+        return array
+
+
+def _mixed(light: Float32, mixing: Float32) -> Float32:
+    """(h, W, K) of (K, h, W) light, each colour a mixture of all."""
+    if len(light) == 1:
+        return np.asarray((light[0] * mixing[0, 0])[..., None], np.float32)
+    return np.asarray(cv2.transform(cv2.merge([*light]), mixing), np.float32)

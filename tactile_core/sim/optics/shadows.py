@@ -1,0 +1,97 @@
+"""Shadows that the relief of the skin casts upon itself, by marching towards the lamp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+
+_MOST_STEPS = 16
+_LOWEST_RELIEF_MM = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Shadows:
+    """The way from each place of the skin towards one lamp, on a reduced grid.
+
+    Attributes
+    ----------
+    way : (2, h, w) float32
+        Where the light comes from in the image, unit vectors.
+    rise : (h, w) float32
+        Height that a ray gains per mm of way.
+    blur : float
+        Half the angle that the lamp fills, rad: the penumbra.
+    mm_per_px : float
+        Of the reduced grid.
+    """
+
+    way: Float32
+    rise: Float32
+    blur: float
+    mm_per_px: float
+
+    @classmethod
+    def prepare(cls, toward: Float32, blur: float, *, mm_per_px: float, reduce: int) -> Shadows:
+        """Prepare the (3, H, W) light of one lamp for a grid that is ``reduce`` times coarser."""
+        h, w = toward.shape[1:]
+        size = (max(1, w // reduce), max(1, h // reduce))
+        x, y, z = (cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in toward)
+        level = np.maximum(np.hypot(x, y), 1e-6)
+        rise = np.maximum(z / level, 1e-3)
+        return cls(np.stack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
+
+    def reduced(self, height_mm: Float32) -> Float32 | None:
+        """Return the (h, w) relief on this grid; None where it is too low to hide anything."""
+        if float(height_mm.max() - height_mm.min()) < _LOWEST_RELIEF_MM:
+            return None
+        size = (self.rise.shape[1], self.rise.shape[0])
+        return np.asarray(cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA), np.float32)
+
+    def cast(self, low: Float32, shape: tuple[int, int]) -> Float32 | None:
+        """Return the share of the lamp that each place sees; None where none is hidden.
+
+        Parameters
+        ----------
+        low : (h, w) float32
+            Relief above the skin at rest in mm, as :meth:`reduced` gives it.
+        shape : (H, W)
+            Size of the image.
+
+        Returns
+        -------
+        (H, W) float32 or None
+        """
+        rows, columns = low.shape
+        relief_mm = float(low.max() - low.min())
+        lowest_rise = float(self.rise.min())
+        reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
+        steps = int(np.clip(np.ceil(reach_px), 1, _MOST_STEPS))
+        stride_px = max(reach_px / steps, 1.0)
+        x, y = np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
+        stride_x, stride_y = self.way * np.float32(stride_px)
+        stride_mm = np.float32(stride_px * self.mm_per_px)
+        ray = low.copy()
+        climb = self.rise * stride_mm
+        hidden = np.zeros_like(low)
+        for step in range(1, steps + 1):
+            x += stride_x
+            y += stride_y
+            ray += climb
+            above = np.asarray(
+                cv2.remap(low, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
+                np.float32,
+            )
+            above -= ray
+            # How far the relief reaches above the ray to the lamp's middle, as a share of how
+            # far the lamp itself does.
+            above *= np.float32(1 / (step * stride_mm * self.blur))
+            np.maximum(hidden, above, out=hidden)
+        if hidden.max() <= 0:
+            return None
+        seen = 1 - np.minimum(hidden, 1)
+        return np.asarray(cv2.resize(seen, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)

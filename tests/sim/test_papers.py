@@ -116,9 +116,7 @@ def test_shear_force_of_a_flat_indenter_is_linear_to_a_fifth_of_a_millimetre(
 ) -> None:
     early = plate.moved_mm < 0.21
     stiffness = plate.force_n[0] / plate.moved_mm[0]
-    np.testing.assert_allclose(
-        plate.force_n[early], stiffness * plate.moved_mm[early], rtol=0.02
-    )
+    np.testing.assert_allclose(plate.force_n[early], stiffness * plate.moved_mm[early], rtol=0.02)
 
 
 def test_then_it_grows_less_and_in_the_end_no_more(plate: Sheared) -> None:

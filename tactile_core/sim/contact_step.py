@@ -18,6 +18,8 @@ from tactile_core.sim.viscoelasticity import TimeStep
 Array = NDArray[Any]
 
 _OUT_OF_REACH_MM = -50.0
+_FAR_SPACINGS, _FAR_SWEEPS = 0.3, 2
+"""After a long way, where the skin has gone must be known before what presses on it is."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,8 @@ class ContactModel:
         pressure, iterations = state.pressure_mpa, (0, 0)
         grip = state.grip
         now = was + carried * state.stick
-        for _ in range(self.precision.sweeps):
+        far = np.abs(carried * state.contact).max() > _FAR_SPACINGS * layer.grid.spacing_mm
+        for _ in range(max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
             gap = indenter.gap_mm(*move.pose.into(*now))
             overlap = np.maximum(self._rest - gap - state.level_mm + depth, _OUT_OF_REACH_MM)
             overlap = overlap.astype(dtype) - left[2]

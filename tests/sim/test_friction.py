@@ -32,9 +32,7 @@ class BallOnHalfSpace:
         wanted = np.zeros((2, *self.pressure.shape))
         wanted[0] = distance_mm
         start = Grip.none(self.pressure.shape, np.float64)
-        return solve_friction(
-            self.layer, wanted, self.limit, start, tolerance=1e-5, **options
-        )
+        return solve_friction(self.layer, wanted, self.limit, start, tolerance=1e-5, **options)
 
 
 @pytest.fixture(scope="module", params=[0.0, 0.48])

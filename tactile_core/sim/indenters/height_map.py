@@ -45,19 +45,17 @@ class HeightMapIndenter(Indenter):
 
     @property
     def detail_mm(self) -> float | None:
-        """The distance of its points."""
-        return self.mm_per_px
+        """The shortest wave that its points can tell."""
+        return 2 * self.mm_per_px
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
-        import cv2
+        from scipy.ndimage import map_coordinates
 
         height = self.height_mm
         rows, columns = height.shape
-        gap = np.where(np.isnan(height), FAR_MM, np.nanmax(height) - height).astype(np.float32)
-        column = (np.asarray(x_mm) / self.mm_per_px + (columns - 1) / 2).astype(np.float32)
-        row = (np.asarray(y_mm) / self.mm_per_px + (rows - 1) / 2).astype(np.float32)
-        found = cv2.remap(
-            gap, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=FAR_MM
-        )
-        return np.asarray(found, np.float64)
+        gap = np.where(np.isnan(height), FAR_MM, np.nanmax(height) - height)
+        column = np.asarray(x_mm) / self.mm_per_px + (columns - 1) / 2
+        row = np.asarray(y_mm) / self.mm_per_px + (rows - 1) / 2
+        found = map_coordinates(gap, [row, column], order=1, cval=FAR_MM, prefilter=False)
+        return np.asarray(found)

@@ -134,7 +134,7 @@ class Cloth(Indenter):
 
 
 def letters(
-    text: str = "GEL", *, size_mm: float = 5.0, relief_mm: float = 0.25, mm_per_px: float = 0.04
+    text: str = "GEL", *, size_mm: float = 5.0, relief_mm: float = 0.25, mm_per_px: float = 0.05
 ) -> HeightMapIndenter:
     """Return raised letters on a plate, readable from the camera's side.
 

@@ -1,0 +1,102 @@
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from virtual_rigs import QUIET, SCALE_MM, SHAPE, level, rig, shift
+
+from tactile_core.profiles.model import Profile
+from tactile_core.sim.optics import Faults, RigOptics
+
+PITCH_MM, SIZE_MM = 2.0, 0.6
+
+
+def printed(shape: str = "round", layout: str = "grid", **more: object) -> Profile:
+    return rig(
+        gel={"markers": {"pitch_mm": PITCH_MM, "diameter_mm": SIZE_MM}},
+        optics={
+            "sensor": QUIET,
+            "coat": {"grain": 0.0, "ink": 0.0},
+            "lamps": {"scatter": 1.0},
+            "marks": {"shape": shape, "layout": layout},
+        }
+        | more,
+    )
+
+
+def ink(optics: RigOptics, *state: object) -> np.ndarray:
+    """(H, W) share of each pixel that is covered."""
+    light = optics.expose(level(), *state)[..., 0].astype(float)  # type: ignore[arg-type]
+    return np.asarray(1 - light / np.median(light))
+
+
+def centres(cover: np.ndarray) -> np.ndarray:
+    """(N, 2) centroids of the marks that lie wholly in the image."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((cover > 0.02).astype(np.uint8))
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    found = []
+    for number in range(1, count):
+        left, top, width, height = stats[number, :4]
+        if left > 0 and top > 0 and left + width < SHAPE[1] and top + height < SHAPE[0]:
+            weight = np.where(labels == number, cover, 0)
+            found.append([(weight * x).sum() / weight.sum(), (weight * y).sum() / weight.sum()])
+    return np.array(found)
+
+
+def off_px(found: np.ndarray, told: np.ndarray) -> float:
+    """Largest distance of a mark that is seen from the nearest one that is told."""
+    between = np.linalg.norm(found[:, None] - told[None], axis=2)
+    return float(between.min(1).max())
+
+
+@pytest.mark.parametrize("shape", ["round", "square", "triangle"])
+@pytest.mark.parametrize("layout", ["grid", "quasi_random"])
+def test_marks_are_where_they_are_told(shape: str, layout: str) -> None:
+    optics = RigOptics(printed(shape, layout), seed=2)
+    found = centres(ink(optics))
+    assert len(found) > 20
+    assert off_px(found, optics.markers_px) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("shape", "area_mm2"),
+    [("round", np.pi / 4), ("square", 1.0), ("triangle", np.sqrt(3) / 4)],
+)
+def test_marks_have_the_area_that_their_size_tells(shape: str, area_mm2: float) -> None:
+    optics = RigOptics(printed(shape))
+    places = np.full_like(optics.markers_px, np.nan)
+    places[0] = 70.2, 50.7
+    cover = ink(optics, None, places).sum() * SCALE_MM**2
+    assert cover == pytest.approx(area_mm2 * SIZE_MM**2, rel=0.05)
+
+
+@given(x=st.floats(-0.8, 0.8), y=st.floats(-0.8, 0.8))
+def test_marks_move_with_the_skin(x: float, y: float) -> None:
+    optics = RigOptics(printed())
+    found = centres(ink(optics, shift(x, y)))
+    assert off_px(found, optics.markers_px + np.array([x, y]) / SCALE_MM) < 0.1
+
+
+def test_marks_may_be_placed_one_by_one() -> None:
+    optics = RigOptics(printed())
+    places = np.full_like(optics.markers_px, np.nan)
+    places[7] = 60.3, 41.6
+    found = centres(ink(optics, None, places))
+    np.testing.assert_allclose(found, [[60.3, 41.6]], atol=0.1)
+
+
+def test_quasi_random_marks_keep_apart() -> None:
+    places = RigOptics(printed(layout="quasi_random"), seed=4).markers_px * SCALE_MM
+    between = np.linalg.norm(places[:, None] - places[None], axis=2)
+    np.fill_diagonal(between, np.inf)
+    assert between.min() > SIZE_MM
+    assert between.min(1).std() > 0.05 * PITCH_MM
+
+
+def test_marks_wear_off_and_run_together() -> None:
+    whole, worn, merged = (
+        len(centres(ink(RigOptics(printed(), seed=3, faults=faults))))
+        for faults in (Faults(), Faults(missing_markers=0.3), Faults(merged_markers=0.4))
+    )
+    assert 0.5 * whole < worn < 0.9 * whole
+    assert 0.5 * whole < merged < whole

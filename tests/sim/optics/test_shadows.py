@@ -1,0 +1,45 @@
+from typing import get_args
+
+import numpy as np
+import pytest
+from virtual_rigs import HEIGHT, QUIET, SCALE_MM, SHAPE, WIDTH, bump, level, rig
+
+from tactile_core.sim.optics import RigOptics
+from tactile_core.sim.optics.rig import Mode
+
+
+def block(height_mm: float) -> np.ndarray:
+    """A tower with upright walls in the middle."""
+    height = np.zeros(SHAPE, np.float32)
+    height[50:70, 70:90] = height_mm
+    return height
+
+
+def darkened(azimuth_deg: float, height: np.ndarray, mode: Mode = "accurate") -> np.ndarray:
+    """(H, W) light, of that of the resting skin."""
+    optics = RigOptics(
+        rig((azimuth_deg,), optics={"sensor": QUIET, "lamps": {"distance_mm": 200}}), mode=mode
+    )
+    return np.asarray(optics.expose(height)[..., 0] / optics.expose(level())[..., 0])
+
+
+@pytest.mark.parametrize("mode", get_args(Mode))
+@pytest.mark.parametrize("azimuth", [0, 90, 180, 270])
+def test_shadows_lie_on_the_side_away_from_the_lamp(azimuth: float, mode: Mode) -> None:
+    dark = darkened(azimuth, block(0.8), mode) < 0.5
+    y, x = np.nonzero(dark)
+    away = np.array([np.mean(x) - (WIDTH - 1) / 2, np.mean(y) - (HEIGHT - 1) / 2])
+    lamp = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
+    assert away @ lamp < -0.8 * np.linalg.norm(away)
+
+
+def test_a_shadow_is_as_long_as_the_tower_is_high_over_the_tangent_of_the_elevation() -> None:
+    # The lamp stands at the right, at 30°; the tower's left wall is at column 69.5.
+    row = darkened(0, block(1.0))[60, :69]
+    reach_mm = float((row[:69] < 0.5).sum()) * SCALE_MM
+    assert reach_mm == pytest.approx(1.0 / np.tan(np.radians(30)), abs=0.25)
+
+
+def test_a_gentle_hill_casts_none() -> None:
+    hill = bump(height_mm=0.2, radius_mm=3.0)
+    assert darkened(0, hill).min() > 0.5

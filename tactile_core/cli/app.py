@@ -13,6 +13,7 @@ from tactile_core.cli.demo import demo
 from tactile_core.cli.new import new
 from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
 from tactile_core.cli.run import run
+from tactile_core.cli.simulate import simulate
 
 app = typer.Typer(
     name="tactile",
@@ -41,6 +42,7 @@ COMMANDS = (
     run,
     calibrate,
     new,
+    simulate,
     compare,
     bench,
     profiles,

@@ -303,11 +303,18 @@ class Skin:
         points = (np.array(points_px, np.float64).reshape(-1, 2) - middle) * self.mm_per_px
         return np.asarray(self.carried(points) / self.mm_per_px + middle)
 
-    def truth(self) -> Truth:
-        """Return all that is true of the skin now, at the pixels of the image."""
+    def truth(self, markers_px: ArrayLike = ()) -> Truth:
+        """Return all that is true of the skin now, at the pixels of the image.
+
+        Parameters
+        ----------
+        markers_px : (N, 2), optional
+            Centres of the marks on the untouched skin.
+        """
         state = self._state
         return Truth(
             self.wrench,
+            self.carried_px(markers_px),
             self.time_s,
             state.pose,
             state.depth_mm,

@@ -29,6 +29,8 @@ class Truth:
         fx, fy in N as the object drags the skin, fz in compression positive, tz in N·mm about the
         z axis through the image centre, positive from x towards y; of the whole contact, also
         beyond the view.
+    markers_px : (N, 2) float64
+        x and y of the printed marks.
     time_s : float
         What quasi-static increments take is not counted.
     pose : Pose
@@ -39,6 +41,7 @@ class Truth:
     """
 
     wrench: NDArray[np.float64]
+    markers_px: NDArray[np.float64]
     time_s: float
     pose: Pose
     depth_mm: float

@@ -1,0 +1,231 @@
+"""What happens on a virtual stage, as a YAML file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
+
+from tactile_core.errors import InputError
+from tactile_core.profiles.nodes import Node, Problem
+from tactile_core.profiles.problems import problems_of
+from tactile_core.profiles.yaml_tree import read_yaml
+from tactile_core.sim.stage import VirtualStage
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Press(_Part):
+    """Lower or raise the object."""
+
+    depth_mm: NonNegativeFloat | None = Field(default=None, description="To this depth, or …")
+    force_n: PositiveFloat | None = Field(default=None, description="… to this force.")
+    frames: PositiveInt = Field(default=5, description="Frames on the way.")
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if (self.depth_mm is None) == (self.force_n is None):
+            raise ValueError("give depth_mm or force_n")
+        return self
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it in as many parts as there are frames."""
+        start_mm, start_n = stage.depth_mm, stage.force_n
+        for part in range(1, self.frames + 1):
+            share = part / self.frames
+            if self.depth_mm is not None:
+                stage.press(depth_mm=start_mm + share * (self.depth_mm - start_mm))
+            elif self.force_n is not None:
+                stage.press(force_n=start_n + share * (self.force_n - start_n))
+            yield
+
+
+class Shear(_Part):
+    """Move the object along the skin."""
+
+    dx_mm: float = Field(default=0.0, description="Along x, to the right.")
+    dy_mm: float = Field(default=0.0, description="Along y, down.")
+    frames: PositiveInt = Field(default=10, description="Frames on the way.")
+    seconds: PositiveFloat | None = Field(default=None, description="How long it takes.")
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it in as many parts as there are frames."""
+        n = self.frames
+        for _ in range(n):
+            seconds = None if self.seconds is None else self.seconds / n
+            stage.shear(self.dx_mm / n, self.dy_mm / n, seconds=seconds)
+            yield
+
+
+class Roll(Shear):
+    """Roll the object."""
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it in as many parts as there are frames."""
+        n = self.frames
+        for _ in range(n):
+            seconds = None if self.seconds is None else self.seconds / n
+            stage.roll(self.dx_mm / n, self.dy_mm / n, seconds=seconds)
+            yield
+
+
+class Twist(_Part):
+    """Turn the object."""
+
+    degrees: float = Field(description="From x towards y.")
+    frames: PositiveInt = Field(default=10, description="Frames on the way.")
+    seconds: PositiveFloat | None = Field(default=None, description="How long it takes.")
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it in as many parts as there are frames."""
+        for _ in range(self.frames):
+            seconds = None if self.seconds is None else self.seconds / self.frames
+            stage.twist(self.degrees / self.frames, seconds=seconds)
+            yield
+
+
+class Hold(_Part):
+    """Let time pass."""
+
+    seconds: PositiveFloat = Field(description="How long.")
+    frames: PositiveInt = Field(default=5, description="Frames meanwhile.")
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it in as many parts as there are frames."""
+        for _ in range(self.frames):
+            stage.hold(self.seconds / self.frames)
+            yield
+
+
+class Release(_Part):
+    """Take the object away."""
+
+    seconds: NonNegativeFloat | None = Field(
+        default=None, description="How long the skin recovers; by default, fully."
+    )
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it; one frame."""
+        stage.release(self.seconds)
+        yield
+
+
+class Take(BaseModel):
+    """Choose the object that is pressed next; further keys are its sizes."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    kind: str = Field(description="sphere, cylinder, flat, cone, heightmap, mesh, coin, …")
+    x_mm: float = Field(default=0.0, description="Place, from the image centre.")
+    y_mm: float = Field(default=0.0, description="Place, from the image centre.")
+    angle_deg: float = Field(default=0.0, description="Turn, from x towards y.")
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do it; no frame."""
+        place = {"x_mm": self.x_mm, "y_mm": self.y_mm, "angle_deg": self.angle_deg}
+        stage.indenter(self.kind, **place, **(self.model_extra or {}))
+        yield from ()
+
+
+class Step(_Part):
+    """One thing that happens."""
+
+    indenter: Take | None = Field(default=None, description="Choose an object.")
+    press: Press | None = Field(default=None, description="Lower or raise it.")
+    shear: Shear | None = Field(default=None, description="Move it along the skin.")
+    twist: Twist | None = Field(default=None, description="Turn it.")
+    roll: Roll | None = Field(default=None, description="Roll it.")
+    hold: Hold | None = Field(default=None, description="Let time pass.")
+    release: Release | None = Field(default=None, description="Take it away.")
+
+    @model_validator(mode="after")
+    def _one_thing(self) -> Self:
+        if len(self.model_fields_set) != 1 or self.action is None:
+            raise ValueError(f"a step is one of {', '.join(type(self).model_fields)}")
+        return self
+
+    @property
+    def action(self) -> Any:
+        """What is done."""
+        return getattr(self, next(iter(self.model_fields_set)))
+
+
+class Script(_Part):
+    """Steps, one after another."""
+
+    steps: tuple[Step, ...] = Field(min_length=1, description="What happens, in order.")
+
+
+class Scene:
+    """A script with the places of its steps in the file.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file.
+
+    Raises
+    ------
+    ProfileError
+        With every mistake, its line, column and key.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._tree, problems = read_yaml(path)
+        try:
+            self.script = Script.model_validate(self._tree.plain())
+        except ValidationError as error:
+            problems += problems_of(error, self._tree, Script)
+        if problems:
+            raise _refusal(problems)
+
+    @property
+    def frames(self) -> int:
+        """How many frames playing it gives, the untouched sensor first."""
+        return 1 + sum(_frames_of(step) for step in self.script.steps)
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Do one step after another; each time, a frame may be taken.
+
+        Raises
+        ------
+        InputError
+            A step is impossible, with its place in the file.
+        """
+        yield
+        for number, step in enumerate(self.script.steps):
+            try:
+                yield from step.action.played(stage)
+            except InputError as error:
+                place = _place(self._tree, number)
+                raise InputError(f"{place}: {error}") from error
+
+
+def _frames_of(step: Step) -> int:
+    if isinstance(step.action, Take):
+        return 0
+    return int(getattr(step.action, "frames", 1))
+
+
+def _place(tree: Node, number: int) -> str:
+    place = tree.origin(("steps", number))
+    return f"{place.file}:{place.line}"
+
+
+def _refusal(problems: list[Problem]) -> InputError:
+    lines = "\n".join(sorted(map(str, problems)))
+    head = "" if len(problems) == 1 else f"there are {len(problems)} mistakes in the script:\n"
+    return InputError(head + lines)

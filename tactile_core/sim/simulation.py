@@ -1,0 +1,94 @@
+"""Frames of a virtual rig on disk, with the truth beside each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.formats.images import write_png
+from tactile_core.formats.npz import write_npz
+from tactile_core.progress import Progress, Silent
+from tactile_core.quantities import Frame
+from tactile_core.sim.script import Scene
+from tactile_core.sim.stage import VirtualStage
+from tactile_core.sim.truth import Truth
+
+FRAMES, TRUTH, REFERENCE = "frames", "truth", "reference"
+_COLOURS = 3
+
+
+def simulate(
+    stage: VirtualStage, scene: Scene, out: Path, *, progress: Progress | None = None
+) -> int:
+    """Play a scene on a stage and write what the camera sees and what is true.
+
+    ``out/frames`` is a recording, ``out/reference`` one of the untouched sensor, and
+    ``out/truth/NAME.npz`` holds the truth of each frame under the names that ``tactile run`` uses,
+    with ``stick`` and ``time_s`` beside them.
+
+    Parameters
+    ----------
+    stage : VirtualStage
+        It is reset first.
+    scene : Scene
+    out : Path
+        A folder that is not there, or empty.
+    progress : Progress, optional
+
+    Returns
+    -------
+    int
+        How many frames there are.
+
+    Raises
+    ------
+    InputError
+        A step of the script is impossible, or there is something in the folder.
+    """
+    progress = progress or Silent()
+    out = Path(out)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InputError(f"{out} is there already; give another --out, or empty it")
+    progress.stage("simulating", 1.0)
+    stage.reset()
+    (out / TRUTH).mkdir(parents=True, exist_ok=True)
+    write_frame(out / REFERENCE, stage.frame(), "untouched")
+    for number, _ in enumerate(scene.played(stage)):
+        name = f"{number:06d}"
+        write_frame(out / FRAMES, stage.frame(), name)
+        write_npz(out / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
+        progress.fraction((number + 1) / scene.frames)
+    return scene.frames
+
+
+def truth_arrays(truth: Truth) -> Mapping[str, NDArray[Any]]:
+    """Arrays of a truth, under the names that measured ones have."""
+    return {
+        "height_mm": truth.height_mm,
+        "gradients": truth.gradients,
+        "contact": truth.contact,
+        "stick": truth.stick,
+        "displacement_mm": truth.displacement_mm,
+        "markers_px": truth.markers_px.astype(np.float32),
+        "wrench": truth.wrench.astype(np.float32),
+        "mm_per_px": np.array(truth.mm_per_px),
+        "time_s": np.array(truth.time_s),
+    }
+
+
+def write_frame(folder: Path, frame: Frame, name: str) -> None:
+    """Write a colour image, or a folder with one grey image per lamp fired in turn."""
+    pixels = frame.pixels
+    in_turn = len(frame.exposure_times_s) > 1 or pixels.shape[2] not in (1, _COLOURS)
+    inside = folder / name if in_turn else folder
+    inside.mkdir(parents=True, exist_ok=True)
+    if not in_turn:
+        write_png(folder / f"{name}.png", pixels[..., 0] if pixels.shape[2] == 1 else pixels)
+        return
+    for k in range(pixels.shape[2]):
+        write_png(inside / f"{k:02d}.png", np.ascontiguousarray(pixels[..., k]))

@@ -1,0 +1,188 @@
+"""A virtual rig under an object that moves: what its camera sees, and what is true."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame
+from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.optics.faults import Faults
+from tactile_core.sim.optics.rig import RigOptics
+from tactile_core.sim.skin import Mode, Skin
+from tactile_core.sim.truth import Truth
+
+
+class VirtualStage:
+    """Moves an object on the virtual twin of a profile.
+
+    Increments are quasi-static, as slow as it takes for all stress to relax, unless they are given
+    seconds. The same seed and the same moves give the same frames.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+        A profile, its name, or the path of its YAML file; its ``sim`` overlay is laid over it.
+    seed : int
+        Makes the unit (grain, places of faults) and the noise.
+    mode : "accurate" or "fast"
+        Accurate puts ten nodes or more on a contact's radius; fast keeps up with a camera.
+    overrides : mapping, optional
+        Laid over the profile: ``{"gel": {"friction": 0.3}}``. Not with a :class:`Profile`.
+    faults : Faults, optional
+        Of the rig.
+
+    Attributes
+    ----------
+    profile : Profile
+
+    Raises
+    ------
+    ProfileError, PluginError
+        The profile or one of its parts is unusable.
+    InputError
+        The gel has no thickness or modulus, a fault names a light that there is not.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | str | Path,
+        seed: int = 0,
+        mode: Mode = "fast",
+        overrides: Mapping[str, Any] | None = None,
+        faults: Faults | None = None,
+    ) -> None:
+        if not isinstance(profile, Profile):
+            profile = load_profile(profile, sim=True, overrides=overrides)
+        elif overrides:
+            raise TypeError("overrides are laid over a profile's name or path, not a Profile")
+        self.profile = profile
+        self._skin = Skin(profile, mode)
+        self._optics = RigOptics(profile, seed=seed, faults=faults, mode=mode)
+        self._shot = 0
+
+    def reset(self) -> None:
+        """Take the object away and forget everything that was done to the skin."""
+        self._skin.reset()
+        self._shot = 0
+
+    def indenter(
+        self,
+        kind: str,
+        *,
+        x_mm: float = 0.0,
+        y_mm: float = 0.0,
+        angle_deg: float = 0.0,
+        **options: Any,
+    ) -> None:
+        """Choose the object that is pressed next, and hold it above the skin.
+
+        Parameters
+        ----------
+        kind : str
+            "sphere", "cylinder", "flat", "cone", "heightmap", "mesh", "coin", "screw", "letters" or
+            "cloth"; :data:`tactile_core.sim.indenters.KINDS`.
+        x_mm, y_mm : float
+            Where its origin comes, from the image centre.
+        angle_deg : float
+            Its turn, from x towards y.
+        **options
+            Of that kind: ``diameter_mm=8``.
+
+        Raises
+        ------
+        InputError
+            No such kind or option, a size makes no sense, or an object is still pressed.
+        """
+        made = make_indenter(kind, **options)
+        self._skin.indent_with(made, x_mm=x_mm, y_mm=y_mm, angle_deg=angle_deg)
+
+    def press(
+        self,
+        depth_mm: float | None = None,
+        force_n: float | None = None,
+        *,
+        steps: int | None = None,
+        seconds: float | None = None,
+    ) -> None:
+        """Lower or raise the object to a depth or a force; see :meth:`Skin.press`."""
+        self._skin.press(depth_mm, force_n, steps=steps, seconds=seconds)
+
+    def shear(
+        self,
+        dx_mm: float = 0.0,
+        dy_mm: float = 0.0,
+        steps: int = 1,
+        *,
+        seconds: float | None = None,
+    ) -> None:
+        """Move the object along the skin, by so much; see :meth:`Skin.shear`."""
+        self._skin.shear(dx_mm, dy_mm, steps, seconds=seconds)
+
+    def twist(self, degrees: float, steps: int = 1, *, seconds: float | None = None) -> None:
+        """Turn the object from x towards y, by so much; see :meth:`Skin.twist`."""
+        self._skin.twist(degrees, steps, seconds=seconds)
+
+    def roll(
+        self,
+        dx_mm: float = 0.0,
+        dy_mm: float = 0.0,
+        steps: int = 1,
+        *,
+        seconds: float | None = None,
+    ) -> None:
+        """Roll the object, by so much; see :meth:`Skin.roll`."""
+        self._skin.roll(dx_mm, dy_mm, steps, seconds=seconds)
+
+    def hold(self, seconds: float) -> None:
+        """Let time pass."""
+        self._skin.hold(seconds)
+
+    def release(self, seconds: float | None = None) -> None:
+        """Take the object away, and let the skin recover for some seconds; by default, fully."""
+        self._skin.release(seconds)
+
+    @property
+    def depth_mm(self) -> float:
+        """How far beyond the first touch the object is lowered; 0 where none is pressed."""
+        return float(self._skin.state.depth_mm) if self._skin.pressed else 0.0
+
+    @property
+    def force_n(self) -> float:
+        """Normal force on the skin."""
+        return float(self._skin.wrench[2])
+
+    def frame(self) -> Frame:
+        """Take a frame, every exposure of the rig's sequence."""
+        truth = self._skin.truth()
+        rest_px = self._optics.markers_px
+        pixels = self._optics.expose(
+            truth.height_mm,
+            truth.displacement_mm,
+            self._skin.carried_px(rest_px) if len(rest_px) else None,
+            frame=self._shot,
+        )
+        channels = self._optics.channels
+        in_turn = len(self._optics.exposures) > 1
+        taken = Frame(
+            pixels=pixels,
+            channels=channels,
+            mm_per_px=self.profile.image.mm_per_px,
+            full_scale=self._optics.full_scale,
+            timestamp_s=self._skin.time_s,
+            sequence=self._shot,
+            source=f"{self._shot:06d}",
+            exposure_times_s=(self._skin.time_s,) * (len(channels) if in_turn else 1),
+        )
+        self._shot += 1
+        return taken
+
+    def truth(self) -> Truth:
+        """Return all that is true of the skin now, at the pixels of the image.
+
+        ``markers_px`` are where the printed marks are now, as far as they are in the image at rest.
+        """
+        return self._skin.truth(self._optics.markers_px)

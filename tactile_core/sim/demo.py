@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core import html
+from tactile_core.bundle import Bundle
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
-from tactile_core.formats.images import write_png
-from tactile_core.pictures import relief
+from tactile_core.pictures import deviation, relief
+from tactile_core.pictures.field import arrows
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.progress import Progress
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.simulation import write_frame
+from tactile_core.sim.stage import VirtualStage
 
 CALIBRATION_PRESSES = 14
 BALL_SHARE = 0.22
 """Diameter of the ball for calibrating, of the width of the view; thin gels take a smaller one."""
 
-COLOURS = 3
+_REACH = 0.38
+_COLOURS = 3
+_MOST_SHEARS = 20
 
 
 @dataclass(frozen=True)
@@ -49,8 +55,28 @@ class Row:
     measured_depth_mm: float
 
 
+@dataclass(frozen=True)
+class _Object:
+    """Something to press: sizes and depth in diameters of the calibration's ball."""
+
+    words: str
+    kind: str
+    depth: float
+    x: float
+    y: float
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    angle_deg: float = 0.0
+
+
+_OBJECTS = (
+    _Object("larger ball", "sphere", 0.15, -0.1, 0.08, {"diameter_mm": 1.5}),
+    _Object("cylinder", "cylinder", 0.12, 0.1, -0.1, {"diameter_mm": 1.2, "length_mm": 1.6}, 30.0),
+    _Object("cone", "cone", 0.1, 0.0, 0.1, {"diameter_mm": 1.2}),
+)
+
+
 def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[str]]:
-    """Calibrate a virtual rig by ball presses, press other balls, compare with the truth.
+    """Calibrate a virtual rig by ball presses, press other things, compare with the truth.
 
     Returns
     -------
@@ -58,86 +84,103 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[s
     parts : list of str
         HTML for the report.
     """
+    stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
+    bundle, said = _calibrated(stage, ball_mm, progress)
+    pipeline = Pipeline(profile, bundle)
+    rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), said]
+    for thing in _OBJECTS:
+        _press(stage, thing, ball_mm)
+        row, figures = _measured(stage, pipeline, thing.words)
+        rows.append(row)
+        parts += figures
+    return rows, [*parts, *_sheared(stage, ball_mm)]
+
+
+def _calibrated(stage: VirtualStage, ball_mm: float, progress: Progress) -> tuple[Bundle, str]:
+    profile = stage.profile
+    rng = np.random.default_rng(7)
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)
-        _write_presses(profile, folder / "presses")
-        _write(folder / "reference", "untouched", _untouched(profile))
+        write_frame(folder / "reference", stage.frame(), "untouched")
+        for number in range(CALIBRATION_PRESSES):
+            x, y = rng.uniform(-_REACH, _REACH, 2)
+            depth = float(rng.uniform(0.12, 0.22))
+            _press(stage, _Object("", "sphere", depth, x, y, {"diameter_mm": 1.0}), ball_mm)
+            write_frame(folder / "presses", stage.frame(), f"press_{number:02d}")
         result = calibrate(
             profile,
             folder / "presses",
             folder / "reference",
-            ball_diameter_mm=_ball_mm(profile),
+            ball_diameter_mm=ball_mm,
             progress=progress,
         )
-    pipeline = Pipeline(profile, result.bundle)
-    rows, parts = [], [html.heading(f"{profile.name}: {profile.description}")]
     score = result.score
-    if score is not None:
-        parts.append(
-            html.paragraph(
-                f"Calibrated by {score.presses} presses of a {_ball_mm(profile):g} mm ball; mean "
-                f"error of held-out normals {score.mean_deg:.2f}°."
-            )
-        )
-    for number, press in enumerate(_unseen(profile)):
-        row, figures = _measure(pipeline, press, seed=1000 + number)
-        rows.append(row)
-        parts += figures
-    return rows, parts
+    told = "" if score is None else f"; mean error of held-out normals {score.mean_deg:.2f}°"
+    used = sum(press.used for press in result.presses)
+    return result.bundle, html.paragraph(
+        f"Calibrated by {used} presses of a {ball_mm:g} mm ball{told}."
+    )
 
 
-def _measure(pipeline: Pipeline, press: BallPress, seed: int) -> tuple[Row, list[str]]:
-    profile = pipeline.profile
-    image = profile.image
-    truth = press.height_mm((image.height_px, image.width_px), image.mm_per_px)
-    pixels = render(profile, truth, seed=seed)
-    channels = pipeline.reference.channels if pipeline.reference is not None else ()
-    reading = pipeline.process(Frame(pixels, channels, image.mm_per_px, source="demo"))
+def _press(stage: VirtualStage, thing: _Object, ball_mm: float) -> None:
+    image = stage.profile.image
+    stage.reset()
+    stage.indenter(
+        thing.kind,
+        x_mm=thing.x * image.width_px * image.mm_per_px,
+        y_mm=thing.y * image.height_px * image.mm_per_px,
+        angle_deg=thing.angle_deg,
+        **{name: size * ball_mm for name, size in thing.sizes.items()},
+    )
+    stage.press(depth_mm=thing.depth * ball_mm)
+
+
+def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[Row, list[str]]:
+    frame, truth = stage.frame(), stage.truth()
+    reading = pipeline.process(frame)
     height, slopes = reading[HeightMap], reading[Gradients]
-    contact = reading.get(ContactMask)
-    gy, gx = (np.asarray(g) for g in np.gradient(truth, image.mm_per_px))
-    inside = truth > truth.max() - press.depth_mm
-    found = np.stack([slopes.x[inside], slopes.y[inside]], 1)
-    error = angles_deg(found, np.stack([gx[inside], gy[inside]], 1))
-    name = f"ball of {press.diameter_mm:g} mm, {press.depth_mm:g} mm deep"
+    inside = truth.contact
+    error = angles_deg(np.stack([slopes.x, slopes.y], 2)[inside], truth.gradients[inside])
     row = Row(
-        profile.name,
-        name,
+        stage.profile.name,
+        words,
         float(error.mean()),
-        float(np.sqrt(np.mean((height.mm - truth) ** 2))),
-        float(truth.max()),
+        float(np.sqrt(np.mean((height.mm - truth.height_mm) ** 2))),
+        float(truth.height_mm.max()),
         float(height.mm.max()),
     )
-    true_map = HeightMap(truth.astype(np.float32), height.valid, image.mm_per_px)
+    true_map = HeightMap(truth.height_mm, np.ones_like(inside), height.mm_per_px)
+    most_mm = float(np.percentile(np.abs(height.mm - truth.height_mm), 99.5))
     return row, [
-        html.figure(_shown(pixels), f"what the camera sees: {name}"),
-        html.figure(relief(height, contact), "measured height"),
-        html.figure(relief(true_map, None), "true height"),
+        html.figure(_shown(frame), f"what the camera sees: {words}"),
+        html.figure(relief(height, reading.get(ContactMask)), "measured height"),
+        html.figure(relief(true_map, ContactMask(inside, height.mm_per_px)), "true height"),
+        html.figure(
+            deviation(height, true_map, most_mm=most_mm),
+            f"measured less true; red is too high, full colour {1e3 * most_mm:.0f} µm",
+        ),
     ]
 
 
-def _write_presses(profile: Profile, folder: Path) -> None:
-    rng = np.random.default_rng(7)
-    image = profile.image
-    shape = (image.height_px, image.width_px)
-    ball_mm = _ball_mm(profile)
-    for number in range(CALIBRATION_PRESSES):
-        centre = (
-            float(rng.uniform(0.12, 0.88) * image.width_px),
-            float(rng.uniform(0.12, 0.88) * image.height_px),
-        )
-        press = BallPress(centre, ball_mm, float(rng.uniform(0.15, 0.28)) * ball_mm)
-        pixels = render(profile, press.height_mm(shape, image.mm_per_px), seed=number + 1)
-        _write(folder, f"press_{number:02d}", pixels)
-
-
-def _unseen(profile: Profile) -> list[BallPress]:
-    w, h = profile.image.width_px, profile.image.height_px
-    ball_mm = _ball_mm(profile)
-    return [
-        BallPress((0.42 * w, 0.55 * h), ball_mm, 0.2 * ball_mm),
-        BallPress((0.6 * w, 0.4 * h), 1.5 * ball_mm, 0.15 * ball_mm),
-    ]
+def _sheared(stage: VirtualStage, ball_mm: float) -> list[str]:
+    """Drag a ball until all of it slips."""
+    _press(stage, _Object("", "sphere", 0.15, -0.1, 0.0, {"diameter_mm": 1.2}), ball_mm)
+    figures: list[str] = []
+    for _ in range(_MOST_SHEARS):
+        stage.shear(dx_mm=0.03 * ball_mm, steps=2)
+        truth = stage.truth()
+        sticking = truth.stick.sum() / max(1, truth.contact.sum())
+        slips = truth.contact & ~truth.stick
+        if not figures or sticking == 0:
+            words = (
+                f"dragged by {truth.wrench[0]:.2f} N under {truth.wrench[2]:.2f} N: "
+                f"{sticking:.0%} of the contact sticks; where it slips the arrows are red"
+            )
+            picture = arrows(_shown(stage.frame()), truth.displacement_mm, slips=slips)
+            figures.append(html.figure(picture, words))
+        if sticking == 0:
+            break
+    return figures
 
 
 def _ball_mm(profile: Profile) -> float:
@@ -146,23 +189,9 @@ def _ball_mm(profile: Profile) -> float:
     return round(min(BALL_SHARE * view_mm, most_mm), 2)
 
 
-def _untouched(profile: Profile) -> NDArray[np.uint8]:
-    image = profile.image
-    return render(profile, np.zeros((image.height_px, image.width_px)), seed=0)
-
-
-def _write(folder: Path, name: str, pixels: NDArray[np.uint8]) -> None:
-    """One colour image, or a folder with one grey image per lamp."""
-    inside = folder if pixels.shape[2] == COLOURS else folder / name
-    inside.mkdir(parents=True, exist_ok=True)
-    if inside == folder:
-        write_png(folder / f"{name}.png", pixels)
-        return
-    for k in range(pixels.shape[2]):
-        write_png(folder / name / f"{k:02d}.png", pixels[..., k])
-
-
-def _shown(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _shown(frame: Frame) -> NDArray[np.uint8]:
     """(H, W, 3): colours as they are, and of lamps in turn three that lie apart."""
-    apart = np.arange(COLOURS) * (pixels.shape[2] // COLOURS)
-    return np.ascontiguousarray(pixels[..., apart])
+    pixels: NDArray[Any] = frame.pixels
+    apart = np.arange(_COLOURS) * (pixels.shape[2] // _COLOURS)
+    shown = pixels[..., apart].astype(np.float32) * (255 / frame.full_scale)
+    return np.ascontiguousarray(shown.astype(np.uint8))

@@ -44,9 +44,7 @@ class CalibrationChecks(Suite):
             ) from error
         first = self.bench.fitted(part)
         frame = self.bench.rig(part).scene(0).frame
-        differs = difference(
-            self._measured(part, first, frame), self._measured(part, second, frame)
-        )
+        differs = difference(self._measured(part, first, frame), self._measured(part, second, frame))
         if differs:
             raise Fault(
                 part,
@@ -208,9 +206,7 @@ def _writable(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
     """Copies over arrays that a determined plugin could write to, as it could to a camera's."""
     copies: dict[type[Quantity], Quantity] = {}
     for quantity in quantities:
-        own = {
-            n: array.copy() for n, array in vars(quantity).items() if isinstance(array, np.ndarray)
-        }
+        own = {n: array.copy() for n, array in vars(quantity).items() if isinstance(array, np.ndarray)}
         copies[type(quantity)] = replace(quantity, **own)
     return copies
 

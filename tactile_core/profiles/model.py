@@ -202,16 +202,16 @@ class Gel(Section):
         default=None,
         description="Speed of slip at which friction has doubled; null: the same at every speed.",
     )
-    prony: list[Relaxation] = Field(
-        default_factory=list,
+    prony: list[Relaxation] | None = Field(
+        default=None,
         description="How stress relaxes towards shear_modulus_mpa, its value in the end.",
     )
     size_mm: tuple[PositiveFloat, PositiveFloat] | None = Field(
         default=None, description="Width and height of the gel; null: beyond the view all around."
     )
-    crown_mm: NonNegativeFloat = Field(
-        default=0.0,
-        description="How much lower its edges are than its middle, beside the shape; needs size_mm.",
+    crown_mm: NonNegativeFloat | None = Field(
+        default=None,
+        description="How much lower the edges are than the middle, beside the shape; with size_mm.",
     )
     coating: Literal["matte", "semi_specular"] = Field(
         default="matte", description="How the skin reflects."
@@ -232,8 +232,8 @@ class Gel(Section):
 
     @field_validator("crown_mm")
     @classmethod
-    def _crown_needs_edges(cls, crown_mm: float, info: ValidationInfo) -> float:
-        if crown_mm > 0 and info.data.get("size_mm") is None:
+    def _crown_needs_edges(cls, crown_mm: float | None, info: ValidationInfo) -> float | None:
+        if crown_mm and info.data.get("size_mm") is None:
             raise ValueError("tells how low the edges are, and needs size_mm; add it")
         return crown_mm
 

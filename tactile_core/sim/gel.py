@@ -64,12 +64,12 @@ class SoftGel:
                 gel.shear_modulus_mpa or SHEAR_MODULUS_MPA,
                 gel.poisson_ratio or POISSON_RATIO,
             ),
-            tuple(Branch(part.modulus_share, part.time_s) for part in gel.prony),
+            tuple(Branch(part.modulus_share, part.time_s) for part in gel.prony or ()),
             FRICTION if gel.friction is None else gel.friction,
             gel.friction_speed_mm_s,
             gel.radius_mm,
             gel.size_mm,
-            gel.crown_mm,
+            gel.crown_mm or 0.0,
         )
 
     def extent_mm(self, view_mm: tuple[float, float]) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from tactile_core.sim.contact_step import Pose
 QUASI_STATIC_S = np.inf
 """Seconds of a step that is as slow as it takes for all stress to relax."""
 
-_HOLD_STEPS = 12
+_MOST_HOLD_STEPS = 12
 _FIRST_HOLD_S = 0.05
 
 
@@ -61,5 +61,6 @@ def slowing_steps(seconds: float) -> list[float]:
     if seconds == 0:
         return []
     growth = np.log1p(seconds / _FIRST_HOLD_S)
-    ends = _FIRST_HOLD_S * np.expm1(np.linspace(0, growth, _HOLD_STEPS + 1))
+    count = int(np.clip(np.ceil(seconds / _FIRST_HOLD_S), 1, _MOST_HOLD_STEPS))
+    ends = _FIRST_HOLD_S * np.expm1(np.linspace(0, growth, count + 1))
     return [float(step) for step in np.diff(ends)]

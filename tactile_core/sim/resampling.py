@@ -60,13 +60,11 @@ class ImageSampler:
             found = np.stack([row - moved[0], column - moved[1]])
         return found
 
-    def at_present(self, fields: Array, origins: NDArray[np.float64]) -> Array:
-        """(n, ny, nx) of values that moved with the skin: those that are now at the nodes."""
+    def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
+        """(ny, nx) of values that moved with the skin: those that are now at the nodes."""
         from scipy.ndimage import map_coordinates
 
-        return np.stack(
-            [map_coordinates(field, origins, order=3, mode="nearest") for field in fields]
-        )
+        return np.asarray(map_coordinates(field, origins, order=3, mode="nearest"))
 
     def now_at_nodes(
         self, mask: NDArray[np.bool_], origins: NDArray[np.float64]
@@ -83,9 +81,10 @@ class ImageSampler:
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         nodes = np.asarray(field, np.float32)
-        along_x = self._rows @ (nodes @ self._column_slopes.T)
-        along_y = self._row_slopes @ (nodes @ self._columns.T)
-        return np.stack([along_x, along_y], axis=2)
+        along = np.empty((2, *self.shape), np.float32)  # each whole in memory: quick to work with
+        np.matmul(self._rows, nodes @ self._column_slopes.T, out=along[0])
+        np.matmul(self._row_slopes, nodes @ self._columns.T, out=along[1])
+        return np.moveaxis(along, 0, 2)
 
     def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(H, W): pixels nearer to nodes of the mask than to others."""

@@ -52,17 +52,19 @@ class Truth:
     @cached_property
     def height_mm(self) -> Float32:
         """(H, W) positive where pressed towards the camera, relative to the rest surface."""
-        return self._sampler.values(self._present[2])
+        return self._sampler.values(self._height_now)
 
     @cached_property
     def gradients(self) -> Float32:
         """(H, W, 2) ∂z/∂x and ∂z/∂y of the height."""
-        return self._sampler.slopes(self._present[2])
+        return self._sampler.slopes(self._height_now)
 
     @cached_property
     def displacement_mm(self) -> Float32:
         """(H, W, 2) of the skin since it was untouched: +x right, +y down."""
-        return np.stack([self._sampler.values(part) for part in self._present[:2]], axis=2)
+        moved = self._state.displacement_mm[:2]
+        now = [self._sampler.at_present(part, self._origins) for part in moved]
+        return np.moveaxis(np.stack([self._sampler.values(part) for part in now]), 0, 2)
 
     @cached_property
     def contact(self) -> Bool:
@@ -79,8 +81,8 @@ class Truth:
         return self._sampler.origins(self._state.displacement_mm[:2])
 
     @cached_property
-    def _present(self) -> NDArray[Any]:
-        return self._sampler.at_present(self._state.displacement_mm, self._origins)
+    def _height_now(self) -> NDArray[Any]:
+        return self._sampler.at_present(self._state.displacement_mm[2], self._origins)
 
     def _mask(self, nodes: Bool) -> Bool:
         return self._sampler.mask(self._sampler.now_at_nodes(nodes, self._origins))

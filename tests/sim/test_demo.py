@@ -14,7 +14,7 @@ def test_a_rig_is_no_revision_of_another():
 
 
 @pytest.mark.parametrize("name", [entry.name for entry in list_rigs()])
-def test_a_virtual_rig_is_calibrated_and_measures_other_balls(name):
+def test_a_virtual_rig_is_calibrated_and_measures_other_things(name):
     profile = load_profile(name)
     image = profile.image
     smaller = {
@@ -24,6 +24,8 @@ def test_a_virtual_rig_is_calibrated_and_measures_other_balls(name):
     }
     profile = profile.model_copy(update={"image": image.model_copy(update=smaller)})
     rows, parts = demonstrate(profile, Silent())
-    assert all(row.normal_error_deg < 8 for row in rows)
+    # a cone's tip is sharper than half the pixels tell
+    assert all(row.normal_error_deg < 5 for row in rows if row.press != "cone")
     assert all(row.height_error_mm < 0.12 * row.depth_mm for row in rows)
-    assert sum("<img" in part for part in parts) == 3 * len(rows)
+    # camera, measured, true, error; and the skin dragged at first and when all of it slips
+    assert sum("<img" in part for part in parts) == 4 * len(rows) + 2

@@ -1,7 +1,8 @@
-"""What Yuan et al. saw on the real gel (ICRA 2015; Sensors 2017), on the virtual one as it ships."""
+"""What Yuan et al. (ICRA 2015, Sensors 2017) saw on the real gel, on the virtual one as shipped."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -253,7 +254,7 @@ def test_after_a_step_the_border_slips_back_while_the_centre_stays() -> None:
     forces, truths = _step_in_shear(0.45, 0.1)
     moves = [
         (later.displacement_mm - earlier.displacement_mm)[..., 1]
-        for earlier, later in zip(truths, truths[1:], strict=False)
+        for earlier, later in itertools.pairwise(truths)
     ]
     jump, back, slow, _ = moves
     centre = tuple(n // 2 for n in jump.shape)

@@ -1,0 +1,146 @@
+"""Draw the curves of docs/virtual-skin.md: python docs/virtual_skin_curves.py."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tactile_core import load_profile
+from tactile_core.sim.indenters import Indenter, make_indenter
+from tactile_core.sim.skin import Skin
+
+OUT = Path(__file__).with_name("images") / "virtual_skin.svg"
+COLOURS = {"plate": "#1f6fb4", "cylinder": "#c8553d", "ball": "#3a8f5c"}
+PRESSES: dict[str, tuple[Indenter, float, float]] = {
+    "plate": (make_indenter("flat", size_mm=(40.0, 40.0)), 0.0, 45.0),
+    "cylinder": (make_indenter("cylinder", diameter_mm=38.08), 90.0, 18.0),
+    "ball": (make_indenter("sphere", diameter_mm=25.0), 0.0, 6.0),
+}
+WIDTH, HEIGHT, MARGIN = 300, 190, 46
+
+
+@dataclass
+class Panel:
+    """One small diagram."""
+
+    title: str
+    across: tuple[str, float, float]
+    up: tuple[str, float, float]
+    bands: list[tuple[float, float, str]] = field(default_factory=list)
+    curves: list[tuple[str, str, np.ndarray, np.ndarray]] = field(default_factory=list)
+
+    def svg(self, left: float, top: float) -> str:
+        """Return the diagram's drawing, its upper left corner there."""
+        (x_name, x0, x1), (y_name, y0, y1) = self.across, self.up
+
+        def place(x: np.ndarray, y: np.ndarray) -> str:
+            px = left + MARGIN + (x - x0) / (x1 - x0) * WIDTH
+            py = top + HEIGHT + 24 - (y - y0) / (y1 - y0) * HEIGHT
+            return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(px, py, strict=True))
+
+        box = place(np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]))
+        parts = [f'<polygon points="{box}" fill="white" stroke="#888"/>']
+        for low, high, colour in self.bands:
+            band = place(np.array([x0, x1, x1, x0]), np.array([low, low, high, high]))
+            parts.append(f'<polygon points="{band}" fill="{colour}" opacity="0.15"/>')
+        for number, (name, colour, x, y) in enumerate(self.curves):
+            line = f'fill="none" stroke="{colour}" stroke-width="1.6"'
+            parts.append(f'<polyline points="{place(x, y)}" {line}/>')
+            row = top + 40 + 14 * number
+            parts.append(f'<text x="{left + MARGIN + 8}" y="{row}" fill="{colour}">{name}</text>')
+        foot = top + HEIGHT + 38
+        parts += [
+            f'<text x="{left + MARGIN}" y="{top + 16}" font-weight="bold">{self.title}</text>',
+            f'<text x="{left + MARGIN}" y="{foot}">{x0:g}</text>',
+            f'<text x="{left + MARGIN + WIDTH}" y="{foot}" text-anchor="end">{x1:g}</text>',
+            f'<text x="{left + MARGIN + 150}" y="{foot}" text-anchor="middle">{x_name}</text>',
+            f'<text x="{left + MARGIN - 4}" y="{foot - 16}" text-anchor="end">{y0:g}</text>',
+            f'<text x="{left + MARGIN - 4}" y="{top + 34}" text-anchor="end">{y1:g}</text>',
+            f'<text text-anchor="middle" transform="translate({left + 14} {top + HEIGHT / 2 + 24}) '
+            f'rotate(-90)">{y_name}</text>',
+        ]
+        return "\n".join(parts)
+
+
+def pressed(kind: str) -> Skin:
+    """Return the hexagonal fingertip with an object on it."""
+    indenter, angle_deg, force_n = PRESSES[kind]
+    skin = Skin(load_profile("hex_fingertip"), "fast")
+    skin.indent_with(indenter, angle_deg=angle_deg)
+    skin.press(force_n=force_n)
+    return skin
+
+
+def sheared(kind: str) -> np.ndarray:
+    """(N, 5) moved mm, force N, mean and largest displacement mm, entropy bits."""
+    skin = pressed(kind)
+    before, rows = skin.truth().displacement_mm, []
+    for moved in 0.025 * np.arange(1, 41):
+        skin.shear(dy_mm=0.025)
+        truth = skin.truth()
+        since = (truth.displacement_mm - before)[truth.contact]
+        size = np.hypot(*since.T)
+        counts = np.bincount((size * 256).astype(int))
+        share = counts[counts > 0] / counts.sum()
+        bits = -(share * np.log2(share)).sum()
+        rows.append((moved, truth.wrench[1], since[:, 1].mean(), size.max(), bits))
+    return np.array(rows)
+
+
+def stepped() -> tuple[np.ndarray, np.ndarray]:
+    """Time since a step of 0.1 mm in shear, s, and the force, N."""
+    skin = pressed("plate")
+    skin.shear(dy_mm=0.45, steps=9)
+    times, forces = [0.0], [skin.wrench[1]]
+    for dy, seconds in [(0.025, 0.1)] * 4 + [(0.0, 0.2)] * 10 + [(0.0, 2.0)] * 28:
+        skin.shear(dy_mm=dy, seconds=seconds)
+        times.append(skin.time_s)
+        forces.append(skin.wrench[1])
+    return np.array(times), np.array(forces)
+
+
+def turned(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distance from the middle, mm, and by how much of the plate's turn the skin follows there."""
+    skin = pressed("plate")
+    marks = np.stack([np.linspace(0.6, 8.6, 60), np.zeros(60)], 1)
+    before = skin.carried(marks)
+    skin.twist(angle_deg, steps=12)
+    now = skin.carried(marks)
+    angles = np.arctan2(now[:, 1], now[:, 0]) - np.arctan2(before[:, 1], before[:, 0])
+    return marks[:, 0], np.degrees(angles) / angle_deg
+
+
+def main() -> None:
+    """Draw all."""
+    runs = {kind: sheared(kind) for kind in PRESSES}
+    moved = ("object has moved, mm", 0.0, 1.0)
+    force = Panel("Shear force", moved, ("share of the largest", 0.0, 1.1))
+    mean = Panel("Mean displacement, visible", ("force, share", 0.0, 1.1), ("mm", 0.0, 0.8))
+    most = Panel("Largest displacement", moved, ("mm", 0.0, 1.0))
+    bands = [(4.5, 6.0, COLOURS["plate"])]
+    entropy = Panel("Entropy, and the paper's incipient band", moved, ("bits", 0.0, 8.0), bands)
+    for kind, run in runs.items():
+        share = run[:, 1] / run[:, 1].max()
+        force.curves.append((kind, COLOURS[kind], run[:, 0], share))
+        mean.curves.append((kind, COLOURS[kind], share, run[:, 2]))
+        most.curves.append((kind, COLOURS[kind], run[:, 0], run[:, 3]))
+        entropy.curves.append((kind, COLOURS[kind], run[:, 0], run[:, 4]))
+    step = Panel("After a step of 0.1 mm", ("s", 0.0, 60.0), ("N", 18.0, 26.0))
+    step.curves.append(("plate", COLOURS["plate"], *stepped()))
+    turn = Panel("Skin's turn over the plate's", ("mm from the middle", 0.0, 9.0), ("", 0.5, 1.1))
+    for angle, colour in ((0.6, COLOURS["ball"]), (4.5, COLOURS["cylinder"])):
+        turn.curves.append((f"{angle:g}°", colour, *turned(angle)))
+    panels = [force, mean, most, entropy, step, turn]
+    across, down = WIDTH + MARGIN + 24, HEIGHT + 56
+    drawn = [p.svg(across * (i % 3), down * (i // 3)) for i, p in enumerate(panels)]
+    OUT.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {3 * across} {2 * down}" '
+        f'font-family="sans-serif" font-size="11">\n'
+        f'<rect width="100%" height="100%" fill="#fcfcfa"/>\n' + "\n".join(drawn) + "\n</svg>\n"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,154 @@
+"""A virtual rig under an object that moves, and the script that moves it."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.test_cli import refused, tactile
+
+from tactile_core.errors import InputError
+from tactile_core.formats.npz import read_npz
+from tactile_core.profiles.loader import list_profiles
+from tactile_core.sim import VirtualStage
+from tactile_core.sim.script import Scene
+
+SCRIPT = """\
+steps:
+  - indenter: {kind: sphere, diameter_mm: 5, x_mm: 1.0, y_mm: -0.5}
+  - press: {depth_mm: 0.5, frames: 2}
+  - shear: {dx_mm: 0.3, frames: 2}
+  - hold: {seconds: 1, frames: 1}
+  - release: {}
+"""
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Path:
+    path = tmp_path / "script.yaml"
+    path.write_text(SCRIPT)
+    return path
+
+
+@pytest.mark.parametrize("name", [entry.name for entry in list_profiles()])
+def test_every_shipped_profile_has_a_virtual_twin(name: str) -> None:
+    stage = VirtualStage(name)
+    untouched = stage.frame()
+    stage.indenter("sphere", diameter_mm=3.0)
+    stage.press(depth_mm=0.3)
+    pressed = stage.frame()
+    image = stage.profile.image
+    assert pressed.pixels.shape == (image.height_px, image.width_px, len(pressed.channels))
+    assert not np.array_equal(pressed.pixels, untouched.pixels)
+    truth = stage.truth()
+    assert truth.height_mm.max() == pytest.approx(0.3, rel=0.12)
+    assert truth.wrench[2] > 0
+
+
+def test_the_same_seed_and_moves_give_the_same_frames() -> None:
+    def taken(seed: int) -> np.ndarray:
+        stage = VirtualStage("hex_fingertip", seed)
+        stage.indenter("flat", diameter_mm=4.0)
+        stage.press(force_n=2.0)
+        stage.twist(2.0)
+        return stage.frame().pixels
+
+    np.testing.assert_array_equal(taken(1), taken(1))
+    assert not np.array_equal(taken(1), taken(2))
+
+
+def test_a_reset_stage_is_a_new_one() -> None:
+    stage = VirtualStage("hex_fingertip")
+    first = stage.frame().pixels
+    stage.indenter("sphere", diameter_mm=4.0)
+    stage.press(depth_mm=0.4)
+    stage.reset()
+    np.testing.assert_array_equal(stage.frame().pixels, first)
+    assert not stage.truth().contact.any()
+
+
+def test_marks_are_carried_by_the_skin() -> None:
+    stage = VirtualStage("hex_fingertip")
+    rest = stage.truth().markers_px
+    stage.indenter("flat", size_mm=(8.0, 6.0))
+    stage.press(depth_mm=0.4)
+    stage.shear(dx_mm=0.2)
+    moved = stage.truth().markers_px - rest
+    middle = np.hypot(*(rest - np.array([319.5, 239.5])).T) < 60
+    assert moved[middle, 0].mean() * stage.profile.image.mm_per_px == pytest.approx(0.2, rel=0.2)
+    assert np.abs(moved[middle, 1]).max() < 0.2 * moved[middle, 0].mean()
+
+
+def test_less_friction_slips_earlier() -> None:
+    def sticking(friction: float) -> float:
+        stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": friction}})
+        stage.indenter("sphere", diameter_mm=6.0)
+        stage.press(depth_mm=0.5)
+        stage.shear(dx_mm=0.2, steps=4)
+        truth = stage.truth()
+        return float(truth.stick.sum() / truth.contact.sum())
+
+    assert sticking(0.2) < sticking(0.5) <= sticking(1.5)
+
+
+def test_a_stage_pickles_in_the_middle_of_a_press() -> None:
+    stage = VirtualStage("hex_fingertip")
+    stage.indenter("sphere", diameter_mm=4.0)
+    stage.press(depth_mm=0.3)
+    again = pickle.loads(pickle.dumps(stage))
+    for one in (stage, again):
+        one.shear(dx_mm=0.1)
+    np.testing.assert_array_equal(stage.truth().wrench, again.truth().wrench)
+    np.testing.assert_array_equal(stage.frame().pixels, again.frame().pixels)
+
+
+def test_a_script_is_played_frame_by_frame(script: Path) -> None:
+    scene, stage = Scene(script), VirtualStage("hex_fingertip")
+    depths = [stage.depth_mm for _ in scene.played(stage)]
+    assert len(depths) == scene.frames == 7
+    assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
+
+
+def test_an_impossible_step_is_told_with_its_line(script: Path) -> None:
+    script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
+    with pytest.raises(InputError, match=r"script.yaml:3: .*2 mm thick"):
+        list(Scene(script).played(VirtualStage("hex_fingertip")))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("pres: {depth_mm: 0.5}", r"script.yaml:3:5: .*did you mean 'press'"),
+        ("press: {depth_mm: 0.5, force_n: 1}", "depth_mm or force_n"),
+        ("shear: {dx_mm: 0.1, frames: 0}", "greater than 0"),
+        ("twist: {degrees: fast}", "a number"),
+    ],
+)
+def test_a_mistake_in_a_script_is_told_with_its_place(
+    script: Path, tmp_path: Path, wrong: str, said: str
+) -> None:
+    script.write_text(SCRIPT.replace("press: {depth_mm: 0.5, frames: 2}", wrong))
+    with pytest.raises(InputError, match=said):
+        Scene(script)
+
+
+def test_the_command_writes_frames_with_the_truth_beside_each(script: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    words = "simulate", "desktop_six_led", "--script", script, "--out", out, "--mode", "fast"
+    done = tactile(*words)
+    assert done.returncode == 0, done.stderr
+    names = sorted(path.name for path in (out / "frames").iterdir())
+    assert names == sorted(path.stem for path in (out / "truth").iterdir())
+    assert len(list((out / "frames" / names[0]).iterdir())) == 6
+    last = read_npz(out / "truth" / f"{names[2]}.npz")
+    assert last["height_mm"].max() == pytest.approx(0.5, rel=0.03)
+    assert last["contact"].any()
+    ran = tactile(
+        *("run", "desktop_six_led", "--input", out / "frames"),
+        *("--reference", out / "reference", "--json"),
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert len(ran.stdout.splitlines()) == len(names)
+    assert "is there already" in refused(*words)

@@ -151,8 +151,9 @@ def illumination_of(profile: Profile) -> Illumination:
 
 
 def lamps_of(profile: Profile, exposures: tuple[Exposure, ...], options: Any) -> tuple[Lamp, ...]:
-    """Return the lamps that the illumination's options tell; failing that, evenly placed ones.
+    """Return the lamps that the illumination's options tell.
 
+    Where these do not place every light that the exposures name, lights stand evenly around.
     A light may say ``feeds`` and any key of :class:`~tactile_core.profiles.optics.Lamps` itself.
     """
     image = profile.image
@@ -181,9 +182,10 @@ def _lights(exposures: tuple[Exposure, ...], options: Any) -> list[Mapping[str, 
         dict(light) if isinstance(light, Mapping) else light.model_dump()
         for light in getattr(options, "lights", ()) or ()
     ]
-    if said and all({"name", "azimuth_deg"} <= light.keys() for light in said):
-        return said
     names = list(dict.fromkeys(name for exposure in exposures for name in exposure.levels))
+    placed = [light for light in said if {"name", "azimuth_deg"} <= light.keys()]
+    if placed and {str(light["name"]) for light in placed} >= set(names):
+        return placed
     return [
         {"name": name, "azimuth_deg": 90 + 360 * number / len(names)}
         for number, name in enumerate(names)

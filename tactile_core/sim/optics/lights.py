@@ -122,7 +122,7 @@ def light_field(
     shining = np.zeros_like(whole)
     for number, (px, py, pz) in enumerate(lamp.leds_mm):
         ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
-        far = np.sqrt((ray**2).sum(0))
+        far = np.maximum(np.sqrt((ray**2).sum(0)), _LED_MM)
         along = np.maximum(-np.tensordot(lamp.axes[2], ray, 1) / far, 0)
         vector = ray * (along**lobe_power / far**3)
         whole += vector
@@ -131,7 +131,7 @@ def light_field(
     strength = np.median(np.linalg.norm(whole, axis=0))
     middle = lamp.place_mm / lamp.distance_mm
     share = lamp.build.scatter
-    alight = 1 - len({n for n in dead_leds if n < len(lamp.leds_mm)}) / len(lamp.leds_mm)
+    alight = 1 - len(set(dead_leds)) / len(lamp.leds_mm)
     field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
     coarse = field.transpose(1, 2, 0).astype(np.float32)
     fine = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)

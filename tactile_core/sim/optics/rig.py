@@ -82,7 +82,7 @@ class RigOptics:
         # One camera takes every exposure: all show as many colours.
         self._colours = self._shots[0].channels
         lamps = lamps_of(profile, self.exposures, illumination.options)
-        self._faults.check_lights(tuple(lamp.name for lamp in lamps))
+        self._faults.check_lights({lamp.name: len(lamp.leds_mm) for lamp in lamps})
         self._membrane = Membrane(profile, len(lamps), self._faults, seed)
         self._sources = sources_of(
             profile,

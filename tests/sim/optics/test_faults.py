@@ -87,3 +87,9 @@ def test_what_cannot_be_is_refused(values: dict[str, Any], what: str) -> None:
 def test_a_light_that_there_is_not_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="no light 'lamp9'; the lights are lamp0"):
         RigOptics(rig(), faults=Faults(dim_lights={"lamp9": 0.0}))
+
+
+def test_an_led_that_there_is_not_is_refused() -> None:
+    profile = rig(optics={"lamps": {"array": [1, 4]}})
+    with pytest.raises(InputError, match="light 'lamp0' has LEDs 0 to 3, and dead_leds names 1, 4"):
+        RigOptics(profile, faults=Faults(dead_leds={"lamp0": (1, 4)}))

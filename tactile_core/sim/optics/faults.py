@@ -78,18 +78,29 @@ class Faults:
         if not self.overexposure > 0 or self.drift_frames < 1:
             raise InputError("faults: overexposure and drift_frames must be positive")
 
-    def check_lights(self, names: tuple[str, ...]) -> None:
-        """Refuse lights that the rig does not have.
+    def check_lights(self, leds: Mapping[str, int]) -> None:
+        """Refuse lights and LEDs that the rig does not have.
+
+        Parameters
+        ----------
+        leds : mapping of light to int
+            How many LEDs each light has.
 
         Raises
         ------
         InputError
         """
-        unknown = sorted({*self.dim_lights, *self.dead_leds} - set(names))
+        unknown = sorted({*self.dim_lights, *self.dead_leds} - leds.keys())
         if unknown:
             raise InputError(
-                f"faults: there is no light {unknown[0]!r}; the lights are {', '.join(names)}"
+                f"faults: there is no light {unknown[0]!r}; the lights are {', '.join(leds)}"
             )
+        for name, dead in self.dead_leds.items():
+            if not all(0 <= number < leds[name] for number in dead):
+                raise InputError(
+                    f"faults: light {name!r} has LEDs 0 to {leds[name] - 1}, and dead_leds names "
+                    f"{', '.join(map(str, dead))}; correct it or 'optics.lamps.array'"
+                )
 
     def level(self, light: str, number: int, frame: int, seed: int) -> float:
         """Brightness of a light (the ``number``-th) in a frame, of what it should be."""

@@ -122,7 +122,7 @@ def light_field(
     shining = np.zeros_like(whole)
     for number, (px, py, pz) in enumerate(lamp.leds_mm):
         ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
-        far = np.sqrt((ray**2).sum(0))
+        far = np.maximum(np.sqrt((ray**2).sum(0)), _LED_MM)
         along = np.maximum(-np.tensordot(lamp.axes[2], ray, 1) / far, 0)
         vector = ray * (along**lobe_power / far**3)
         whole += vector
@@ -131,7 +131,7 @@ def light_field(
     strength = np.median(np.linalg.norm(whole, axis=0))
     middle = lamp.place_mm / lamp.distance_mm
     share = lamp.build.scatter
-    alight = 1 - len({n for n in dead_leds if n < len(lamp.leds_mm)}) / len(lamp.leds_mm)
+    alight = 1 - len(set(dead_leds)) / len(lamp.leds_mm)
     field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
     coarse = field.transpose(1, 2, 0).astype(np.float32)
     fine = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
@@ -151,8 +151,9 @@ def illumination_of(profile: Profile) -> Illumination:
 
 
 def lamps_of(profile: Profile, exposures: tuple[Exposure, ...], options: Any) -> tuple[Lamp, ...]:
-    """Return the lamps that the illumination's options tell; failing that, evenly placed ones.
+    """Return the lamps that the illumination's options tell.
 
+    Where these do not place every light that the exposures name, lights stand evenly around.
     A light may say ``feeds`` and any key of :class:`~tactile_core.profiles.optics.Lamps` itself.
     """
     image = profile.image
@@ -181,9 +182,10 @@ def _lights(exposures: tuple[Exposure, ...], options: Any) -> list[Mapping[str, 
         dict(light) if isinstance(light, Mapping) else light.model_dump()
         for light in getattr(options, "lights", ()) or ()
     ]
-    if said and all({"name", "azimuth_deg"} <= light.keys() for light in said):
-        return said
     names = list(dict.fromkeys(name for exposure in exposures for name in exposure.levels))
+    placed = [light for light in said if {"name", "azimuth_deg"} <= light.keys()]
+    if placed and {str(light["name"]) for light in placed} >= set(names):
+        return placed
     return [
         {"name": name, "azimuth_deg": 90 + 360 * number / len(names)}
         for number, name in enumerate(names)

@@ -82,7 +82,7 @@ class RigOptics:
         # One camera takes every exposure: all show as many colours.
         self._colours = self._shots[0].channels
         lamps = lamps_of(profile, self.exposures, illumination.options)
-        self._faults.check_lights(tuple(lamp.name for lamp in lamps))
+        self._faults.check_lights({lamp.name: len(lamp.leds_mm) for lamp in lamps})
         self._membrane = Membrane(profile, len(lamps), self._faults, seed)
         self._sources = sources_of(
             profile,
@@ -108,6 +108,12 @@ class RigOptics:
         """(N, 2) centres of the printed marks at rest, x and y; some lie beyond the image."""
         marks = self._membrane.marks
         return np.zeros((0, 2)) if marks is None else marks.rest_px.copy()
+
+    @property
+    def markers_worn(self) -> NDArray[np.bool_]:
+        """(N,) which of them are missing, by a fault."""
+        marks = self._membrane.marks
+        return np.zeros(0, np.bool_) if marks is None else marks.worn.copy()
 
     def expose(
         self,

@@ -135,7 +135,12 @@ class Membrane:
             cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
             for texture in self._textures
         ]
-        return [np.asarray(plane, np.float32) for texture in here for plane in cv2.split(texture)]
+        # Views: to copy them apart would cost more than to read them where they are.
+        return [
+            np.asarray(plane, np.float32)
+            for texture in here
+            for plane in np.moveaxis(np.atleast_3d(texture), 2, 0)
+        ]
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> tuple[Float32, Float32]:

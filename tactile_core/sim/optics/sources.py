@@ -19,7 +19,7 @@ Float32 = NDArray[np.float32]
 
 _VIEW_DIAGONALS = 1.5
 _DIMMEST = 0.1
-_BAND_PX = 32
+_BAND_PX = 64
 """Bands of so many rows stay in the processor's cache."""
 
 

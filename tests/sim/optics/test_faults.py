@@ -1,3 +1,4 @@
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ def test_dust_rests_in_the_image_and_scratches_move_with_the_skin() -> None:
 def test_a_dropped_frame_shows_the_one_before_and_a_torn_one_part_of_it() -> None:
     pressed = RigOptics(rig(), faults=Faults(dropped_frames=0.5), seed=2)
     seen = [pressed.expose(bump(0.02 * k)) for k in range(20)]
-    again = [bool((a == b).all()) for a, b in zip(seen, seen[1:], strict=False)]
+    again = [bool((a == b).all()) for a, b in pairwise(seen)]
     assert 4 <= sum(again) <= 15
     torn = RigOptics(rig(), faults=Faults(torn_frames=1.0), seed=2)
     before, after = torn.expose(level()), torn.expose(bump())
@@ -86,3 +87,9 @@ def test_what_cannot_be_is_refused(values: dict[str, Any], what: str) -> None:
 def test_a_light_that_there_is_not_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="no light 'lamp9'; the lights are lamp0"):
         RigOptics(rig(), faults=Faults(dim_lights={"lamp9": 0.0}))
+
+
+def test_an_led_that_there_is_not_is_refused() -> None:
+    profile = rig(optics={"lamps": {"array": [1, 4]}})
+    with pytest.raises(InputError, match="light 'lamp0' has LEDs 0 to 3, and dead_leds names 1, 4"):
+        RigOptics(profile, faults=Faults(dead_leds={"lamp0": (1, 4)}))

@@ -124,3 +124,11 @@ def test_a_state_of_another_size_is_refused() -> None:
         optics.expose(np.full(SHAPE, np.nan))
     with pytest.raises(InputError, match="mode is 'fast' or 'accurate'"):
         RigOptics(rig(), mode="slow")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("elevation", [0.0, 1.0, 89.0, 90.0])
+@pytest.mark.parametrize("coating", ["matte", "semi_specular"])
+def test_lamps_may_stand_low_and_high(elevation: float, coating: str) -> None:
+    profile = rig((0.0, 120.0), elevation_deg=elevation, gel={"coating": coating})
+    frame = RigOptics(profile).expose(bump())
+    assert frame.max() > 0

@@ -1,0 +1,89 @@
+"""What virtual presses teach a calibration holds for others: the errors are those of real rigs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_core.acquisition import average
+from tactile_core.algorithms.poisson import integrate
+from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration import Press
+from tactile_core.marks import MarkFinder
+from tactile_core.plugins import resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Component
+from tactile_core.quantities import Frame
+from tactile_core.sim.ball import BallPress
+from tactile_core.sim.optics import RigOptics
+
+SCORED = 0.8
+
+
+@pytest.mark.parametrize(
+    ("name", "model", "normals_deg", "depth_mm"),
+    [
+        ("hex_fingertip", "core.lookup_table", 5.5, 0.040),
+        ("hex_fingertip", "core.mlp", 3.5, 0.040),
+        ("baxter_fingertip_flat", "baxter_fingertip.hue_intensity", 6.0, 0.040),
+        ("desktop_six_led", "desktop_six_led.photometric_stereo", 2.5, 0.015),
+    ],
+)
+def test_held_out_presses_are_measured(
+    name: str, model: str, normals_deg: float, depth_mm: float
+) -> None:
+    profile = load_profile(name)
+    image = profile.image
+    shape = (image.height_px, image.width_px)
+    optics = RigOptics(profile, seed=5)
+    ball_mm = 0.22 * image.width_px * image.mm_per_px
+    rng = np.random.default_rng(3)
+
+    def frame(height: np.ndarray) -> Frame:
+        pixels = optics.expose(height)
+        return Frame(pixels, optics.channels, image.mm_per_px, optics.full_scale)
+
+    untouched = average([frame(np.zeros(shape)) for _ in range(4)])
+    finder = MarkFinder.of(profile, untouched)
+    if finder is not None:
+        untouched = replace(untouched, marks=finder.find(untouched.pixels))
+
+    def press() -> tuple[Frame, np.ndarray, np.ndarray, np.ndarray]:
+        """A frame, the true height and slopes, and where they count."""
+        centre = rng.uniform(0.15, 0.85, 2) * shape[::-1]
+        ball = BallPress(tuple(centre), ball_mm, rng.uniform(0.06, 0.12) * ball_mm)
+        height = ball.height_mm(shape, image.mm_per_px)
+        seen = frame(height)
+        y, x = np.mgrid[: shape[0], : shape[1]]
+        r_mm = np.hypot(x - centre[0], y - centre[1]) * image.mm_per_px
+        inside = r_mm < SCORED * ball.contact_radius_mm
+        if finder is not None:
+            seen = replace(seen, marks=finder.find(seen.pixels))
+            inside &= ~seen.marks
+        slope_y, slope_x = np.gradient(height, image.mm_per_px)
+        return seen, height, np.dstack([slope_x, slope_y]), inside
+
+    samples = []
+    for _ in range(12):
+        seen, height, slopes, inside = press()
+        resting = rng.random(shape) < 0.25 * inside.mean()
+        rows, columns = np.nonzero(inside | (resting & (height < 1e-3)))
+        known = slopes[rows, columns].astype(np.float32)
+        samples.append(Press(seen, rows.astype(np.int32), columns.astype(np.int32), known, ""))
+    component = Component(use=model)
+    cls = resolve("calibration", model)
+    said = profile.calibration.options if profile.calibration.use == model else component.options
+    fitted = cls.fit(samples, untouched, cls.Options.model_validate(said))
+    angles, depths = [], []
+    for _ in range(4):
+        seen, height, slopes, inside = press()
+        measured = fitted.measure(seen, untouched)
+        found = np.stack([measured.x[inside], measured.y[inside]], 1)
+        angles.append(angles_deg(found, slopes[inside]).mean())
+        error = integrate(measured.x, measured.y, mm_per_px=image.mm_per_px)[inside]
+        error = error - height[inside]
+        depths.append(error.std())
+    assert np.mean(angles) < normals_deg
+    assert np.mean(depths) < depth_mm

@@ -16,8 +16,8 @@ from tactile_core.profiles.model import Profile
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import illumination_of, lamps_of
-from tactile_core.sim.optics.skin import Membrane, Skin
 from tactile_core.sim.optics.sources import Source, shine, sources_of
+from tactile_core.sim.optics.surface import Membrane, Surface
 
 Float32 = NDArray[np.float32]
 Mode = Literal["fast", "accurate"]
@@ -172,7 +172,7 @@ class RigOptics:
         height_mm: NDArray[Any],
         displacement_mm: NDArray[Any] | None = None,
         markers_px: NDArray[Any] | None = None,
-    ) -> Skin:
+    ) -> Surface:
         """Prepare a state of the skin for :meth:`photograph`; parameters as for :meth:`expose`."""
         height = self._checked(height_mm, self._shape, "height_mm")
         displacement = None
@@ -186,13 +186,13 @@ class RigOptics:
         return self._membrane.state(height, displacement, markers_px)
 
     def photograph(
-        self, skin: Skin, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
+        self, skin: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
     ) -> NDArray[Any]:
         """Take one exposure under some lights.
 
         Parameters
         ----------
-        skin : Skin
+        skin : Surface
         levels : mapping of light to brightness
             0..1; lights that are not named are dark.
         frame, exposure : int

@@ -13,7 +13,7 @@ from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import Lamp, light_field
 from tactile_core.sim.optics.shadows import Shadows
-from tactile_core.sim.optics.skin import Skin
+from tactile_core.sim.optics.surface import Surface
 
 Float32 = NDArray[np.float32]
 
@@ -92,7 +92,7 @@ def sources_of(
 
 
 def shine(
-    sources: Sequence[tuple[Source, float, Float32]], skin: Skin, channels: Sequence[str]
+    sources: Sequence[tuple[Source, float, Float32]], skin: Surface, channels: Sequence[str]
 ) -> Iterator[tuple[slice, Float32]]:
     """Light a state of the skin.
 
@@ -100,7 +100,7 @@ def shine(
     ----------
     sources : sequence of (Source, level, grain)
         Those that shine, how brightly, and the (H, W) grain of the skin in their light.
-    skin : Skin
+    skin : Surface
     channels : sequence of str
         Names of the camera's colours. A lamp that feeds none of them feeds all.
 

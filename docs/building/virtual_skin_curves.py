@@ -1,4 +1,4 @@
-"""Draw the curves of docs/virtual-skin.md: python docs/virtual_skin_curves.py."""
+"""Draw the curves of docs/virtual-skin.md: python docs/building/virtual_skin_curves.py."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactile_core import load_profile
 from tactile_core.sim.indenters import Indenter, make_indenter
 from tactile_core.sim.skin import Skin
 
-OUT = Path(__file__).with_name("images") / "virtual_skin.svg"
+OUT = Path(__file__).parents[1] / "images" / "virtual_skin.svg"
 COLOURS = {"plate": "#1f6fb4", "cylinder": "#c8553d", "ball": "#3a8f5c"}
 PRESSES: dict[str, tuple[Indenter, float, float]] = {
     "plate": (make_indenter("flat", size_mm=(40.0, 40.0)), 0.0, 45.0),

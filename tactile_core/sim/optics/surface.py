@@ -17,11 +17,11 @@ Float32 = NDArray[np.float32]
 
 
 _MARGIN = 0.1
-"""Skin around the image, of its width, which shear may bring into it."""
+"""Surface around the image, of its width, which shear may bring into it."""
 
 
 @dataclass(frozen=True, eq=False)
-class Skin:
+class Surface:
     """One state of the skin, ready to be lit.
 
     Attributes
@@ -91,14 +91,14 @@ class Membrane:
         height_mm: Float32,
         displacement_mm: Float32 | None = None,
         marks_px: NDArray[np.float64] | None = None,
-    ) -> Skin:
+    ) -> Surface:
         """Return the skin as it is now; parameters as for ``RigOptics.expose``."""
         textures = self._carried(displacement_mm)
         reflectance = textures.pop() if self._printed else None
         if self.marks is not None and marks_px is not None:
             reflectance = self._inked(self.marks.cover(self._shape, marks_px))
         relief = height_mm + textures.pop() if self._scratched else height_mm
-        return Skin(self._normals(relief), relief, reflectance, tuple(textures))
+        return Surface(self._normals(relief), relief, reflectance, tuple(textures))
 
     def _normals(self, relief_mm: Float32) -> Float32:
         x, y = _slopes(relief_mm, self._mm_per_px)

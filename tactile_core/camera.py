@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import TYPE_CHECKING, Self
+
+from pydantic import BaseModel
 
 from tactile_core.device import Device
 from tactile_core.quantities import Image
+
+if TYPE_CHECKING:
+    from tactile_core.profiles.model import Profile
 
 
 class Camera(Device):
@@ -13,6 +19,11 @@ class Camera(Device):
 
     Authors write ``_open``, ``_close`` and ``_read``.
     """
+
+    @classmethod
+    def of(cls, options: BaseModel, profile: Profile) -> Self:
+        """Make the camera that a profile names; for those that need more of it than options."""
+        return cls(options)
 
     def read(self, timeout_s: float = 1.0) -> Image | None:
         """Return the next exposure; None when a recording has come to its end.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Self
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from tactile_core.acquisition import Acquisition, average
 from tactile_core.bundle import Bundle, check_serial, default_place
@@ -22,8 +22,6 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Component, Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.reading import Reading
-
-D = TypeVar("D", bound=Device)
 
 _SAME_SHAPE = 0.01
 """Stretch below which an image has the profile's shape but for rounding."""
@@ -192,7 +190,8 @@ class Sensor:
 
 def devices(profile: Profile) -> tuple[Camera, Illumination]:
     """Make the camera and the lights that a profile names, closed."""
-    return _made(resolve("camera", profile.camera.use), profile.camera), _lights(profile)
+    camera: type[Camera] = resolve("camera", profile.camera.use)
+    return camera.of(_options(camera, profile.camera), profile), _lights(profile)
 
 
 def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
@@ -249,14 +248,14 @@ def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
 
 
 def _lights(profile: Profile) -> Illumination:
-    return _made(resolve("illumination", profile.illumination.use), profile.illumination)
+    lights: type[Illumination] = resolve("illumination", profile.illumination.use)
+    return lights(_options(lights, profile.illumination))
 
 
-def _made(cls: type[D], component: Component) -> D:
+def _options(cls: type[Device], component: Component) -> BaseModel:
     try:
-        options = cls.Options.model_validate(component.options)
+        return cls.Options.model_validate(component.options)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise ProfileError(f"{component.use}: {where}: {first['msg']}") from error
-    return cls(options)

@@ -10,7 +10,10 @@ from tactile_core.hookspecs import hookimpl
 @hookimpl
 def tactile_cameras() -> Mapping[str, str]:
     """Cameras of the core."""
-    return {"replay": "tactile_core.builtin.replay:ReplayCamera"}
+    return {
+        "replay": "tactile_core.builtin.replay:ReplayCamera",
+        "virtual": "tactile_core.sim.camera:VirtualCamera",
+    }
 
 
 @hookimpl

@@ -25,6 +25,12 @@ from tactile_core.profiles.yaml_tree import refusal
 _OVERRIDES = Place(Path("overrides"))
 """Where what a program lays over a profile "stands"; its paths are relative to here."""
 
+_TWIN: Mapping[str, Any] = {
+    "camera": {"use": "core.virtual"},
+    "image": {"crop": None, "lens": None, "warp": None, "flip": "none", "rotate_deg": 0},
+}
+"""The virtual twin of every profile: its camera sees the image as it is measured."""
+
 
 def load_profile(
     name_or_path: str | Path,
@@ -40,7 +46,7 @@ def load_profile(
     name_or_path : str or Path
         A shipped or plugin's profile by name, or the path of a YAML file.
     sim : bool
-        Lay the profile's ``sim`` overlay over it: the virtual twin.
+        The virtual twin: a virtual camera, and the profile's ``sim`` overlay over that.
     overrides : mapping, optional
         Laid over everything, by the rules of ``extends``: ``{"gel": {"friction": 0.3}}``.
     components : bool
@@ -76,8 +82,10 @@ def load_source(
     """
     source = read_source(find_profile(name_or_path), find_extended)
     overlay = source.tree.get("sim")
-    if sim and overlay is not None and overlay.is_mapping:
-        source = source.under(overlay)
+    if sim:
+        source = source.under(Node.of(_TWIN, _OVERRIDES))
+        if overlay is not None and overlay.is_mapping:
+            source = source.under(overlay)
     if overrides:
         source = source.under(Node.of(overrides, _OVERRIDES))
     return source

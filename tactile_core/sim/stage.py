@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame
+from tactile_core.quantities import Frame, Pixels
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.rig import RigOptics
@@ -166,7 +168,7 @@ class VirtualStage:
             frame=self._shot,
         )
         channels = self._optics.channels
-        in_turn = len(self._optics.exposures) > 1
+        in_turn = self._shots > 1
         taken = Frame(
             pixels=pixels,
             channels=channels,
@@ -179,6 +181,31 @@ class VirtualStage:
         )
         self._shot += 1
         return taken
+
+    def exposures(self) -> list[Pixels]:
+        """Take a frame; every exposure of the rig's sequence by itself, dark ones too.
+
+        Returns
+        -------
+        list of (H, W, 1) or (H, W, 3) uint8 or uint16
+        """
+        number = self._shot
+        lit = iter(np.split(self.frame().pixels, self._shots, axis=2))
+        dark = self._optics.skin(self._skin.truth().height_mm) if self._has_dark else None
+        return [
+            next(lit)
+            if exposure.channels or dark is None
+            else self._optics.photograph(dark, {}, frame=number)
+            for exposure in self._optics.exposures
+        ]
+
+    @property
+    def _shots(self) -> int:
+        return sum(bool(exposure.channels) for exposure in self._optics.exposures)
+
+    @property
+    def _has_dark(self) -> bool:
+        return self._shots < len(self._optics.exposures)
 
     def truth(self) -> Truth:
         """Return all that is true of the skin now, at the pixels of the image.

@@ -150,6 +150,8 @@ class Bench:
     def make(self, part: Part, context: SensorContext | None = None) -> Any:
         """Make a component anew; whatever its constructor raises is raised."""
         cls = self.class_of(part)
+        if issubclass(cls, Camera):
+            return cls.of(self.options(part), self.rig(part).profile)
         if not issubclass(cls, Estimator):
             return cls(self.options(part))
         return cls(self.options(part), context or self.rig(part).context)

@@ -1,8 +1,7 @@
 """Checks of the profiles that a plugin brings, and of the shipped ones that are written for it.
 
 Each profile's pipeline runs once on presses that :mod:`tactile_core.testing.scenes` renders from
-what the profile says. That is the place of the profile's virtual twin: once a simulator opens it as
-``open_sensor(profile, sim=True)``, :meth:`ProfileChecks.test_pipeline` reads from that.
+what the profile says, and its virtual twin is opened as a sensor.
 """
 
 from __future__ import annotations
@@ -10,6 +9,9 @@ from __future__ import annotations
 import pickle
 import re
 from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
 
 from tactile_core.bundle import Bundle, Manifest
 from tactile_core.calibration import Calibration
@@ -20,6 +22,7 @@ from tactile_core.profiles.loader import list_profiles, load_profile, profile_ha
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.nodes import Node
 from tactile_core.profiles.yaml_tree import read_yaml
+from tactile_core.sensor import FIRST, Sensor
 from tactile_core.testing.bench import Bench, ProfileFile
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.comparing import difference
@@ -27,6 +30,9 @@ from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.scenes import Rig, full_rig
 
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
+
+_TWIN_FRAMES = 6
+"""Untouched first, and then the first frames of a press."""
 
 
 class ProfileChecks(Suite):
@@ -120,6 +126,36 @@ class ProfileChecks(Suite):
                 found,
                 why="recordings are measured in several processes, and robots run it in another",
                 do="see the pickling checks of the components that it names",
+            )
+
+    @check(Bench.profiles)
+    def test_twin(self, profile: ProfileFile) -> None:
+        """Its virtual twin runs: frames of the profile's size, which a touch changes."""
+        self._loaded(profile)
+        try:
+            twin = load_profile(profile.path, sim=True)
+            with Sensor(twin, reference=FIRST).open() as sensor:
+                frames = [reading.frame for reading in islice(sensor.stream(), _TWIN_FRAMES)]
+        except Exception as error:
+            raise Fault(
+                profile,
+                f"its virtual twin does not run ({type(error).__name__}: {error})",
+                why="with --sim a profile is tried, shown and tested where its sensor is not",
+                do="correct the lights or the gel of the profile, or say in 'sim:' what differs",
+            ) from error
+        image = twin.image
+        sizes = {frame.pixels.shape[1::-1] for frame in frames}
+        found = ""
+        if sizes != {(image.width_px, image.height_px)}:
+            found = f"its virtual twin gives images of {sizes}"
+        elif np.array_equal(frames[0].pixels, frames[-1].pixels):
+            found = "its virtual twin shows the same picture when a ball presses"
+        if found:
+            raise Fault(
+                profile,
+                found,
+                why="with --sim a profile is tried, shown and tested where its sensor is not",
+                do="see the camera under 'sim:' in the profile",
             )
 
     def _loaded(self, profile: ProfileFile) -> Profile:

@@ -1,0 +1,89 @@
+"""``core.virtual``: the camera of a profile's virtual twin."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import ClassVar, Self
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from tactile_core.camera import Camera
+from tactile_core.device import Options
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Image
+from tactile_core.sim.script import Scene
+from tactile_core.sim.skin import Mode
+from tactile_core.sim.stage import VirtualStage
+
+_TOUCH = Path(__file__).with_name("touch.yaml")
+
+
+class VirtualOptions(Options):
+    """What happens in front of the camera."""
+
+    script: Path | None = Field(
+        default=None, description="YAML as for 'tactile simulate'; else a ball comes and goes."
+    )
+    seed: int = Field(default=0, description="Makes the unit and its noise.")
+    mode: Mode = Field(default="fast", description="fast keeps up with a camera; or accurate.")
+    loop: bool = Field(default=False, description="Begin again at the end.")
+
+
+class VirtualCamera(Camera):
+    """Photographs a virtual stage on which a script is played, then delivers None.
+
+    Each read is the next exposure of the rig's sequence, so lights and camera keep step as long as
+    every exposure is read.
+
+    Parameters
+    ----------
+    options : VirtualOptions
+    profile : Profile
+        The rig.
+    """
+
+    Options: ClassVar[type[BaseModel]] = VirtualOptions
+
+    def __init__(self, options: VirtualOptions, profile: Profile) -> None:
+        super().__init__(options)
+        self._settings, self._profile = options, profile
+        self._images: Iterator[Image] = iter(())
+
+    @classmethod
+    def of(cls, options: BaseModel, profile: Profile) -> Self:
+        """Make the camera of a profile's virtual twin."""
+        assert isinstance(options, VirtualOptions)
+        return cls(options, profile)
+
+    def _open(self) -> None:
+        stage = VirtualStage(self._profile, self._settings.seed, self._settings.mode)
+        scene = Scene(self._settings.script or _TOUCH)
+        self._images = _photographed(stage, scene, loop=self._settings.loop)
+
+    def _close(self) -> None:
+        self._images = iter(())
+
+    def _read(self, timeout_s: float) -> Image | None:
+        return next(self._images, None)
+
+
+def _photographed(stage: VirtualStage, scene: Scene, *, loop: bool) -> Iterator[Image]:
+    shot = 0
+    while True:
+        for number, _ in enumerate(scene.played(stage)):
+            for pixels in stage.exposures():
+                shown = pixels[..., 0] if pixels.shape[2] == 1 else pixels
+                yield Image(
+                    np.ascontiguousarray(shown),
+                    timestamp_s=time.monotonic(),
+                    wall_time_s=time.time(),
+                    sequence=shot,
+                    source=f"{number:06d}",
+                )
+                shot += 1
+        if not loop:
+            return
+        stage.reset()

@@ -1,0 +1,65 @@
+"""A virtual camera behind the ordinary interface."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactile_core import load_profile, open_sensor
+from tactile_core.sensor import devices
+from tactile_core.sim import VirtualStage
+
+SCRIPT = """\
+steps:
+  - indenter: {kind: sphere, diameter_mm: 3}
+  - press: {depth_mm: 0.3, frames: 2}
+"""
+
+
+@pytest.fixture
+def profile(tmp_path: Path) -> Path:
+    (tmp_path / "script.yaml").write_text(SCRIPT)
+    path = tmp_path / "twin.yaml"
+    path.write_text(
+        "extends: desktop_six_led\nname: twin\n"
+        "illumination: {dark: true}\n"
+        "image: {width_px: 306, height_px: 256, mm_per_px: 0.0272, rotate_deg: 90}\n"
+        "sim: {camera: {use: core.virtual, script: script.yaml, seed: 3}}\n"
+    )
+    return path
+
+
+def test_a_twin_is_read_like_any_sensor(profile: Path) -> None:
+    with open_sensor(profile, sim=True, reference="first") as sensor:
+        frames = [reading.frame for reading in sensor.stream()]
+    assert [frame.pixels.shape for frame in frames] == [(256, 306, 6)] * 3
+    assert not np.array_equal(frames[0].pixels, frames[-1].pixels)
+
+
+def test_it_sees_what_the_stage_shows_less_the_dark(profile: Path) -> None:
+    twin = load_profile(profile, sim=True)
+    stage = VirtualStage(twin, seed=3)
+    with open_sensor(twin, reference="first") as sensor:
+        seen = sensor.read().frame.pixels
+    dark, *_ = [image for image in stage.exposures() if np.median(image) < 10]
+    stage.reset()
+    shown = stage.frame().pixels
+    np.testing.assert_allclose(seen.astype(int), np.maximum(shown.astype(int) - dark, 0), atol=1)
+
+
+def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
+    twin = load_profile(profile, sim=True)
+    camera, lights = devices(twin)
+    exposures = len(lights.exposures())
+    with camera:
+        images = list(iter(camera.read, None))
+    assert len(images) == 3 * exposures
+    again = load_profile(profile, sim=True, overrides={"camera": {"loop": True}})
+    camera, _ = devices(again)
+    with camera:
+        first = list(islice(iter(camera.read, None), 4 * exposures))
+    np.testing.assert_array_equal(first[0].pixels, first[3 * exposures].pixels)
+    assert [image.sequence for image in first] == list(range(4 * exposures))

@@ -53,7 +53,7 @@ def _read(path: Path) -> tuple[Array, NDArray[np.int64]]:
     if not path.is_file():
         raise InputError(f"{path} is no file; give a mesh, for example an STL")
     try:
-        mesh = trimesh.load(path, force="mesh")
+        mesh: Any = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh's readers raise whatever their parsers do
         raise InputError(f"{path} cannot be read as a mesh: {error}") from error
     if not len(mesh.faces):

@@ -107,17 +107,7 @@ class SlopeCalibration(Calibration):
             The frame or the reference has another size or number of channels than the presses had,
             or they have another full scale than each other.
         """
-        for what, pixels in (("frame", frame.pixels), ("reference", reference.pixels)):
-            if pixels.shape != self._shape:
-                raise CalibrationError(
-                    f"the calibration was fitted on images of {_size(self._shape)} and this {what} "
-                    f"is {_size(pixels.shape)}; calibrate at the size of the input"
-                )
-        if frame.full_scale != reference.full_scale:
-            raise CalibrationError(
-                f"the frame's full scale is {frame.full_scale:g} and the reference's "
-                f"{reference.full_scale:g}; record both with the same bit depth"
-            )
+        check_fitting(frame, reference, self._shape)
         if self._prepared is None or self._prepared[0] is not reference:
             self._prepared = reference, self._prepare(reference)
         gx, gy, sure = self._prepared[1].measure(frame.pixels, frame.marks)
@@ -286,6 +276,27 @@ def faithful(
         if np.concatenate(apart).mean() < FAITHFUL_SINE:
             return candidate
     return None
+
+
+def check_fitting(frame: Frame, reference: Reference, shape: tuple[int, int, int]) -> None:
+    """Refuse a frame or a reference that a model of (H, W, K) images was not fitted for.
+
+    Raises
+    ------
+    CalibrationError
+        One has another size or number of channels, or they have another full scale than each other.
+    """
+    for what, pixels in (("frame", frame.pixels), ("reference", reference.pixels)):
+        if pixels.shape != shape:
+            raise CalibrationError(
+                f"the calibration was fitted on images of {_size(shape)} and this {what} "
+                f"is {_size(pixels.shape)}; calibrate at the size of the input"
+            )
+    if frame.full_scale != reference.full_scale:
+        raise CalibrationError(
+            f"the frame's full scale is {frame.full_scale:g} and the reference's "
+            f"{reference.full_scale:g}; record both with the same bit depth"
+        )
 
 
 def shape_of(reference: Reference) -> tuple[int, int, int]:

@@ -13,6 +13,11 @@ from pydantic import BaseModel, Field
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, Light
 from tactile_core.algorithms.sines import to_sines
+from tactile_core.builtin.slope_calibration import (
+    DARK_FRACTION,
+    SATURATED_FRACTION,
+    check_fitting,
+)
 from tactile_core.calibration import Calibration, Press
 from tactile_core.device import Options
 from tactile_core.errors import CalibrationError, InputError
@@ -116,13 +121,7 @@ class HueIntensity(Calibration):
             The frame or the reference has another size than the presses had, or they have another
             full scale than each other.
         """
-        _check_size("this frame", frame.pixels.shape, self._shape)
-        _check_size("this reference", reference.pixels.shape, self._shape)
-        if frame.full_scale != reference.full_scale:
-            raise CalibrationError(
-                f"the frame's full scale is {frame.full_scale:g} and the reference's "
-                f"{reference.full_scale:g}; record both with the same bit depth"
-            )
+        check_fitting(frame, reference, self._shape)
         if self._prepared is None or self._prepared[0] is not reference:
             light = _light(reference, self._blur_px, self._light_blur_px)
             self._prepared = reference, HueField(self.decoder, light)
@@ -187,10 +186,10 @@ def _valid(frame: Frame) -> Bool:
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
     # Extremes are found ten times faster than where they are, and are rarely out of range.
     darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
-    if brightest >= 0.988 * frame.full_scale:
+    if brightest >= SATURATED_FRACTION * frame.full_scale:
         valid &= ~frame.saturated.any(axis=2)
-    if darkest <= 0.012 * frame.full_scale:
-        valid &= (frame.pixels > 0.012 * frame.full_scale).any(axis=2)
+    if darkest <= DARK_FRACTION * frame.full_scale:
+        valid &= (frame.pixels > DARK_FRACTION * frame.full_scale).any(axis=2)
     if frame.marks is not None:
         valid &= ~frame.marks
     return valid

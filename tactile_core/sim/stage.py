@@ -210,6 +210,6 @@ class VirtualStage:
     def truth(self) -> Truth:
         """Return all that is true of the skin now, at the pixels of the image.
 
-        ``markers_px`` are where the printed marks are now, as far as they are in the image at rest.
+        ``markers_px`` are where the printed marks are now; some lie beyond the image.
         """
         return self._skin.truth(self._optics.markers_px)

@@ -27,12 +27,16 @@ if TYPE_CHECKING:
     from tactile_core.pipeline import Pipeline as Pipeline
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
+    from tactile_core.quantities import DisplacementField as DisplacementField
     from tactile_core.quantities import Frame as Frame
     from tactile_core.quantities import Gradients as Gradients
     from tactile_core.quantities import HeightMap as HeightMap
     from tactile_core.quantities import Image as Image
+    from tactile_core.quantities import MarkerDetections as MarkerDetections
+    from tactile_core.quantities import MarkerField as MarkerField
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
+    from tactile_core.quantities import SlipState as SlipState
     from tactile_core.reading import Reading as Reading
     from tactile_core.sensor import Sensor as Sensor
     from tactile_core.sensor import open_sensor as open_sensor
@@ -57,12 +61,16 @@ _HOMES = {
     "profiles.loader": ("load_profile",),
     "quantities": (
         "ContactMask",
+        "DisplacementField",
         "Frame",
         "Gradients",
         "HeightMap",
         "Image",
+        "MarkerDetections",
+        "MarkerField",
         "Quantity",
         "Reference",
+        "SlipState",
     ),
     "reading": ("Reading",),
     "sensor": ("Sensor", "open_sensor"),

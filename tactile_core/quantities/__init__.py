@@ -1,0 +1,32 @@
+"""What is measured: each quantity's type fixes its unit, its frame and its sign.
+
+Sensor frame: origin at the image centre, x right, y down, z away from the camera towards the
+object (right-handed), millimetres. Arrays are read-only; every value is frozen.
+"""
+
+from tactile_core.quantities.drag import (
+    DisplacementField,
+    MarkerDetections,
+    MarkerField,
+    SlipState,
+)
+from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
+from tactile_core.quantities.quantity import Bool, Float32, Quantity
+from tactile_core.quantities.surface import ContactMask, Gradients, HeightMap
+
+__all__ = [
+    "Bool",
+    "ContactMask",
+    "DisplacementField",
+    "Float32",
+    "Frame",
+    "Gradients",
+    "HeightMap",
+    "Image",
+    "MarkerDetections",
+    "MarkerField",
+    "Pixels",
+    "Quantity",
+    "Reference",
+    "SlipState",
+]

@@ -1,0 +1,136 @@
+"""What the camera gives: images, frames of K light channels, and the untouched sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.quantities.quantity import Bool, Float32, Quantity
+
+Pixels = NDArray[Any]
+"""uint8, uint16 or float32 intensities."""
+
+_SHARE_ROWS = 60
+"""Shares of a frame are told from so many of its rows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Image(Quantity):
+    """One exposure as a camera delivers it.
+
+    Attributes
+    ----------
+    pixels : (H, W) or (H, W, 3) uint8 or uint16
+        Grey, or colour in R, G, B order.
+    timestamp_s, wall_time_s : float
+        Host monotonic and wall-clock time at mid-exposure.
+    sequence : int
+        Counts the camera's images from 0.
+    source : str
+        Name of the observation it belongs to (a file's stem, a scan's folder); "" when live.
+    """
+
+    pixels: Pixels
+    timestamp_s: float = 0.0
+    wall_time_s: float = 0.0
+    sequence: int = 0
+    source: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(Quantity):
+    """One photometric observation in image coordinates: K light channels.
+
+    Attributes
+    ----------
+    pixels : (H, W, K) uint8, uint16 or float32
+    channels : tuple of K str
+        Names of the light channels, e.g. ``("red", "green", "blue")``.
+    full_scale : float
+        The intensity at which a channel saturates (255 for 8 bits).
+    marks : (H, W) bool or None
+        Pixels that show a printed marker instead of the coating; None for a gel without any.
+    timestamp_s, wall_time_s : float
+        Host monotonic and wall-clock time at mid-observation.
+    exposure_times_s : tuple of float
+        Timestamp of each light's exposure, in the order of the sequence; a dark one is left out.
+    raw : tuple of Image
+        The exposures as the camera sent them, where they were asked to be kept.
+    """
+
+    pixels: Pixels
+    channels: tuple[str, ...]
+    mm_per_px: float
+    full_scale: float = 255.0
+    marks: Bool | None = None
+    timestamp_s: float = 0.0
+    wall_time_s: float = 0.0
+    sequence: int = 0
+    source: str = ""
+    exposure_times_s: tuple[float, ...] = ()
+    raw: tuple[Image, ...] = ()
+
+    @cached_property
+    def saturated(self) -> Bool:
+        """(H, W, K) bool: the intensity is at the sensor's ceiling and only a lower bound."""
+        return np.asarray(self.pixels >= 0.988 * self.full_scale)
+
+    @cached_property
+    def saturated_share(self) -> float:
+        """Share of the frame's intensities at the ceiling, from some of its rows."""
+        return _share(_some(self.pixels) >= 0.988 * self.full_scale)
+
+    @cached_property
+    def too_dark_share(self) -> float:
+        """Share of the intensities too dark to measure, from some of its rows."""
+        return _share(_some(self.pixels) <= 0.012 * self.full_scale)
+
+    def summary(self) -> Mapping[str, Any]:
+        """Sequence number, timestamp and source."""
+        return {
+            "sequence": self.sequence,
+            "timestamp_s": self.timestamp_s,
+            "source": self.source,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Reference(Quantity):
+    """The untouched sensor: the mean of ``frames`` observations.
+
+    Attributes
+    ----------
+    pixels : (H, W, K) float32
+        Mean intensities, on the scale of the frames.
+    noise : float
+        Standard deviation of one observation's intensities over time; 0 if only one was taken.
+    marks : (H, W) bool or None
+        Pixels that show a printed marker instead of the coating; None for a gel without any.
+    frames : int
+        How many observations were averaged.
+    relative : bool
+        True when it is merely the first frame of what is measured, so that readings tell the
+        change since then.
+    """
+
+    pixels: Float32
+    channels: tuple[str, ...]
+    full_scale: float = 255.0
+    marks: Bool | None = None
+    noise: float = 0.0
+    frames: int = 1
+    relative: bool = False
+
+
+def _some(pixels: Pixels) -> Pixels:
+    """Whole rows, which are read many times faster than scattered pixels."""
+    return pixels[:: max(1, len(pixels) // _SHARE_ROWS)]
+
+
+def _share(of: NDArray[np.bool_]) -> float:
+    return float(np.count_nonzero(of)) / of.size

@@ -14,12 +14,16 @@ from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.viscoelasticity import TimeStep
+from tactile_core.sim.window import Window
 
 Array = NDArray[Any]
 
 _OUT_OF_REACH_MM = -50.0
 _FAR_SPACINGS, _FAR_SWEEPS = 0.3, 2
 """After a long way, where the skin has gone must be known before what presses on it is."""
+_SLACK = 0.05
+"""Share of the depth by which skin may bulge towards the object that presses beside it."""
+_HALVINGS = 30
 
 
 @dataclass(frozen=True)
@@ -137,6 +141,28 @@ class Precision:
     sweeps: int
 
 
+@dataclass(frozen=True)
+class _Sought:
+    """What a step is solved for, on all nodes."""
+
+    move: Move
+    time: TimeStep
+    left_mm: Array
+    carried: Array
+    lowered_mm: float
+    overlap_mm: Array
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """Loads on all nodes, and how much further than asked the object was lowered."""
+
+    pressure: Array
+    grip: Grip
+    approach_mm: float
+    iterations: tuple[int, int]
+
+
 class ContactModel:
     """A gel on a grid, and how it answers an object.
 
@@ -175,38 +201,87 @@ class ContactModel:
         return replace(state, level_mm=level, pose=pose, depth_mm=0.0)
 
     def step(self, state: SkinState, indenter: Indenter, move: Move) -> SkinState:
-        """Return the skin after the object has moved."""
+        """Return the skin after the object has moved.
+
+        Pressure and friction are solved in a window around the contact, which is made wider if it
+        turns out to be too small; where they move the rest of the skin is told in the end.
+        """
         layer, dtype = self.layer, self.layer.dtype
         time = TimeStep(self.gel.branches, move.seconds)
-        stiffening = time.stiffening
         before = state.displacement_mm
         left = time.remembered(before, state.stretches_mm)
         was = self._nodes + before[:2]
         carried = self._carried(state, indenter, move, was)
-        total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
         depth = 0.0 if move.depth_mm is None else move.depth_mm
+        lowered = depth - state.level_mm
+        start = was + carried * state.stick
+        overlap = self._overlap(indenter, move.pose, start, lowered) - left[2]
+        sought = _Sought(move, time, left, carried, lowered, overlap)
+        pressure, approach = self._first_guess(state, sought)
+        window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
+        while True:
+            solved = self._solved(window, state, indenter, sought, pressure)
+            near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
+            if window.holds(near) and not window.reaches_its_border(solved.pressure > 0):
+                break
+            window = Window.around(
+                near | window.spread_out(np.ones(window.shape, np.bool_), layer.shape)
+            )
+            pressure = solved.pressure
+        displacement = layer.displacement(solved.grip.traction, solved.pressure)
+        displacement = (displacement / time.stiffening + left).astype(dtype, copy=False)
+        anchors = np.where(
+            solved.pressure > 0,
+            state.anchors_mm + carried - solved.grip.slip_mm,
+            displacement[:2],
+        ).astype(dtype, copy=False)
+        return SkinState(
+            displacement,
+            solved.pressure,
+            anchors,
+            solved.grip,
+            time.stretched(state.stretches_mm, displacement - before),
+            state.level_mm,
+            move.pose,
+            depth + solved.approach_mm,
+            solved.iterations,
+        )
 
-        pressure, iterations = state.pressure_mpa, (0, 0)
-        grip = state.grip
-        now = was + carried * state.stick
-        far = np.abs(carried * state.contact).max() > _FAR_SPACINGS * layer.grid.spacing_mm
-        for _ in range(max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
-            gap = indenter.gap_mm(*move.pose.into(*now))
-            overlap = np.maximum(self._rest - gap - state.level_mm + depth, _OUT_OF_REACH_MM)
-            overlap = overlap.astype(dtype) - left[2]
+    def _solved(
+        self,
+        window: Window,
+        state: SkinState,
+        indenter: Indenter,
+        sought: _Sought,
+        pressure: Array,
+    ) -> _Solved:
+        """Solve pressure and friction in turns, of which the first starts from this pressure."""
+        layer, move, stiffening = self.layer, sought.move, sought.time.stiffening
+        near = layer.near(window.shape)
+        total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
+        nodes, carried, left = (window.of(a) for a in (self._nodes, sought.carried, sought.left_mm))
+        anchors = window.of(state.anchors_mm)
+        overlap, pressure = window.of(sought.overlap_mm), window.of(pressure)
+        grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
+        far = np.abs(carried * (pressure > 0)).max() > _FAR_SPACINGS * layer.grid.spacing_mm
+        counted = np.zeros(2, int)
+        for sweep in range(max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
+            if sweep:
+                now = nodes + near.shift(grip.traction) / stiffening + spread
+                overlap = self._overlap(indenter, move.pose, now, sought.lowered_mm, window)
+                overlap -= left[2]
             normal = solve_normal(
-                layer.indentation,
-                overlap * stiffening - layer.bulge(grip.traction),
+                near.indentation,
+                overlap * layer.dtype.type(stiffening) - near.bulge(grip.traction),
                 pressure,
                 total_mpa=total,
                 tolerance=self.precision.normal,
             )
             pressure = normal.pressure
-            spread = layer.spread(pressure) / stiffening + left[:2]
-            touching = pressure > 0
+            spread = near.spread(pressure) / stiffening + left[:2]
             grip = solve_friction(
-                layer,
-                state.anchors_mm + carried * touching - spread,
+                near,
+                anchors + carried * (pressure > 0) - spread,
                 self.gel.friction * pressure,
                 grip,
                 stiffening=stiffening,
@@ -215,25 +290,49 @@ class ContactModel:
                 else 0.0,
                 tolerance=self.precision.friction,
             )
-            shift = layer.shift(grip.traction) / stiffening + spread
-            now = self._nodes + shift
-            iterations = (iterations[0] + normal.iterations, iterations[1] + grip.iterations)
-        sunk = (layer.indentation(pressure) + layer.bulge(grip.traction)) / stiffening + left[2]
-        displacement = np.concatenate([shift, sunk[None]]).astype(dtype)
-        anchors = np.where(
-            touching, state.anchors_mm + carried - grip.slip_mm, displacement[:2]
-        ).astype(dtype)
-        return SkinState(
-            displacement,
-            pressure,
-            anchors,
-            grip,
-            time.stretched(state.stretches_mm, displacement - before),
-            state.level_mm,
-            move.pose,
-            depth + normal.approach_mm / stiffening,
-            iterations,
+            counted += normal.iterations, grip.iterations
+        shape = layer.shape
+        return _Solved(
+            window.spread_out(pressure, shape),
+            Grip(
+                window.spread_out(grip.traction, shape),
+                window.spread_out(grip.slip_mm, shape),
+                grip.resolution_mm,
+                grip.iterations,
+            ),
+            normal.approach_mm / stiffening,
+            (int(counted[0]), int(counted[1])),
         )
+
+    def _overlap(
+        self,
+        indenter: Indenter,
+        pose: Pose,
+        now_mm: Array,
+        lowered_mm: float,
+        window: Window | None = None,
+    ) -> Array:
+        """How far the object would reach into the skin that no pressure has moved."""
+        rest = self._rest if window is None else window.of(self._rest)
+        overlap = rest - indenter.gap_mm(*pose.into(*now_mm))
+        overlap += lowered_mm
+        return np.maximum(overlap, _OUT_OF_REACH_MM).astype(self.layer.dtype)
+
+    def _first_guess(self, state: SkinState, sought: _Sought) -> tuple[Array, float]:
+        """Pressure to start from, and by how much the object will have to be lowered."""
+        if sought.move.force_n is None:
+            return state.pressure_mpa, 0.0
+        if state.pressure_mpa.any():
+            return state.pressure_mpa, state.depth_mm
+        # as if every node stood on a spring by itself, and a soft one: the contact is smaller
+        springs = self.layer.softest / sought.time.stiffening
+        volume = springs * sought.move.force_n / self.layer.grid.cell_mm2
+        low, high = 0.0, volume - float(sought.overlap_mm.max())
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            enough = np.maximum(sought.overlap_mm + middle, 0).sum(dtype=float) > volume
+            low, high = (low, middle) if enough else (middle, high)
+        return np.maximum(sought.overlap_mm + self.layer.dtype.type(high), 0) / springs, high
 
     def released(self, state: SkinState, seconds: float) -> SkinState:
         """Return the skin some time after the object was taken away."""
@@ -254,3 +353,10 @@ class ContactModel:
             return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
         x, y = move.pose.back(*state.pose.into(*was_mm))
         return (np.stack([x, y]) - was_mm).astype(self.layer.dtype)
+
+
+def _within_reach(overlap_mm: Array, approach_mm: float) -> NDArray[np.bool_]:
+    """Nodes that may be touched; the nearest one at least."""
+    deepest = float(overlap_mm.max()) + approach_mm
+    least = -_SLACK * deepest if deepest > 0 else deepest
+    return np.asarray(overlap_mm >= overlap_mm.dtype.type(least - approach_mm))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.sim.contact_state import Move, Pose, SkinState
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
@@ -24,104 +25,6 @@ _FAR_SPACINGS, _FAR_SWEEPS = 0.3, 2
 _SLACK = 0.05
 """Share of the depth by which skin may bulge towards the object that presses beside it."""
 _HALVINGS = 30
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Where the object is: its own origin in the sensor frame, and its turn from x towards y.
-
-    Attributes
-    ----------
-    x_mm, y_mm, angle_deg : float
-    """
-
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    angle_deg: float = 0.0
-
-    def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
-        """Carry points of the sensor frame into the object's own."""
-        angle = np.radians(self.angle_deg)
-        cos, sin = np.cos(angle), np.sin(angle)
-        x, y = x_mm - self.x_mm, y_mm - self.y_mm
-        return cos * x + sin * y, cos * y - sin * x
-
-    def back(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
-        """Carry points of the object's own frame into the sensor frame."""
-        angle = np.radians(self.angle_deg)
-        cos, sin = np.cos(angle), np.sin(angle)
-        return self.x_mm + cos * x_mm - sin * y_mm, self.y_mm + sin * x_mm + cos * y_mm
-
-
-@dataclass(frozen=True)
-class Move:
-    """Where the object goes in a step, and how hard it presses.
-
-    Attributes
-    ----------
-    pose : Pose
-    depth_mm, force_n : float or None
-        One of them: how far beyond the first touch the object is lowered, or with what force.
-    seconds : float
-        ``inf``: as slowly as it takes for all stress to relax.
-    rolls : bool
-        The object rolls to its place, rather than being shifted.
-    """
-
-    pose: Pose
-    depth_mm: float | None = None
-    force_n: float | None = None
-    seconds: float = np.inf
-    rolls: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class SkinState:
-    """Everything that the next step depends on, on the nodes of the grid.
-
-    Every node belongs to a point of the skin: values move with it.
-
-    Attributes
-    ----------
-    displacement_mm : (3, ny, nx)
-        x, y, and how far it is pressed towards the camera.
-    pressure_mpa : (ny, nx)
-    anchors_mm : (2, ny, nx)
-        x and y displacement at which the object holds each node of the contact. It differs from
-        the displacement by what the solver left over, which must not add up from step to step.
-    grip : Grip
-        Shear traction, and the slip in the last step.
-    stretches_mm : (branches, 3, ny, nx)
-        Of the viscoelastic branches.
-    level_mm : float
-        Height of the object over its lowest point when it first touches.
-    pose : Pose
-    depth_mm : float
-        How far beyond the first touch the object is lowered.
-    iterations : tuple of int
-        Of the normal contact and of the friction, in the last step.
-    """
-
-    displacement_mm: Array
-    pressure_mpa: Array
-    anchors_mm: Array
-    grip: Grip
-    stretches_mm: Array
-    level_mm: float = 0.0
-    pose: Pose = Pose()
-    depth_mm: float = 0.0
-    iterations: tuple[int, int] = (0, 0)
-
-    @property
-    def contact(self) -> NDArray[np.bool_]:
-        """(ny, nx) bool: nodes under pressure."""
-        return np.asarray(self.pressure_mpa > 0)
-
-    @property
-    def stick(self) -> NDArray[np.bool_]:
-        """(ny, nx) bool: nodes in contact that did not move along the object in the last step."""
-        slip_mm = np.hypot(*self.grip.slip_mm)
-        return np.asarray(self.contact & (slip_mm <= self.grip.resolution_mm))
 
 
 @dataclass(frozen=True)
@@ -265,14 +168,10 @@ class ContactModel:
         grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
         far = np.abs(carried * (pressure > 0)).max() > _FAR_SPACINGS * layer.grid.spacing_mm
         counted = np.zeros(2, int)
-        for sweep in range(max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
-            if sweep:
-                now = nodes + near.shift(grip.traction) / stiffening + spread
-                overlap = self._overlap(indenter, move.pose, now, sought.lowered_mm, window)
-                overlap -= left[2]
+        for sweep in range(sweeps := max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
             normal = solve_normal(
                 near.indentation,
-                overlap * layer.dtype.type(stiffening) - near.bulge(grip.traction),
+                overlap * stiffening - near.bulge(grip.traction),
                 pressure,
                 total_mpa=total,
                 tolerance=self.precision.normal,
@@ -290,7 +189,11 @@ class ContactModel:
                 else 0.0,
                 tolerance=self.precision.friction,
             )
-            counted += normal.iterations, grip.iterations
+            counted += np.array([normal.iterations, grip.iterations])
+            if sweep + 1 < sweeps:
+                now = nodes + near.shift(grip.traction) / stiffening + spread
+                overlap = self._overlap(indenter, move.pose, now, sought.lowered_mm, window)
+                overlap = overlap - left[2]
         shape = layer.shape
         return _Solved(
             window.spread_out(pressure, shape),
@@ -316,7 +219,7 @@ class ContactModel:
         rest = self._rest if window is None else window.of(self._rest)
         overlap = rest - indenter.gap_mm(*pose.into(*now_mm))
         overlap += lowered_mm
-        return np.maximum(overlap, _OUT_OF_REACH_MM).astype(self.layer.dtype)
+        return np.asarray(np.maximum(overlap, _OUT_OF_REACH_MM), self.layer.dtype)
 
     def _first_guess(self, state: SkinState, sought: _Sought) -> tuple[Array, float]:
         """Pressure to start from, and by how much the object will have to be lowered."""
@@ -332,7 +235,7 @@ class ContactModel:
             middle = (low + high) / 2
             enough = np.maximum(sought.overlap_mm + middle, 0).sum(dtype=float) > volume
             low, high = (low, middle) if enough else (middle, high)
-        return np.maximum(sought.overlap_mm + self.layer.dtype.type(high), 0) / springs, high
+        return np.maximum(sought.overlap_mm + high, 0) / springs, high
 
     def released(self, state: SkinState, seconds: float) -> SkinState:
         """Return the skin some time after the object was taken away."""
@@ -359,4 +262,4 @@ def _within_reach(overlap_mm: Array, approach_mm: float) -> NDArray[np.bool_]:
     """Nodes that may be touched; the nearest one at least."""
     deepest = float(overlap_mm.max()) + approach_mm
     least = -_SLACK * deepest if deepest > 0 else deepest
-    return np.asarray(overlap_mm >= overlap_mm.dtype.type(least - approach_mm))
+    return np.asarray(overlap_mm >= least - approach_mm)

@@ -139,14 +139,16 @@ class ElasticLayer(Response):
             nodes of the window it is what the whole layer does: no two are further apart than
             half of its size.
         """
-        from scipy.fft import next_fast_len
-
-        size = tuple(
-            all_of if 2 * part >= all_of else min(all_of, next_fast_len(2 * part, real=True))
-            for part, all_of in zip(shape, self.shape, strict=True)
-        )
+        size = _round(shape[0], self.grid.ny), _round(shape[1], self.grid.nx)
         if size == self.shape:
             return self
         if self._near is None or self._near[0] != size:
-            self._near = size, self._cut((size[0], size[1]))
+            self._near = size, self._cut(size)
         return self._near[1]
+
+
+def _round(part: int, whole: int) -> int:
+    """Nodes that nothing reaches round them from one end of a part to the other."""
+    from scipy.fft import next_fast_len
+
+    return whole if 2 * part >= whole else min(whole, int(next_fast_len(2 * part, real=True)))

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.contact_step import ContactModel, Move, Pose, Precision, SkinState
+from tactile_core.sim.contact_state import Move, Pose, SkinState
+from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid

@@ -31,7 +31,7 @@ class Window:
     @classmethod
     def around(cls, nodes: NDArray[np.bool_]) -> Window:
         """Return a window that holds these nodes, of which there is one at least, and a margin."""
-        return cls(*(_wide(nodes.any(1 - axis)) for axis in (0, 1)))
+        return cls(_wide(np.asarray(nodes.any(1))), _wide(np.asarray(nodes.any(0))))
 
     @property
     def shape(self) -> tuple[int, int]:

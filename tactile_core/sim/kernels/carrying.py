@@ -13,7 +13,7 @@ from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
 Float32 = NDArray[np.float32]
 
 _MOST_STEPS = 20
-_SETTLED = 1e-3
+_SETTLED = 1e-4
 """Nodes by which a place may still move; one more step brings a tenth of it."""
 
 

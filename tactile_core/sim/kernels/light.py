@@ -92,7 +92,7 @@ def _lit(
         out[j] = half * (cosine + np.sqrt(cosine * cosine + square))
 
 
-@njit(**EXACT_ROW)
+@njit(**ROW)
 def _power(
     x: Float32,
     y: Float32,

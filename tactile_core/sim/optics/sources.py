@@ -114,11 +114,11 @@ class Shining:
         """Of each lamp the (H, W) share that each place sees; None where none is hidden."""
         if not self.sources:
             return []
-        relief = self.skin.relief_mm
-        low = self.sources[0][1].shadows.reduced(relief)
+        low = self.skin.reduced(self.sources[0][1].shadows.size)
         if low is None:
             return [None] * len(self.sources)
-        return [source.shadows.cast(low, relief.shape) for _, source, _ in self.sources]
+        shape = self.skin.relief_mm.shape
+        return [source.shadows.cast(low, shape) for _, source, _ in self.sources]
 
     @property
     def fed(self) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import ModuleType
 
@@ -20,6 +20,8 @@ Float32 = NDArray[np.float32]
 
 _MARGIN = 0.1
 """Surface around the image, of its width, which shear may bring into it."""
+
+_LOWEST_RELIEF_MM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +47,20 @@ class Surface:
     mm_per_px: float
     reflectance: Float32 | None
     textures: tuple[Float32, ...]
+    _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, lamp: int) -> Float32:
         """(H, W) factor on the light of the lamp of this number."""
         return _plane(self.textures, lamp)
+
+    def reduced(self, size: tuple[int, int]) -> Float32 | None:
+        """Return the relief on fewer columns and rows; None where it is too low to cast a shadow."""
+        if size not in self._reduced:
+            height = self.relief_mm
+            hides = float(height.max() - height.min()) >= _LOWEST_RELIEF_MM
+            low = cv2.resize(height, size, interpolation=cv2.INTER_AREA) if hides else None
+            self._reduced[size] = None if low is None else np.asarray(low, np.float32)
+        return self._reduced[size]
 
     @cached_property
     def normals(self) -> Float32:

@@ -28,9 +28,11 @@ class Pose:
 
     def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
         """Carry points of the sensor frame into the object's own."""
+        x, y = x_mm - self.x_mm, y_mm - self.y_mm
+        if self.angle_deg == 0:
+            return x, y
         angle = np.radians(self.angle_deg)
         cos, sin = np.cos(angle), np.sin(angle)
-        x, y = x_mm - self.x_mm, y_mm - self.y_mm
         return cos * x + sin * y, cos * y - sin * x
 
     def back(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:

@@ -254,6 +254,11 @@ class ContactModel:
             rise = np.minimum(indenter.gap_mm(*state.pose.into(*was_mm)) / radius, 1)
             dx, dy = move.pose.x_mm - state.pose.x_mm, move.pose.y_mm - state.pose.y_mm
             return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
+        if move.pose.angle_deg == state.pose.angle_deg:
+            carried = np.empty_like(was_mm, self.layer.dtype)
+            carried[0] = move.pose.x_mm - state.pose.x_mm
+            carried[1] = move.pose.y_mm - state.pose.y_mm
+            return carried
         x, y = move.pose.back(*state.pose.into(*was_mm))
         return (np.stack([x, y]) - was_mm).astype(self.layer.dtype)
 

@@ -14,7 +14,7 @@ from tactile_core.sim import VirtualStage
 
 STATUS = Path("/proc/self/status")
 
-WARM_UP = 100
+WARM_UP = 50
 FLAT_MIB = 8.0
 """Ten frames, of the thousands that are taken."""
 
@@ -68,7 +68,7 @@ needs_proc = pytest.mark.skipif(not STATUS.exists(), reason="reads /proc, which 
 
 @needs_proc
 def test_memory_stays_flat() -> None:
-    assert grown_mib("hex_fingertip", 150) < FLAT_MIB
+    assert grown_mib("hex_fingertip", 100) < FLAT_MIB
 
 
 @needs_proc

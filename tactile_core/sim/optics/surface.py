@@ -54,7 +54,7 @@ class Surface:
         return _plane(self.textures, lamp)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
-        """Return the relief on fewer columns and rows; None where it is too low to cast a shadow."""
+        """Return the relief on fewer columns and rows; None if it is too low to cast shadows."""
         if size not in self._reduced:
             height = self.relief_mm
             hides = float(height.max() - height.min()) >= _LOWEST_RELIEF_MM

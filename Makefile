@@ -12,7 +12,7 @@ demo: .venv/installed
 # Everything with the compiled kernels, then what has any once more without.
 test: .venv/installed
 	$(BIN)/python -m pytest
-	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/sim tests/test_pipeline.py plugins/tactile-desktop-six-led
+	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/sim/test_stage.py tests/test_pipeline.py plugins/tactile-desktop-six-led
 
 lint: .venv/installed
 	$(BIN)/ruff check .

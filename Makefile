@@ -4,7 +4,7 @@ ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test lint bench docs wheels try-wheels clean
+.PHONY: demo test lint soak bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -12,7 +12,7 @@ demo: .venv/installed
 # Everything with the compiled kernels, then what has any once more without.
 test: .venv/installed
 	$(BIN)/python -m pytest
-	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/test_pipeline.py plugins/tactile-desktop-six-led
+	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/sim/test_stage.py tests/test_pipeline.py plugins/tactile-desktop-six-led
 
 lint: .venv/installed
 	$(BIN)/ruff check .
@@ -20,9 +20,15 @@ lint: .venv/installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# What runs for minutes: thousands of frames in flat memory.
+soak: .venv/installed
+	$(ONE_CORE) $(BIN)/python -m pytest -m soak tests plugins
+
 bench: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)
 	TACTILE_FAST=0 $(ONE_CORE) $(BIN)/python -m pytest $(TIMED)
+	$(ONE_CORE) $(BIN)/python benchmarks/bench_sim.py
+	$(ONE_CORE) $(BIN)/python benchmarks/bench_sim.py --plain
 
 # The site, in site/; open site/index.html.
 docs: .venv/docs-installed

@@ -8,116 +8,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.sim.contact_state import Move, Pose, SkinState
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.viscoelasticity import TimeStep
+from tactile_core.sim.window import Window
 
 Array = NDArray[Any]
 
 _OUT_OF_REACH_MM = -50.0
 _FAR_SPACINGS, _FAR_SWEEPS = 0.3, 2
 """After a long way, where the skin has gone must be known before what presses on it is."""
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Where the object is: its own origin in the sensor frame, and its turn from x towards y.
-
-    Attributes
-    ----------
-    x_mm, y_mm, angle_deg : float
-    """
-
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    angle_deg: float = 0.0
-
-    def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
-        """Carry points of the sensor frame into the object's own."""
-        angle = np.radians(self.angle_deg)
-        cos, sin = np.cos(angle), np.sin(angle)
-        x, y = x_mm - self.x_mm, y_mm - self.y_mm
-        return cos * x + sin * y, cos * y - sin * x
-
-    def back(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
-        """Carry points of the object's own frame into the sensor frame."""
-        angle = np.radians(self.angle_deg)
-        cos, sin = np.cos(angle), np.sin(angle)
-        return self.x_mm + cos * x_mm - sin * y_mm, self.y_mm + sin * x_mm + cos * y_mm
-
-
-@dataclass(frozen=True)
-class Move:
-    """Where the object goes in a step, and how hard it presses.
-
-    Attributes
-    ----------
-    pose : Pose
-    depth_mm, force_n : float or None
-        One of them: how far beyond the first touch the object is lowered, or with what force.
-    seconds : float
-        ``inf``: as slowly as it takes for all stress to relax.
-    rolls : bool
-        The object rolls to its place, rather than being shifted.
-    """
-
-    pose: Pose
-    depth_mm: float | None = None
-    force_n: float | None = None
-    seconds: float = np.inf
-    rolls: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class SkinState:
-    """Everything that the next step depends on, on the nodes of the grid.
-
-    Every node belongs to a point of the skin: values move with it.
-
-    Attributes
-    ----------
-    displacement_mm : (3, ny, nx)
-        x, y, and how far it is pressed towards the camera.
-    pressure_mpa : (ny, nx)
-    anchors_mm : (2, ny, nx)
-        x and y displacement at which the object holds each node of the contact. It differs from
-        the displacement by what the solver left over, which must not add up from step to step.
-    grip : Grip
-        Shear traction, and the slip in the last step.
-    stretches_mm : (branches, 3, ny, nx)
-        Of the viscoelastic branches.
-    level_mm : float
-        Height of the object over its lowest point when it first touches.
-    pose : Pose
-    depth_mm : float
-        How far beyond the first touch the object is lowered.
-    iterations : tuple of int
-        Of the normal contact and of the friction, in the last step.
-    """
-
-    displacement_mm: Array
-    pressure_mpa: Array
-    anchors_mm: Array
-    grip: Grip
-    stretches_mm: Array
-    level_mm: float = 0.0
-    pose: Pose = Pose()
-    depth_mm: float = 0.0
-    iterations: tuple[int, int] = (0, 0)
-
-    @property
-    def contact(self) -> NDArray[np.bool_]:
-        """(ny, nx) bool: nodes under pressure."""
-        return np.asarray(self.pressure_mpa > 0)
-
-    @property
-    def stick(self) -> NDArray[np.bool_]:
-        """(ny, nx) bool: nodes in contact that did not move along the object in the last step."""
-        slip_mm = np.hypot(*self.grip.slip_mm)
-        return np.asarray(self.contact & (slip_mm <= self.grip.resolution_mm))
+_SLACK = 0.05
+"""Share of the depth by which skin may bulge towards the object that presses beside it."""
+_HALVINGS = 30
 
 
 @dataclass(frozen=True)
@@ -135,6 +42,28 @@ class Precision:
     normal: float
     friction: float
     sweeps: int
+
+
+@dataclass(frozen=True)
+class _Sought:
+    """What a step is solved for, on all nodes."""
+
+    move: Move
+    time: TimeStep
+    left_mm: Array
+    carried: Array
+    lowered_mm: float
+    overlap_mm: Array
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """Loads on all nodes, and how much further than asked the object was lowered."""
+
+    pressure: Array
+    grip: Grip
+    approach_mm: float
+    iterations: tuple[int, int]
 
 
 class ContactModel:
@@ -175,38 +104,83 @@ class ContactModel:
         return replace(state, level_mm=level, pose=pose, depth_mm=0.0)
 
     def step(self, state: SkinState, indenter: Indenter, move: Move) -> SkinState:
-        """Return the skin after the object has moved."""
+        """Return the skin after the object has moved.
+
+        Pressure and friction are solved in a window around the contact, which is made wider if it
+        turns out to be too small; where they move the rest of the skin is told in the end.
+        """
         layer, dtype = self.layer, self.layer.dtype
         time = TimeStep(self.gel.branches, move.seconds)
-        stiffening = time.stiffening
         before = state.displacement_mm
         left = time.remembered(before, state.stretches_mm)
         was = self._nodes + before[:2]
         carried = self._carried(state, indenter, move, was)
-        total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
         depth = 0.0 if move.depth_mm is None else move.depth_mm
+        lowered = depth - state.level_mm
+        start = was + carried * state.stick
+        overlap = self._overlap(indenter, move.pose, start, lowered) - left[2]
+        sought = _Sought(move, time, left, carried, lowered, overlap)
+        pressure, approach = self._first_guess(state, sought)
+        window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
+        while True:
+            solved = self._solved(window, state, indenter, sought, pressure)
+            near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
+            if window.holds(near) and not window.reaches_its_border(solved.pressure > 0):
+                break
+            window = Window.around(
+                near | window.spread_out(np.ones(window.shape, np.bool_), layer.shape)
+            )
+            pressure = solved.pressure
+        displacement = layer.displacement(solved.grip.traction, solved.pressure)
+        displacement = (displacement / time.stiffening + left).astype(dtype, copy=False)
+        anchors = np.where(
+            solved.pressure > 0,
+            state.anchors_mm + carried - solved.grip.slip_mm,
+            displacement[:2],
+        ).astype(dtype, copy=False)
+        return SkinState(
+            displacement,
+            solved.pressure,
+            anchors,
+            solved.grip,
+            time.stretched(state.stretches_mm, displacement - before),
+            state.level_mm,
+            move.pose,
+            depth + solved.approach_mm,
+            solved.iterations,
+        )
 
-        pressure, iterations = state.pressure_mpa, (0, 0)
-        grip = state.grip
-        now = was + carried * state.stick
-        far = np.abs(carried * state.contact).max() > _FAR_SPACINGS * layer.grid.spacing_mm
-        for _ in range(max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
-            gap = indenter.gap_mm(*move.pose.into(*now))
-            overlap = np.maximum(self._rest - gap - state.level_mm + depth, _OUT_OF_REACH_MM)
-            overlap = overlap.astype(dtype) - left[2]
+    def _solved(
+        self,
+        window: Window,
+        state: SkinState,
+        indenter: Indenter,
+        sought: _Sought,
+        pressure: Array,
+    ) -> _Solved:
+        """Solve pressure and friction in turns, of which the first starts from this pressure."""
+        layer, move, stiffening = self.layer, sought.move, sought.time.stiffening
+        near = layer.near(window.shape)
+        total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
+        nodes, carried, left = (window.of(a) for a in (self._nodes, sought.carried, sought.left_mm))
+        anchors = window.of(state.anchors_mm)
+        overlap, pressure = window.of(sought.overlap_mm), window.of(pressure)
+        grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
+        far = np.abs(carried * (pressure > 0)).max() > _FAR_SPACINGS * layer.grid.spacing_mm
+        counted = np.zeros(2, int)
+        for sweep in range(sweeps := max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
             normal = solve_normal(
-                layer.indentation,
-                overlap * stiffening - layer.bulge(grip.traction),
+                near.indentation,
+                overlap * stiffening - near.bulge(grip.traction),
                 pressure,
                 total_mpa=total,
                 tolerance=self.precision.normal,
             )
             pressure = normal.pressure
-            spread = layer.spread(pressure) / stiffening + left[:2]
-            touching = pressure > 0
+            spread = near.spread(pressure) / stiffening + left[:2]
             grip = solve_friction(
-                layer,
-                state.anchors_mm + carried * touching - spread,
+                near,
+                anchors + carried * (pressure > 0) - spread,
                 self.gel.friction * pressure,
                 grip,
                 stiffening=stiffening,
@@ -215,25 +189,53 @@ class ContactModel:
                 else 0.0,
                 tolerance=self.precision.friction,
             )
-            shift = layer.shift(grip.traction) / stiffening + spread
-            now = self._nodes + shift
-            iterations = (iterations[0] + normal.iterations, iterations[1] + grip.iterations)
-        sunk = (layer.indentation(pressure) + layer.bulge(grip.traction)) / stiffening + left[2]
-        displacement = np.concatenate([shift, sunk[None]]).astype(dtype)
-        anchors = np.where(
-            touching, state.anchors_mm + carried - grip.slip_mm, displacement[:2]
-        ).astype(dtype)
-        return SkinState(
-            displacement,
-            pressure,
-            anchors,
-            grip,
-            time.stretched(state.stretches_mm, displacement - before),
-            state.level_mm,
-            move.pose,
-            depth + normal.approach_mm / stiffening,
-            iterations,
+            counted += np.array([normal.iterations, grip.iterations])
+            if sweep + 1 < sweeps:
+                now = nodes + near.shift(grip.traction) / stiffening + spread
+                overlap = self._overlap(indenter, move.pose, now, sought.lowered_mm, window)
+                overlap = overlap - left[2]
+        shape = layer.shape
+        return _Solved(
+            window.spread_out(pressure, shape),
+            Grip(
+                window.spread_out(grip.traction, shape),
+                window.spread_out(grip.slip_mm, shape),
+                grip.resolution_mm,
+                grip.iterations,
+            ),
+            normal.approach_mm / stiffening,
+            (int(counted[0]), int(counted[1])),
         )
+
+    def _overlap(
+        self,
+        indenter: Indenter,
+        pose: Pose,
+        now_mm: Array,
+        lowered_mm: float,
+        window: Window | None = None,
+    ) -> Array:
+        """How far the object would reach into the skin that no pressure has moved."""
+        rest = self._rest if window is None else window.of(self._rest)
+        overlap = rest - indenter.gap_mm(*pose.into(*now_mm))
+        overlap += lowered_mm
+        return np.asarray(np.maximum(overlap, _OUT_OF_REACH_MM), self.layer.dtype)
+
+    def _first_guess(self, state: SkinState, sought: _Sought) -> tuple[Array, float]:
+        """Pressure to start from, and by how much the object will have to be lowered."""
+        if sought.move.force_n is None:
+            return state.pressure_mpa, 0.0
+        if state.pressure_mpa.any():
+            return state.pressure_mpa, state.depth_mm
+        # as if every node stood on a spring by itself, and a soft one: the contact is smaller
+        springs = self.layer.softest / sought.time.stiffening
+        volume = springs * sought.move.force_n / self.layer.grid.cell_mm2
+        low, high = 0.0, volume - float(sought.overlap_mm.max())
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            enough = np.maximum(sought.overlap_mm + middle, 0).sum(dtype=float) > volume
+            low, high = (low, middle) if enough else (middle, high)
+        return np.maximum(sought.overlap_mm + high, 0) / springs, high
 
     def released(self, state: SkinState, seconds: float) -> SkinState:
         """Return the skin some time after the object was taken away."""
@@ -252,5 +254,17 @@ class ContactModel:
             rise = np.minimum(indenter.gap_mm(*state.pose.into(*was_mm)) / radius, 1)
             dx, dy = move.pose.x_mm - state.pose.x_mm, move.pose.y_mm - state.pose.y_mm
             return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
+        if move.pose.angle_deg == state.pose.angle_deg:
+            carried = np.empty_like(was_mm, self.layer.dtype)
+            carried[0] = move.pose.x_mm - state.pose.x_mm
+            carried[1] = move.pose.y_mm - state.pose.y_mm
+            return carried
         x, y = move.pose.back(*state.pose.into(*was_mm))
         return (np.stack([x, y]) - was_mm).astype(self.layer.dtype)
+
+
+def _within_reach(overlap_mm: Array, approach_mm: float) -> NDArray[np.bool_]:
+    """Nodes that may be touched; the nearest one at least."""
+    deepest = float(overlap_mm.max()) + approach_mm
+    least = -_SLACK * deepest if deepest > 0 else deepest
+    return np.asarray(overlap_mm >= least - approach_mm)

@@ -7,13 +7,13 @@ proportion to its load, so a Fourier transform turns loads into displacements.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from tactile_core.sim.grid import Grid
+from tactile_core.sim.response import Response, Symbols
 
 Array = NDArray[Any]
 
@@ -83,7 +83,7 @@ class Elastomer:
         )
 
 
-class ElasticLayer:
+class ElasticLayer(Response):
     """The layer on a grid: from loads to displacements.
 
     Parameters
@@ -95,7 +95,7 @@ class ElasticLayer:
     """
 
     def __init__(self, grid: Grid, elastomer: Elastomer, dtype: DTypeLike = np.float32) -> None:
-        self.grid, self.elastomer, self.dtype = grid, elastomer, np.dtype(dtype)
+        self.grid, self.elastomer = grid, elastomer
         step = 2 * np.pi / grid.spacing_mm
         kx = step * np.fft.rfftfreq(grid.nx)[None, :]
         ky = step * np.fft.fftfreq(grid.ny)[:, None]
@@ -108,72 +108,47 @@ class ElasticLayer:
             odd[grid.ny // 2] = 0
         if grid.nx % 2 == 0:
             odd[:, -1] = 0
-        self._normal = found.normal.astype(self.dtype)
-        self._coupling = (found.coupling * np.stack([cos, sin]) * odd).astype(self.dtype)
-        self._xx = (found.along * cos**2 + found.across * sin**2).astype(self.dtype)
-        self._yy = (found.along * sin**2 + found.across * cos**2).astype(self.dtype)
-        self._xx[0, 0] = self._yy[0, 0] = found.across[0, 0]
-        self._xy = ((found.along - found.across) * cos * sin * odd).astype(self.dtype)
+        xx = found.along * cos**2 + found.across * sin**2
+        yy = found.along * sin**2 + found.across * cos**2
+        xx[0, 0] = yy[0, 0] = found.across[0, 0]
+        super().__init__(
+            grid.shape,
+            Symbols(
+                found.normal,
+                found.coupling * np.stack([cos, sin]) * odd,
+                xx,
+                yy,
+                (found.along - found.across) * cos * sin * odd,
+            ),
+            dtype,
+        )
+        self._near: tuple[tuple[int, int], Response] | None = None
 
-    def indentation(self, pressure: Array) -> Array:
-        """(ny, nx) indentation in mm under a pressure (ny, nx) in MPa alone."""
-        return self._back(self._normal * self._forth(pressure))
-
-    def shift(self, traction: Array) -> Array:
-        """(2, ny, nx) tangential displacement in mm under a shear traction (2, ny, nx) alone."""
-        x, y = self._forth(traction)
-        return self._back(np.stack([self._xx * x + self._xy * y, self._xy * x + self._yy * y]))
-
-    def spread(self, pressure: Array) -> Array:
-        """(2, ny, nx) tangential displacement under a pressure alone: outwards."""
-        return self._back(self._coupling * (-1j * self._forth(pressure)))
-
-    def bulge(self, traction: Array) -> Array:
-        """(ny, nx) indentation under a shear traction alone."""
-        x, y = 1j * self._forth(traction)
-        return self._back(self._coupling[0] * x + self._coupling[1] * y)
-
-    def resolvent(self, rho: float, stiffening: float = 1.0) -> Resolvent:
-        """Return the solver of (C / stiffening + rho) q = b for a traction, C being :meth:`shift`.
+    def near(self, shape: tuple[int, int]) -> Response:
+        """Return what loads on a window of the grid do to this window; of few nodes, it is quick.
 
         Parameters
         ----------
-        rho : float
-            mm/MPa.
-        stiffening : float
-            How much stiffer than the elastomer says the layer is.
+        shape : (rows, columns)
+            Of the window.
+
+        Returns
+        -------
+        Response
+            Of nodes that begin with the window's; those behind it belong to no place. Between
+            nodes of the window it is what the whole layer does: no two are further apart than
+            half of its size.
         """
-        xx, yy, xy = (part / stiffening for part in (self._xx, self._yy, self._xy))
-        return Resolvent(self, xx + rho, yy + rho, xy)
-
-    @cached_property
-    def typical_shift(self) -> float:
-        """Geometric mean of the softest and the stiffest wave's tangential compliance, mm/MPa."""
-        values = self._xx[self._xx > 0]
-        return float(np.sqrt(values.max() * values.min()))
-
-    def _forth(self, field: Array) -> NDArray[Any]:
-        from scipy.fft import rfft2
-
-        return np.asarray(rfft2(field.astype(self.dtype, copy=False), workers=1))
-
-    def _back(self, waves: NDArray[Any]) -> Array:
-        from scipy.fft import irfft2
-
-        return np.asarray(irfft2(waves, s=self.grid.shape, workers=1))
+        size = _round(shape[0], self.grid.ny), _round(shape[1], self.grid.nx)
+        if size == self.shape:
+            return self
+        if self._near is None or self._near[0] != size:
+            self._near = size, self._cut(size)
+        return self._near[1]
 
 
-class Resolvent:
-    """Solves (C / stiffening + rho) q = b in one pair of transforms; see :class:`ElasticLayer`."""
+def _round(part: int, whole: int) -> int:
+    """Nodes that nothing reaches round them from one end of a part to the other."""
+    from scipy.fft import next_fast_len
 
-    def __init__(self, layer: ElasticLayer, xx: Array, yy: Array, xy: Array) -> None:
-        self._layer = layer
-        determinant = xx * yy - xy**2
-        self._xx, self._yy, self._xy = yy / determinant, xx / determinant, -xy / determinant
-
-    def __call__(self, wanted: Array) -> Array:
-        """(2, ny, nx) traction that answers this displacement (2, ny, nx)."""
-        x, y = self._layer._forth(wanted)
-        return self._layer._back(
-            np.stack([self._xx * x + self._xy * y, self._xy * x + self._yy * y])
-        )
+    return whole if 2 * part >= whole else min(whole, int(next_fast_len(2 * part, real=True)))

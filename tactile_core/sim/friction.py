@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from tactile_core.sim.elastic_layer import ElasticLayer
+from tactile_core.sim.response import Response
 
 Array = NDArray[Any]
 
@@ -46,7 +46,7 @@ class Grip:
 
 
 def solve_friction(
-    layer: ElasticLayer,
+    layer: Response,
     wanted_mm: Array,
     limit_mpa: Array,
     start: Grip,
@@ -65,7 +65,7 @@ def solve_friction(
 
     Parameters
     ----------
-    layer : ElasticLayer
+    layer : Response
     wanted_mm : (2, ny, nx)
         Displacement that a skin which sticks everywhere would get from the traction.
     limit_mpa : (ny, nx)
@@ -83,11 +83,18 @@ def solve_friction(
     """
     rho = layer.typical_shift / stiffening
     respond = layer.resolvent(rho, stiffening)
-    touching = limit_mpa > 0
-    limit = limit_mpa.astype(layer.dtype, copy=False)
-    wanted = wanted_mm.astype(layer.dtype, copy=False)
+    inside = limit_mpa.shape
+    limit, wanted, q, slip = (
+        _padded(part.astype(layer.dtype, copy=False), layer.shape)
+        for part in (limit_mpa, wanted_mm, start.traction, start.slip_mm / rho)
+    )
+    touching = limit > 0
+    if inside != layer.shape:
+        # Beyond the window nothing is wanted; with what happens there anyway, there is no slip.
+        beyond = layer.shift(q) / stiffening
+        beyond[..., : inside[0], : inside[1]] = wanted[..., : inside[0], : inside[1]]
+        wanted = beyond.astype(layer.dtype, copy=False)
     tiny = np.finfo(layer.dtype).tiny
-    q, slip = start.traction, start.slip_mm / rho
     iterations = 0
     while iterations < most_iterations:
         iterations += 1
@@ -106,4 +113,14 @@ def solve_friction(
         if max(change, mismatch) <= tolerance * max(float(np.abs(q).max()), 1e-12):
             break
     slack = tolerance * rho * float(np.abs(q).max())
-    return Grip(q, slip * rho, slack, iterations)
+    q, slip = (part[..., : inside[0], : inside[1]] for part in (q, slip * rho))
+    return Grip(q, slip, slack, iterations)
+
+
+def _padded(part: Array, shape: tuple[int, int]) -> Array:
+    rows, columns = part.shape[-2:]
+    if (rows, columns) == shape:
+        return part
+    whole = np.zeros((*part.shape[:-2], *shape), part.dtype)
+    whole[..., :rows, :columns] = part
+    return whole

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_core.errors import InputError
-from tactile_core.sim.contact_step import Pose
+from tactile_core.sim.contact_state import Pose
 
 QUASI_STATIC_S = np.inf
 """Seconds of a step that is as slow as it takes for all stress to relax."""

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactile_core.sim.contact_step import ContactModel, Move, Precision
+from tactile_core.sim.contact_state import Move
+from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid

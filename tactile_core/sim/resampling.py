@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +88,47 @@ class ImageSampler:
         np.matmul(self._row_slopes, nodes @ self._columns.T, out=along[1])
         return np.moveaxis(along, 0, 2)
 
+    def seen(self, displacement_mm: Array, compiled: ModuleType) -> tuple[Float32, Float32]:
+        """What a camera needs, by compiled loops.
+
+        Parameters
+        ----------
+        displacement_mm : (3, ny, nx)
+            x, y and indentation of each node of the skin.
+        compiled : module
+            :mod:`tactile_core.sim.kernels.compiled`.
+
+        Returns
+        -------
+        height_mm : (H, W) float32
+        displacement_mm : (H, W, 2) float32
+        """
+        told = np.ascontiguousarray(displacement_mm, np.float32)
+        rows, columns = self._splines
+        now = np.empty_like(told)
+        compiled.at_present(
+            told[:2] / np.float32(self.grid.spacing_mm),
+            rows.solution @ told @ columns.solution.T,
+            now,
+        )
+        images = np.empty((3, *self.shape), np.float32)
+        for coefficients, image in zip(
+            rows.solution @ now @ columns.solution.T, images, strict=True
+        ):
+            compiled.values(
+                coefficients,
+                (rows.first, rows.weights),
+                (columns.first, columns.weights),
+                image,
+            )
+        return images[2], np.moveaxis(images[:2], 0, 2)
+
+    @cached_property
+    def _splines(self) -> tuple[_UniformSpline, _UniformSpline]:
+        height, width = self.shape
+        y, x = (self.mm_per_px * np.arange(1 - n, n, 2) / 2 for n in (height, width))
+        return _UniformSpline.of(self.grid.y_mm, y), _UniformSpline.of(self.grid.x_mm, x)
+
     def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(H, W): pixels nearer to nodes of the mask than to others."""
         import cv2
@@ -102,6 +145,43 @@ class ImageSampler:
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         )
         return np.asarray(share > 0.5)
+
+
+class _UniformSpline(NamedTuple):
+    """The spline of :func:`_spline`, as a sum of B-splines with one of them at each node.
+
+    Attributes
+    ----------
+    solution : (n + 2, n) float32
+        From values at the nodes to coefficients.
+    first : (N,) int64
+        Of the four coefficients that count at each wanted place.
+    weights : (4, N) float32
+    """
+
+    solution: Float32
+    first: NDArray[np.int64]
+    weights: Float32
+
+    @classmethod
+    def of(cls, nodes: Array, wanted: Array) -> _UniformSpline:
+        count = len(nodes)
+        equations = np.zeros((count + 2, count + 2))
+        for offset, share in enumerate((1 / 6, 2 / 3, 1 / 6)):
+            equations[np.arange(count), np.arange(count) + offset] = share
+        # the outer two pieces on each side are one polynomial
+        equations[count, :5] = equations[count + 1, -5:] = 1, -4, 6, -4, 1
+        place = (wanted - nodes[0]) / (nodes[1] - nodes[0])
+        first = np.clip(np.floor(place).astype(np.int64), 0, count - 2)
+        t = place - first
+        weights = np.stack(
+            [(1 - t) ** 3, 4 + t**2 * (3 * t - 6), 4 + (1 - t) ** 2 * (-3 * t - 3), t**3]
+        )
+        return cls(
+            np.linalg.inv(equations)[:, :count].astype(np.float32),
+            first,
+            (weights / 6).astype(np.float32),
+        )
 
 
 def _spline(nodes: Array, wanted: Array) -> tuple[Float32, Float32]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.contact_step import ContactModel, Move, Pose, Precision, SkinState
+from tactile_core.sim.contact_state import Move, Pose, SkinState
+from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid
@@ -322,6 +324,21 @@ class Skin:
             state,
             self._sampler,
         )
+
+    def seen(
+        self, compiled: ModuleType | None = None
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Height (H, W) and displacement (H, W, 2) of the truth in mm, for a camera.
+
+        Parameters
+        ----------
+        compiled : module, optional
+            :mod:`tactile_core.sim.kernels.compiled`: the same but for rounding, and sooner.
+        """
+        if compiled is None:
+            truth = self.truth()
+            return truth.height_mm, truth.displacement_mm
+        return self._sampler.seen(self._state.displacement_mm, compiled)
 
     def _build(self, spacing_mm: float) -> None:
         grid = Grid.covering(*self._extent, spacing_mm)

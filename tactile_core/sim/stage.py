@@ -11,6 +11,7 @@ import numpy as np
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
+from tactile_core.sim import kernels
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.rig import RigOptics
@@ -159,11 +160,11 @@ class VirtualStage:
 
     def frame(self) -> Frame:
         """Take a frame, every exposure of the rig's sequence."""
-        truth = self._skin.truth()
+        height_mm, displacement_mm = self._skin.seen(kernels.load_for(self._shot))
         rest_px = self._optics.markers_px
         pixels = self._optics.expose(
-            truth.height_mm,
-            truth.displacement_mm,
+            height_mm,
+            displacement_mm,
             self._skin.carried_px(rest_px) if len(rest_px) else None,
             frame=self._shot,
         )

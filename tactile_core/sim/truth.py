@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.sim.contact_step import Pose, SkinState
+from tactile_core.sim.contact_state import Pose, SkinState
 from tactile_core.sim.resampling import ImageSampler
 
 Float32 = NDArray[np.float32]

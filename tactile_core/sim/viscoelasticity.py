@@ -65,6 +65,8 @@ class TimeStep:
             Of the springs, at its start, mm.
         """
         left = np.zeros_like(displacement)
+        if np.isinf(self.seconds):
+            return left
         for branch, stretch, (faded, beta) in zip(
             self.branches, stretches, self._fading, strict=True
         ):
@@ -73,6 +75,8 @@ class TimeStep:
 
     def stretched(self, stretches: Array, change: Array) -> Array:
         """(branches, 3, ny, nx) stretch at the end, for a displacement that grew by ``change``."""
+        if np.isinf(self.seconds):
+            return np.zeros_like(stretches)
         new = np.empty_like(stretches)
         for stretch, out, (faded, beta) in zip(stretches, new, self._fading, strict=True):
             np.add(faded * stretch, beta * change, out=out, casting="same_kind")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -109,22 +109,42 @@ class Chip:
         return _compressed(pixels, self.jpeg_quality).reshape(pixels.shape)
 
     def _coded(self, light: Float32) -> NDArray[Any]:
-        if self.gamma == 1:
-            scaled = light * np.float32(2**self.bit_depth - 1)
-            scaled += np.float32(0.5)
-            np.clip(scaled, 0, 2**self.bit_depth - 1, out=scaled)
-            return np.asarray(scaled.astype(self.dtype))
-        levels = light * np.float32(self._table.size - 1)
+        most = self.table.size - 1
+        levels = light * np.float32(most)
         levels += np.float32(0.5)
-        np.clip(levels, 0, self._table.size - 1, out=levels)
-        return np.asarray(self._table.take(levels.astype(np.uint16)))
+        np.clip(levels, 0, most, out=levels)
+        if self.gamma == 1:
+            return np.asarray(levels.astype(self.dtype))
+        return np.asarray(self.table.take(levels.astype(np.uint16)))
 
     @cached_property
-    def _table(self) -> NDArray[Any]:
+    def table(self) -> NDArray[Any]:
+        """(L,) number that each of L even levels of light becomes; the last is full scale."""
+        if self.gamma == 1:
+            return np.arange(2**self.bit_depth).astype(self.dtype)
         bits = max(_CONVERTER_BITS, self.bit_depth)
         light = np.linspace(0, 1, 2**bits)
         coded = np.rint(light ** (1 / self.gamma) * (2**self.bit_depth - 1))
         return np.asarray(coded.astype(self.dtype))
+
+
+class Numbers(NamedTuple):
+    """Normal numbers for one exposure.
+
+    Attributes
+    ----------
+    values : (size,) float32
+    sign : float
+        1 or -1, to be multiplied with.
+    """
+
+    values: Float32
+    sign: float
+
+    @property
+    def signed(self) -> Float32:
+        """(size,) float32 with the sign."""
+        return self.values if self.sign > 0 else -self.values
 
 
 class Noise:
@@ -146,14 +166,14 @@ class Noise:
         rng = np.random.default_rng([seed, 1])
         self._table = rng.standard_normal(_TABLE_FRAMES * size, np.float32) if from_table else None
 
-    def of(self, frame: int, exposure: int) -> Float32:
-        """Return (size,) float32 for one exposure of one frame."""
+    def of(self, frame: int, exposure: int) -> Numbers:
+        """Return the numbers of one exposure of one frame."""
         rng = np.random.default_rng([self._seed, 2, frame, exposure])
         if self._table is None:
-            return rng.standard_normal(self._size, np.float32)
+            return Numbers(rng.standard_normal(self._size, np.float32), 1.0)
         start = int(rng.integers(0, self._table.size - self._size + 1))
         numbers = self._table[start : start + self._size]
-        return numbers if rng.integers(2) else -numbers
+        return Numbers(numbers, 1.0 if rng.integers(2) else -1.0)
 
 
 def crosstalk_matrix(share: float) -> Float32:

@@ -13,6 +13,12 @@ from tactile_core.sim.optics.faults import Faults
 Float32 = NDArray[np.float32]
 Array = NDArray[np.float64]
 
+SHAPES = ("round", "square", "triangle")
+"""What marks look like; compiled loops know them by their places here."""
+
+_FURTHEST_SIZES = 0.75
+"""No corner of any shape is further from its middle."""
+
 _JITTER_PITCHES = 0.22
 _AUTO_PITCH_WIDTHS = 1 / 14
 _AUTO_DIAMETER_PITCHES = 0.36
@@ -91,27 +97,42 @@ class Marks:
         (H, W) float32
             Share of each pixel that is printed.
         """
-        centres, turned = self._blots(np.asarray(centres_px, np.float64))
-        half = int(np.ceil(self.size_px)) + 1
-        near = ((centres > -half) & (centres < np.array(shape[::-1]) - 1 + half)).all(1)
-        centres, turned = centres[near], turned[near]
+        centres, turned = self.blots(centres_px, shape)
+        half = int(np.ceil(_FURTHEST_SIZES * self.size_px)) + 1
         corner = np.rint(centres).astype(int) - half
         window = np.arange(2 * half + 1)
-        columns = corner[:, 0, None, None] + window
-        rows = corner[:, 1, None, None] + window[:, None]
-        x = columns - centres[:, 0, None, None]
-        y = rows - centres[:, 1, None, None]
+        x = corner[:, 0, None, None] + window - centres[:, 0, None, None]
+        y = corner[:, 1, None, None] + window[:, None] - centres[:, 1, None, None]
         cos, sin = np.cos(turned)[:, None, None], np.sin(turned)[:, None, None]
         distance = self._outside(x * cos + y * sin, y * cos - x * sin)
-        share = np.clip(0.5 - distance, 0, 1).astype(np.float32)
-        rows, columns = np.broadcast_arrays(rows, columns)
-        inside = (rows >= 0) & (rows < shape[0]) & (columns >= 0) & (columns < shape[1])
-        printed = inside & (share > 0)
-        cover = np.zeros(shape, np.float32)
-        np.maximum.at(cover, (rows[printed], columns[printed]), share[printed])
-        return cover
+        shares = np.clip(0.5 - distance, 0, 1).astype(np.float32)
+        beyond = 2 * half + 1
+        cover = np.zeros((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
+        for share, (left, top) in zip(shares, corner + beyond, strict=True):
+            here = cover[top : top + beyond, left : left + beyond]
+            np.maximum(here, share, out=here)
+        return np.ascontiguousarray(cover[beyond:-beyond, beyond:-beyond])
 
-    def _blots(self, centres_px: Array) -> tuple[Array, Array]:
+    def blots(self, centres_px: Array, shape: tuple[int, int]) -> tuple[Array, Array]:
+        """Places and turns of all ink within reach of an image: marks, and bridges between some.
+
+        Parameters
+        ----------
+        centres_px : (N, 2) float
+            Where the marks are now.
+        shape : (height, width) in px
+
+        Returns
+        -------
+        centres : (M, 2) float64
+        turned : (M,) float64
+        """
+        centres, turned = self._all_blots(np.asarray(centres_px, np.float64))
+        reach = _FURTHEST_SIZES * self.size_px
+        near = ((centres > -reach) & (centres < np.array(shape[::-1]) - 1 + reach)).all(1)
+        return centres[near], turned[near]
+
+    def _all_blots(self, centres_px: Array) -> tuple[Array, Array]:
         """Places and turns of all ink: marks that have not worn off, and bridges between some."""
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
         count = int(np.ceil(_BRIDGED_PITCHES * self._pitch_px / self.size_px))

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.illumination import Exposure
 from tactile_core.profiles.model import Profile
+from tactile_core.sim import kernels
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import illumination_of, lamps_of
-from tactile_core.sim.optics.sources import Source, shine, sources_of
+from tactile_core.sim.optics.quick import photographed
+from tactile_core.sim.optics.sources import Shining, Source, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
 Float32 = NDArray[np.float32]
@@ -152,7 +154,7 @@ class RigOptics:
         fate, above = self._faults.fate(number, self._seed)
         if fate == "dropped" and self._last is not None:
             return self._last
-        skin = self.skin(height_mm, displacement_mm, markers_px)
+        skin = self.skin(height_mm, displacement_mm, markers_px, frame=number)
         late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
         planes = [
             self.photograph(
@@ -172,6 +174,8 @@ class RigOptics:
         height_mm: NDArray[Any],
         displacement_mm: NDArray[Any] | None = None,
         markers_px: NDArray[Any] | None = None,
+        *,
+        frame: int = 0,
     ) -> Surface:
         """Prepare a state of the skin for :meth:`photograph`; parameters as for :meth:`expose`."""
         height = self._checked(height_mm, self._shape, "height_mm")
@@ -183,7 +187,8 @@ class RigOptics:
                 f"markers_px has the shape {np.shape(markers_px)} where the print has "
                 f"{self.markers_px.shape}; give one place per mark, NaN for those out of sight"
             )
-        return self._membrane.state(height, displacement, markers_px)
+        compiled = kernels.load_for(frame)
+        return self._membrane.state(height, displacement, markers_px, compiled=compiled)
 
     def photograph(
         self, skin: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
@@ -202,17 +207,24 @@ class RigOptics:
         -------
         (H, W, 1) or (H, W, 3) uint8 or uint16
         """
-        pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
-        noise = self._noise.of(frame, exposure).reshape(pixels.shape)
         mixing = (self._mixing * self._faults.overexposure).astype(np.float32)
-        shining = [
-            (source, bright, grain)
-            for k, (source, grain) in enumerate(zip(self._sources, skin.grain, strict=True))
-            if (bright := self._brightness(source, k, levels, frame)) > 0
-        ]
-        for rows, light in shine(shining, skin, self._colours):
+        sources = tuple(
+            (number, source, bright)
+            for number, source in enumerate(self._sources)
+            if (bright := self._brightness(source, number, levels, frame)) > 0
+        )
+        shining = Shining(sources, skin, self._colours)
+        noise = self._noise.of(frame, exposure)
+        compiled = kernels.load_for(frame)
+        if compiled is not None:
+            return self._chip.send(
+                photographed(compiled, shining, self._glass, mixing, self._chip, noise)
+            )
+        pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
+        numbers = noise.signed.reshape(pixels.shape)
+        for rows, light in shining.bands():
             light *= self._glass[rows]
-            pixels[rows] = self._chip.read_out(_mixed(light, mixing), noise[rows])
+            pixels[rows] = self._chip.read_out(_mixed(light, mixing), numbers[rows])
         return self._chip.send(pixels)
 
     def _brightness(
@@ -233,12 +245,13 @@ class RigOptics:
         bare = replace(self._membrane.state(np.zeros(self._shape, np.float32)), reflectance=None)
         medians = []
         for shot in self._shots:
-            shining = [
-                (source, level, grain)
-                for source, grain in zip(self._sources, bare.grain, strict=True)
+            sources = tuple(
+                (number, source, level)
+                for number, source in enumerate(self._sources)
                 if (level := shot.levels.get(source.lamp.name, 0.0)) > 0
-            ]
-            light = np.concatenate([b for _, b in shine(shining, bare, self._colours)], axis=1)
+            )
+            shining = Shining(sources, bare, self._colours)
+            light = np.concatenate([band for _, band in shining.bands()], axis=1)
             medians.append(mixing @ np.median(light, axis=(1, 2)))
         level = np.mean(medians, axis=0)
         level[level <= 0] = max(level.max(), 1e-6)

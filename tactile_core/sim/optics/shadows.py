@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 Float32 = NDArray[np.float32]
 
 _MOST_STEPS = 16
-_LOWEST_RELIEF_MM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +44,10 @@ class Shadows:
         rise = np.maximum(z / level, 1e-3)
         return cls(np.stack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
 
-    def reduced(self, height_mm: Float32) -> Float32 | None:
-        """Return the (h, w) relief on this grid; None where it is too low to hide anything."""
-        if float(height_mm.max() - height_mm.min()) < _LOWEST_RELIEF_MM:
-            return None
-        size = (self.rise.shape[1], self.rise.shape[0])
-        return np.asarray(cv2.resize(height_mm, size, interpolation=cv2.INTER_AREA), np.float32)
+    @property
+    def size(self) -> tuple[int, int]:
+        """Columns and rows of the reduced grid."""
+        return self.rise.shape[1], self.rise.shape[0]
 
     def cast(self, low: Float32, shape: tuple[int, int]) -> Float32 | None:
         """Return the share of the lamp that each place sees; None where none is hidden.
@@ -58,7 +55,7 @@ class Shadows:
         Parameters
         ----------
         low : (h, w) float32
-            Relief above the skin at rest in mm, as :meth:`reduced` gives it.
+            Relief above the skin at rest in mm, on the reduced grid.
         shape : (H, W)
             Size of the image.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,58 +92,73 @@ def sources_of(
     return tuple(made)
 
 
-def shine(
-    sources: Sequence[tuple[Source, float, Float32]], skin: Surface, channels: Sequence[str]
-) -> Iterator[tuple[slice, Float32]]:
-    """Light a state of the skin.
+@dataclass(frozen=True, eq=False)
+class Shining:
+    """Lamps that shine on one state of the skin.
 
-    Parameters
+    Attributes
     ----------
-    sources : sequence of (Source, level, grain)
-        Those that shine, how brightly, and the (H, W) grain of the skin in their light.
+    sources : tuple of (number, Source, level)
+        Which lamp of the rig each is, and how brightly it shines.
     skin : Surface
-    channels : sequence of str
+    channels : tuple of str
         Names of the camera's colours. A lamp that feeds none of them feeds all.
-
-    Yields
-    ------
-    rows : slice
-    light : (K, h, W) float32
-        That the skin in these rows sends to the camera, by channel.
     """
-    low = sources[0][0].shadows.reduced(skin.relief_mm) if sources else None
-    seen = [
-        None if low is None else source.shadows.cast(low, skin.relief_mm.shape)
-        for source, _, _ in sources
-    ]
-    fed = [
-        [c for c, name in enumerate(channels) if name in source.lamp.feeds] or range(len(channels))
-        for source, _, _ in sources
-    ]
-    for top in range(0, len(skin.relief_mm), _BAND_PX):
-        rows = slice(top, top + _BAND_PX)
-        normals = skin.normals[:, rows]
-        sky = 0.5 * normals[2] + 0.5
-        light = np.zeros((len(channels), *sky.shape), np.float32)
-        for (source, level, grain), share, into in zip(sources, seen, fed, strict=True):
-            plane = source.shading.reflect(normals, rows)
-            if share is not None:
-                plane *= share[rows]
-            plane *= grain[rows]
-            if level != 1:
-                plane *= np.float32(level)
-            for channel in into:
-                light[channel] += plane
-        for channel in range(len(channels)):
-            ambient = sum(
-                level * source.ambient
-                for (source, level, _), into in zip(sources, fed, strict=True)
-                if channel in into
-            )
-            light[channel] += sky * np.float32(ambient)
-        if skin.reflectance is not None:
-            light *= skin.reflectance[rows]
-        yield rows, light
+
+    sources: tuple[tuple[int, Source, float], ...]
+    skin: Surface
+    channels: tuple[str, ...]
+
+    @cached_property
+    def seen(self) -> list[Float32 | None]:
+        """Of each lamp the (H, W) share that each place sees; None where none is hidden."""
+        if not self.sources:
+            return []
+        low = self.skin.reduced(self.sources[0][1].shadows.size)
+        if low is None:
+            return [None] * len(self.sources)
+        shape = self.skin.relief_mm.shape
+        return [source.shadows.cast(low, shape) for _, source, _ in self.sources]
+
+    @property
+    def fed(self) -> NDArray[np.bool_]:
+        """(S, K) bool: which channels see which lamp."""
+        named = [
+            [name in source.lamp.feeds for name in self.channels] for _, source, _ in self.sources
+        ]
+        fed = np.array(named, np.bool_).reshape(len(self.sources), len(self.channels))
+        fed[~fed.any(1)] = True
+        return fed
+
+    @property
+    def ambient(self) -> Float32:
+        """(K,) light from everywhere that each channel sees."""
+        each = np.array([level * source.ambient for _, source, level in self.sources])
+        return np.asarray(each @ self.fed, np.float32)
+
+    def bands(self) -> Iterator[tuple[slice, Float32]]:
+        """Yield rows, and the (K, h, W) light that the skin in them sends to the camera."""
+        skin, fed, ambient = self.skin, self.fed, self.ambient
+        for top in range(0, len(skin.relief_mm), _BAND_PX):
+            rows = slice(top, top + _BAND_PX)
+            normals = skin.normals[:, rows]
+            sky = 0.5 * normals[2] + 0.5
+            light = np.zeros((len(self.channels), *sky.shape), np.float32)
+            for (number, source, level), share, into in zip(
+                self.sources, self.seen, fed, strict=True
+            ):
+                plane = source.shading.reflect(normals, rows)
+                if share is not None:
+                    plane *= share[rows]
+                plane *= skin.grain(number)[rows]
+                if level != 1:
+                    plane *= np.float32(level)
+                light[into] += plane
+            for channel, everywhere in enumerate(ambient):
+                light[channel] += sky * everywhere
+            if skin.reflectance is not None:
+                light *= skin.reflectance[rows]
+            yield rows, light
 
 
 def _towards_camera(profile: Profile, shape: tuple[int, int]) -> Float32:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import ModuleType
 
 import cv2
 import numpy as np
@@ -11,13 +13,15 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.dome import rest_height
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.markers import Marks
+from tactile_core.sim.optics.markers import SHAPES, Marks
 
 Float32 = NDArray[np.float32]
 
 
 _MARGIN = 0.1
 """Surface around the image, of its width, which shear may bring into it."""
+
+_LOWEST_RELIEF_MM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,20 +30,56 @@ class Surface:
 
     Attributes
     ----------
-    normals : (3, H, W) float32
-        Unit normals, the third component towards the camera.
     relief_mm : (H, W) float32
         Height above the rest surface, scratches included.
+    rest_slopes : (2, H, W) float32 or None
+        Of the skin at rest; None for a flat one.
+    mm_per_px : float
     reflectance : (H, W) float32 or None
         1 where the skin is bare, less where it is printed; None for a bare skin.
-    grain : tuple of (H, W) float32
-        Factor on the light of each lamp: grains catch the light of one and not of another.
+    textures : tuple of (H, W, C) float32
+        Factors on the light of each lamp, four to an image: grains catch the light of one and not
+        of another. What follows the last lamp's is something else.
     """
 
-    normals: Float32
     relief_mm: Float32
+    rest_slopes: Float32 | None
+    mm_per_px: float
     reflectance: Float32 | None
-    grain: tuple[Float32, ...]
+    textures: tuple[Float32, ...]
+    _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
+
+    def grain(self, lamp: int) -> Float32:
+        """(H, W) factor on the light of the lamp of this number."""
+        return _plane(self.textures, lamp)
+
+    def reduced(self, size: tuple[int, int]) -> Float32 | None:
+        """Return the relief on fewer columns and rows; None if it is too low to cast shadows."""
+        if size not in self._reduced:
+            height = self.relief_mm
+            hides = float(height.max() - height.min()) >= _LOWEST_RELIEF_MM
+            low = cv2.resize(height, size, interpolation=cv2.INTER_AREA) if hides else None
+            self._reduced[size] = None if low is None else np.asarray(low, np.float32)
+        return self._reduced[size]
+
+    @cached_property
+    def normals(self) -> Float32:
+        """(3, H, W) unit normals, the third component towards the camera."""
+        x, y = _slopes(self.relief_mm, self.mm_per_px)
+        if self.rest_slopes is not None:
+            x += self.rest_slopes[0]
+            y += self.rest_slopes[1]
+        up = x * x
+        up += y * y
+        up += 1
+        cv2.sqrt(up, dst=up)
+        cv2.divide(1.0, up, dst=up)
+        normals = np.empty((3, *up.shape), np.float32)
+        np.multiply(x, up, out=normals[0])
+        np.multiply(y, up, out=normals[1])
+        np.negative(normals[:2], out=normals[:2])
+        normals[2] = up
+        return normals
 
 
 class Membrane:
@@ -61,86 +101,86 @@ class Membrane:
         self._ink = coat.ink
         self.marks = Marks.of(profile, faults, seed)
         self.rest_mm: Float32 | None = None
-        self._rest_slopes: tuple[Float32, Float32] | None = None
+        self._rest_slopes: Float32 | None = None
         if profile.gel.radius_mm is not None:
             # A dome's border lies nearer to the camera, which its z in the sensor frame tells.
             self.rest_mm = -rest_height(
                 self._shape, mm_per_px=image.mm_per_px, radius_mm=profile.gel.radius_mm
             )
-            self._rest_slopes = _slopes(self.rest_mm, image.mm_per_px)
+            self._rest_slopes = np.stack(_slopes(self.rest_mm, image.mm_per_px))
         self._margin = round(_MARGIN * image.width_px)
         wide = (self._shape[0] + 2 * self._margin, self._shape[1] + 2 * self._margin)
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
         textures = [_grain(wide, coat.grain, size_px, rng) for _ in range(lamps)]
         furrows = faults.furrows_mm(wide, image.mm_per_px, seed)
-        self._scratched, self._printed = furrows is not None, self.marks is not None
+        # Behind those of the lamps
+        self._furrows = len(textures) if furrows is not None else None
         if furrows is not None:
             textures.append(furrows)
+        self._print = len(textures) if self.marks is not None else None
         if self.marks is not None:
             textures.append(self._inked(self.marks.cover(wide, self.marks.rest_px + self._margin)))
-        m = self._margin
-        self._resting = [
-            np.ascontiguousarray(texture[m:-m, m:-m]) if m else texture for texture in textures
-        ]
         # Images of up to four channels are carried in the time of one.
-        self._textures = [cv2.merge(textures[k : k + 4]) for k in range(0, len(textures), 4)]
+        self._textures = tuple(np.dstack(textures[k : k + 4]) for k in range(0, len(textures), 4))
+        m = self._margin
+        self._resting = tuple(
+            np.ascontiguousarray(texture[m:-m, m:-m]) if m else texture
+            for texture in self._textures
+        )
 
     def state(
         self,
         height_mm: Float32,
         displacement_mm: Float32 | None = None,
         marks_px: NDArray[np.float64] | None = None,
+        *,
+        compiled: ModuleType | None = None,
     ) -> Surface:
         """Return the skin as it is now; parameters as for ``RigOptics.expose``."""
         textures = self._carried(displacement_mm)
-        reflectance = textures.pop() if self._printed else None
+        reflectance = None if self._print is None else _plane(textures, self._print)
         if self.marks is not None and marks_px is not None:
-            reflectance = self._inked(self.marks.cover(self._shape, marks_px))
-        relief = height_mm + textures.pop() if self._scratched else height_mm
-        return Surface(self._normals(relief), relief, reflectance, tuple(textures))
+            reflectance = self._printed(self.marks, marks_px, compiled)
+        relief = height_mm
+        if self._furrows is not None:
+            relief = height_mm + _plane(textures, self._furrows)
+        return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
-    def _normals(self, relief_mm: Float32) -> Float32:
-        x, y = _slopes(relief_mm, self._mm_per_px)
-        if self._rest_slopes is not None:
-            x += self._rest_slopes[0]
-            y += self._rest_slopes[1]
-        up = x * x
-        up += y * y
-        up += 1
-        cv2.sqrt(up, dst=up)
-        cv2.divide(1.0, up, dst=up)
-        normals = np.empty((3, *self._shape), np.float32)
-        np.multiply(x, up, out=normals[0])
-        np.multiply(y, up, out=normals[1])
-        np.negative(normals[:2], out=normals[:2])
-        normals[2] = up
-        return normals
+    def _printed(
+        self, marks: Marks, marks_px: NDArray[np.float64], compiled: ModuleType | None
+    ) -> Float32:
+        if compiled is None:
+            return self._inked(marks.cover(self._shape, marks_px))
+        bare = np.ones(self._shape, np.float32)
+        centres, turned = marks.blots(marks_px, self._shape)
+        compiled.draw(centres, turned, marks.size_px, SHAPES.index(marks.shape), self._ink, bare)
+        return bare
 
     def _inked(self, cover: Float32) -> Float32:
         return np.asarray(1 - (1 - self._ink) * cover, np.float32)
 
-    def _carried(self, displacement_mm: Float32 | None) -> list[Float32]:
+    def _carried(self, displacement_mm: Float32 | None) -> tuple[Float32, ...]:
         """Every texture as the displacement has carried it."""
         rows, columns = self._shape
         m = self._margin
         if displacement_mm is None:
-            return list(self._resting)
+            return self._resting
         px = np.float32(-1 / self._mm_per_px)
         x = displacement_mm[..., 0] * px
         y = displacement_mm[..., 1] * px
         x += np.arange(columns, dtype=np.float32) + m
         y += (np.arange(rows, dtype=np.float32) + m)[:, None]
-        here = [
+        carried = (
             cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
             for texture in self._textures
-        ]
-        # Views: to copy them apart would cost more than to read them where they are.
-        return [
-            np.asarray(plane, np.float32)
-            for texture in here
-            for plane in np.moveaxis(np.atleast_3d(texture), 2, 0)
-        ]
+        )
+        return tuple(np.asarray(np.atleast_3d(texture), np.float32) for texture in carried)
+
+
+def _plane(textures: tuple[Float32, ...], number: int) -> Float32:
+    # A view: to copy it apart would cost more than to read it where it is.
+    return textures[number // 4][..., number % 4]
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> tuple[Float32, Float32]:

@@ -1,0 +1,114 @@
+"""Frames per second of virtual rigs while a ball slides: ``python benchmarks/bench_sim.py``.
+
+Prints the processor time of each part of a frame, which neighbours on the machine change little,
+and how many whole frames come in a second on the clock, JPEG of what a camera sends included: of
+one rig, and of as many at once as there are ``--processes``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+PROFILES = ("hex_fingertip", "baxter_fingertip", "desktop_six_led")
+STRIDE_MM, STRIDES = 0.1, 30
+WARM_UP = 5
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("profiles", nargs="*", default=PROFILES)
+    parser.add_argument("--frames", type=int, default=100)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--plain", action="store_true", help="without compiled kernels")
+    given = parser.parse_args()
+    if given.plain:
+        os.environ["TACTILE_FAST"] = "0"
+    print("median ms of mechanics, skin at the pixels, optics, JPEG, all; frames per second")
+    for name in given.profiles:
+        spent = parts_ms(name, given.frames)
+        parts = " ".join(f"{ms:6.1f}" for ms in [*spent, sum(spent)])
+        alone = frames_per_second(name, 0, given.frames)
+        with ProcessPoolExecutor(given.processes) as pool:
+            seeds = range(given.processes)
+            many = [pool.submit(frames_per_second, name, seed, given.frames) for seed in seeds]
+            together = sum(one.result() for one in many)
+        print(f"{name:24s}{parts}   one {alone:5.1f}   {given.processes} at once {together:5.1f}")
+
+
+def parts_ms(name: str, frames: int) -> list[float]:
+    """Median processor time of mechanics, resampling, optics and JPEG."""
+    import numpy as np
+
+    from tactile_core.profiles.loader import load_profile
+    from tactile_core.sim.indenters import make_indenter
+    from tactile_core.sim.kernels import load_for
+    from tactile_core.sim.optics import RigOptics
+    from tactile_core.sim.skin import Skin
+
+    one_thread()
+    profile = load_profile(name, sim=True)
+    skin, optics = Skin(profile, "fast"), RigOptics(profile)
+    skin.indent_with(make_indenter("sphere", diameter_mm=6.0), x_mm=-1.5)
+    skin.press(depth_mm=0.4)
+    spent = []
+    for number, dx_mm in zip(range(WARM_UP + frames), strides(), strict=False):
+        clock = [time.process_time()]
+        skin.shear(dx_mm)
+        clock.append(time.process_time())
+        height, moved = skin.seen(load_for(number))
+        marks = skin.carried_px(optics.markers_px) if len(optics.markers_px) else None
+        clock.append(time.process_time())
+        pixels = optics.expose(height, moved, marks, frame=number)
+        clock.append(time.process_time())
+        compress(pixels)
+        clock.append(time.process_time())
+        spent.append(np.diff(clock))
+    return list(1e3 * np.median(spent[WARM_UP:], axis=0))
+
+
+def frames_per_second(name: str, seed: int, frames: int) -> float:
+    """Whole frames in a second on the wall clock, from the median of their times."""
+    import numpy as np
+
+    from tactile_core.sim import VirtualStage
+
+    one_thread()
+    stage = VirtualStage(name, seed)
+    stage.indenter("sphere", diameter_mm=6.0, x_mm=-1.5)
+    stage.press(depth_mm=0.4)
+    taken = []
+    for _, dx_mm in zip(range(WARM_UP + frames), strides(), strict=False):
+        began = time.perf_counter()
+        stage.shear(dx_mm=dx_mm)
+        compress(stage.frame().pixels)
+        taken.append(time.perf_counter() - began)
+    return float(1 / np.median(taken[WARM_UP:]))
+
+
+def strides() -> Iterator[float]:
+    """To and fro."""
+    while True:
+        for sign in (1, -1):
+            yield from [sign * STRIDE_MM] * STRIDES
+
+
+def compress(pixels) -> None:
+    import cv2
+    import numpy as np
+
+    for first in range(0, pixels.shape[2], 3):
+        cv2.imencode(".jpg", np.ascontiguousarray(pixels[..., first : first + 3]))
+
+
+def one_thread() -> None:
+    import cv2
+
+    cv2.setNumThreads(1)
+
+
+if __name__ == "__main__":
+    main()

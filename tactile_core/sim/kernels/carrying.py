@@ -1,0 +1,145 @@
+"""Kernels of :mod:`tactile_core.sim.resampling`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
+
+Float32 = NDArray[np.float32]
+
+_MOST_STEPS = 20
+_SETTLED = 1e-4
+"""Nodes by which a place may still move; one more step brings a tenth of it."""
+
+
+@njit(**LOOP)
+def _linear(across: Float32, down: Float32, x: Any, y: Any) -> tuple[Any, Any]:
+    rows, columns = across.shape
+    j = min(max(int(x), 0), columns - 2)
+    i = min(max(int(y), 0), rows - 2)
+    one = np.float32(1)
+    a = min(max(x - np.float32(j), np.float32(0)), one)
+    b = min(max(y - np.float32(i), np.float32(0)), one)
+    nw, ne, sw, se = (one - a) * (one - b), a * (one - b), (one - a) * b, a * b
+    return (
+        nw * across[i, j]
+        + ne * across[i, j + 1]
+        + sw * across[i + 1, j]
+        + se * across[i + 1, j + 1],
+        nw * down[i, j] + ne * down[i, j + 1] + sw * down[i + 1, j] + se * down[i + 1, j + 1],
+    )
+
+
+@njit(**LOOP)
+def _weights(t: Any, out: Float32) -> None:
+    """Of the uniform cubic B-splines that are not zero at a share t of a node's distance."""
+    one, sixth = np.float32(1), np.float32(1 / 6)
+    s = one - t
+    out[0] = s * s * s * sixth
+    out[1] = (np.float32(4) + t * t * (np.float32(3) * t - np.float32(6))) * sixth
+    out[2] = (np.float32(4) + s * s * (np.float32(3) * s - np.float32(6))) * sixth
+    out[3] = t * t * t * sixth
+
+
+@njit(**LOOP)
+def at_present(moved: Float32, coefficients: Float32, out: Float32) -> None:
+    """Displacements of the skin that is now at each node.
+
+    Parameters
+    ----------
+    moved : (2, ny, nx) float32
+        x and y of each node of the skin, in nodes.
+    coefficients : (3, ny + 2, nx + 2) float32
+        Of the splines through these, and through the indentation.
+    out : (3, ny, nx) float32
+        Overwritten, in the units of the coefficients.
+    """
+    across, down = moved
+    rows, columns = across.shape
+    wx, wy = np.empty(4, np.float32), np.empty(4, np.float32)
+    zero = np.float32(0)
+    last_x, last_y = np.float32(columns - 1), np.float32(rows - 1)
+    for i in range(rows):
+        dx, dy = across[i, 0], down[i, 0]
+        for j in range(columns):
+            for _ in range(_MOST_STEPS):
+                # the neighbour's displacement is the first guess
+                x, y = np.float32(j) - dx, np.float32(i) - dy
+                new_x, new_y = _linear(across, down, x, y)
+                change = max(abs(new_x - dx), abs(new_y - dy))
+                dx, dy = new_x, new_y
+                if change < np.float32(_SETTLED):
+                    break
+            x = min(max(np.float32(j) - dx, zero), last_x)
+            y = min(max(np.float32(i) - dy, zero), last_y)
+            left, top = min(int(x), columns - 2), min(int(y), rows - 2)
+            _weights(x - np.float32(left), wx)
+            _weights(y - np.float32(top), wy)
+            for part in range(3):
+                total = zero
+                for a in range(4):
+                    row = coefficients[part, top + a]
+                    total += wy[a] * (
+                        wx[0] * row[left]
+                        + wx[1] * row[left + 1]
+                        + wx[2] * row[left + 2]
+                        + wx[3] * row[left + 3]
+                    )
+                out[part, i, j] = total
+
+
+@njit(**EXACT_ROW)
+def _along(row: Float32, first: Any, weights: Float32, out: Float32) -> None:
+    for j in range(out.size):
+        k = first[j]
+        out[j] = (
+            weights[0, j] * row[k]
+            + weights[1, j] * row[k + 1]
+            + weights[2, j] * row[k + 2]
+            + weights[3, j] * row[k + 3]
+        )
+
+
+@njit(**ROW)
+def _combined(
+    a: Float32, b: Float32, c: Float32, d: Float32, weights: Float32, out: Float32
+) -> None:
+    wa, wb, wc, wd = weights[0], weights[1], weights[2], weights[3]
+    for j in range(out.size):
+        out[j] = wa * a[j] + wb * b[j] + wc * c[j] + wd * d[j]
+
+
+@njit(**LOOP)
+def values(
+    coefficients: Float32,
+    rows: tuple[Any, Float32],
+    columns: tuple[Any, Float32],
+    out: Float32,
+) -> None:
+    """Evaluate a spline on a grid of other places.
+
+    Parameters
+    ----------
+    coefficients : (ny + 2, nx + 2) float32
+        Of uniform cubic B-splines.
+    rows, columns : (first, weights)
+        Of each place along an axis: the (N,) first coefficient, and the (4, N) weights of this and
+        the next three.
+    out : (H, W) float32
+        Overwritten.
+    """
+    along = np.empty((len(coefficients), out.shape[1]), np.float32)
+    first, weights = rows
+    for i in range(first[0], first[-1] + 4):
+        _along(coefficients[i], columns[0], columns[1], along[i])
+    four = np.empty(4, np.float32)
+    for i in range(len(out)):
+        k = first[i]
+        for a in range(4):
+            four[a] = weights[a, i]
+        _combined(along[k], along[k + 1], along[k + 2], along[k + 3], four, out[i])

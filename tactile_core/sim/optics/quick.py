@@ -1,0 +1,93 @@
+"""A photograph by compiled loops: what :class:`Shining` and :class:`Chip` say, in fewer passes."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.sim.optics.camera import Chip, Numbers
+from tactile_core.sim.optics.sources import Shining
+
+Float32 = NDArray[np.float32]
+
+_BAND_PX = 32
+_NONE = np.zeros((0, 0), np.float32)
+_NO_FIELD = np.zeros((2, 0, 0), np.float32)
+
+
+def photographed(
+    compiled: ModuleType,
+    shining: Shining,
+    glass: Float32,
+    mixing: Float32,
+    chip: Chip,
+    noise: Numbers,
+) -> NDArray[Any]:
+    """Read out one exposure.
+
+    Parameters
+    ----------
+    compiled : module
+        :mod:`tactile_core.sim.kernels.compiled`.
+    shining : Shining
+    glass : (H, W) float32
+        Share of the light that passes the lens.
+    mixing : (K, K) float32
+        Of the colours.
+    chip : Chip
+    noise : Numbers
+
+    Returns
+    -------
+    (H, W, K) uint8 or uint16
+    """
+    skin, fed, ambient = shining.skin, shining.fed, shining.ambient
+    height, width = skin.relief_mm.shape
+    count = len(mixing)
+    pixels = np.empty((height, width * count), chip.dtype)
+    relief = np.ascontiguousarray(skin.relief_mm)
+    rest = _NO_FIELD if skin.rest_slopes is None else skin.rest_slopes
+    printed = _NONE if skin.reflectance is None else np.ascontiguousarray(skin.reflectance)
+    numbers = noise.values.reshape(pixels.shape), noise.sign
+    electrons = 1 / chip.full_well_e, (chip.read_noise_e / chip.full_well_e) ** 2
+    facing = np.empty((3, _BAND_PX, width), np.float32)
+    light = np.empty((count, _BAND_PX, width), np.float32)
+    for top in range(0, height, _BAND_PX):
+        rows = min(_BAND_PX, height - top)
+        if rows < _BAND_PX:
+            facing, light = (np.empty((len(a), rows, width), np.float32) for a in (facing, light))
+        compiled.normals(relief, rest, skin.mm_per_px, top, facing)
+        light[:] = 0
+        for (number, source, level), seen, into in zip(
+            shining.sources, shining.seen, fed, strict=True
+        ):
+            shading = source.shading
+            compiled.add_lamp(
+                facing,
+                shading.toward,
+                _NO_FIELD if shading.lobe is None else shading.lobe,
+                _NONE if shading.peak is None else shading.peak,
+                float(shading.blur),
+                _NONE if seen is None else seen,
+                (skin.textures[number // 4], number % 4),
+                float(level),
+                into,
+                top,
+                light,
+            )
+        compiled.read_out(
+            light,
+            facing[2],
+            ambient,
+            (glass, printed),
+            mixing,
+            numbers,
+            electrons,
+            chip.table,
+            top,
+            pixels,
+        )
+    return pixels.reshape(height, width, count)

@@ -1,0 +1,81 @@
+"""A virtual rig may run for as long as one likes: its memory stays flat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_core.sim import VirtualStage
+
+STATUS = Path("/proc/self/status")
+
+WARM_UP = 50
+FLAT_MIB = 8.0
+"""Ten frames, of the thousands that are taken."""
+
+
+def resident_mib() -> float:
+    """Memory of this process that is in use now."""
+    lines = STATUS.read_text().splitlines()
+    return next(float(line.split()[1]) for line in lines if line.startswith("VmRSS:")) / 1024
+
+
+def handled(stage: VirtualStage) -> Iterator[None]:
+    """Press, slide, turn, roll, wait and release, again and again; one motion for each frame."""
+    for turn in count():
+        size = 3.0 + turn % 4
+        if turn % 3:
+            stage.indenter("sphere", diameter_mm=size, x_mm=0.5 * (turn % 5 - 2))
+        else:
+            stage.indenter("flat", diameter_mm=size, y_mm=0.5 * (turn % 5 - 2))
+        for depth in (0.1, 0.2, 0.3):
+            stage.press(depth_mm=depth, steps=1, seconds=0.03)
+            yield
+        for step in range(15):
+            stage.shear(dx_mm=0.1, dy_mm=0.02 * (turn % 3), seconds=0.03)
+            yield
+            if step % 5 == 0:
+                stage.twist(1.0, seconds=0.03)
+                yield
+        stage.hold(0.03)
+        yield
+        stage.release(0.03)
+        yield
+        stage.release()
+        yield
+
+
+def grown_mib(profile: str, frames: int) -> float:
+    stage = VirtualStage(profile)
+    before = 0.0
+    for number, _ in zip(range(WARM_UP + frames), handled(stage), strict=False):
+        if number == WARM_UP:
+            before = resident_mib()
+        pixels = stage.frame().pixels
+        cv2.imencode(".jpg", np.ascontiguousarray(pixels[..., :3]))
+        if number % 10 == 0:
+            assert stage.truth().height_mm.shape == pixels.shape[:2]
+    return resident_mib() - before
+
+
+needs_proc = pytest.mark.skipif(not STATUS.exists(), reason="reads /proc, which Linux has")
+
+
+@needs_proc
+def test_memory_stays_flat() -> None:
+    assert grown_mib("hex_fingertip", 100) < FLAT_MIB
+
+
+@needs_proc
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("profile", ["hex_fingertip", "desktop_six_led"])
+def test_memory_stays_flat_over_ten_thousand_frames(profile: str) -> None:
+    grown = grown_mib(profile, 10_000)
+    print(f"{profile}: {grown:+.1f} MiB over 10,000 frames")
+    assert grown < FLAT_MIB

@@ -47,6 +47,7 @@ ASKED = (
     Asked("hex_fingertip", "core.lookup_table", 5.5, 40),
     Asked("hex_fingertip", "core.mlp", 3.5, 40),
     Asked("baxter_fingertip", "baxter_fingertip.hue_intensity", 6.0, 40),
+    Asked("baxter_fingertip_marked", "baxter_fingertip.hue_intensity", 6.0, 40),
     Asked("desktop_six_led", "desktop_six_led.photometric_stereo", 2.5, 15),
 )
 
@@ -239,7 +240,7 @@ def main() -> None:
                 )
             mean = np.mean([[s.normals_deg, s.inside_um] for s in scores], axis=0)
             summary.append(
-                f"{asked.profile:18}{asked.model:36}"
+                f"{asked.profile:25}{asked.model:36}"
                 f"{mean[0]:6.2f}° of {asked.normals_deg:g}°{mean[1]:8.0f} of {asked.depth_um:g} µm"
             )
     print("\n".join(["", "mean over objects, whole contact, found of asked:", *summary]))

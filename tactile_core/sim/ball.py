@@ -1,7 +1,7 @@
 """An analytic ball pressed into the skin: a height that is known by formula alone.
 
 The skin follows the ball inside the contact and decays exponentially outside it. Good for a first
-look and for tests; it knows no mechanics, for which there is :class:`tactile_core.sim.VirtualStage`.
+look and for tests; mechanics are those of :class:`tactile_core.sim.VirtualStage`.
 """
 
 from __future__ import annotations

@@ -171,7 +171,7 @@ class Rig:
         return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
-        pixels = _frozen(self.optics.expose(height_mm, frame=seed))
+        pixels = _frozen(self.optics.expose(height_mm, frame=seed).copy())
         printed = isinstance(self.profile.gel.markers, Markers)
         finder = MarkFinder.of(self.profile) if printed else None
         return Frame(

@@ -17,7 +17,12 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}
 td,th{padding:.25rem .8rem;border-bottom:1px solid #ddd;text-align:left}
 figure{display:inline-block;margin:.5rem 1rem .5rem 0;vertical-align:top}
 img{max-width:100%;border:1px solid #ddd}figcaption{color:#56616b;font-size:.9rem}
+.row{display:grid;grid-template-columns:repeat(4,1fr);gap:1rem;
+margin:1rem calc(50% - min(48vw,52rem))}
+.row figure{margin:0}
 """
+
+_JPEG_QUALITY = 90
 
 
 def page(title: str, parts: Sequence[str]) -> str:
@@ -48,13 +53,19 @@ def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def figure(rgb: NDArray[np.uint8], caption: str) -> str:
-    """Return a picture, embedded as PNG, with its caption."""
+def row(figures: Sequence[str]) -> str:
+    """Return figures side by side, four to a line as wide as the window."""
+    return f'<div class="row">{"".join(figures)}</div>'
+
+
+def figure(rgb: NDArray[np.uint8], caption: str, *, photo: bool = False) -> str:
+    """Return a picture with its caption, embedded as PNG, or as the much smaller JPEG."""
     import cv2
 
-    _, encoded = cv2.imencode(".png", np.ascontiguousarray(rgb[..., ::-1]))
+    kind, options = ("jpeg", [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]) if photo else ("png", [])
+    _, encoded = cv2.imencode(f".{kind}", np.ascontiguousarray(rgb[..., ::-1]), options)
     data = base64.b64encode(encoded.tobytes()).decode()
     return (
-        f'<figure><img src="data:image/png;base64,{data}" alt="{escape(caption)}">'
+        f'<figure><img src="data:image/{kind};base64,{data}" alt="{escape(caption)}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )

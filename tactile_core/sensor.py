@@ -38,6 +38,7 @@ def open_sensor(
     input: Path | str | None = None,
     reference: Reference | Path | str | None = None,
     sim: bool = False,
+    script: Path | str | None = None,
 ) -> Sensor:
     """Assemble a sensor from its profile and open it.
 
@@ -56,6 +57,9 @@ def open_sensor(
         reading is marked relative.
     sim : bool
         Apply the profile's ``sim`` overlay: the virtual twin of the rig.
+    script : path, optional
+        What happens in front of the twin: YAML as for ``tactile simulate``. Else what the overlay
+        names, or a ball that comes and goes.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def open_sensor(
     DeviceError
         A device cannot be opened; nothing is left open.
     """
-    resolved = profile if isinstance(profile, Profile) else load_profile(profile, sim=sim)
+    resolved = profile if isinstance(profile, Profile) else _loaded(profile, sim, script)
     if serial is not None:
         check_serial(serial)
     if bundle is None:
@@ -78,6 +82,14 @@ def open_sensor(
     elif not isinstance(bundle, Bundle):
         bundle = Bundle.load(Path(bundle))
     return Sensor(resolved, bundle, reference, serial=serial, input=input).open()
+
+
+def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
+    if script is None:
+        return load_profile(profile, sim=sim)
+    if not sim:
+        raise InputError(f"{script} tells what happens to a virtual twin; ask for it with --sim")
+    return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})
 
 
 class Sensor:

@@ -72,10 +72,7 @@ def pixels_mm(profile: Profile) -> tuple[Array, Array]:
 
 
 def photograph(profile: Profile, press: DomedPress | None, seed: int) -> NDArray[np.uint8]:
-    """What the camera sees: light knows the whole shape, the dome's and the imprint's."""
+    """What the camera sees."""
     x, y = pixels_mm(profile)
-    assert profile.gel.radius_mm is not None
-    whole = -np.sqrt(profile.gel.radius_mm**2 - x**2 - y**2)
-    if press is not None:
-        whole = whole + press.height_mm(x, y)
-    return render(profile, whole, seed=seed)
+    height_mm = np.zeros_like(x) if press is None else press.height_mm(x, y)
+    return render(profile, height_mm, seed=seed)

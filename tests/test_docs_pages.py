@@ -97,9 +97,10 @@ def test_commands_and_options_on_every_page_exist(path: Path) -> None:
         assert {word for word in words if word.startswith("--")} <= options
 
 
-@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", page("interfaces"), re.DOTALL))
-def test_the_examples_of_the_interfaces_run(code: str) -> None:
-    exec(compile(code, "docs/interfaces.md", "exec"), {})
+@pytest.mark.parametrize("name", ["interfaces", "virtual-skin", "real-beside-virtual"])
+def test_the_examples_of_a_page_run(name: str) -> None:
+    for code in re.findall(r"```python\n(.*?)```", page(name), re.DOTALL):
+        exec(compile(code, f"docs/{name}.md", "exec"), {})
 
 
 @pytest.mark.parametrize("name", ["Camera", "Illumination", "Calibration", "Estimator"])

@@ -36,6 +36,9 @@ illumination:
     - {name: red, azimuth_deg: 90, elevation_deg: 45}
     - {name: green, azimuth_deg: 210, elevation_deg: 45}
     - {name: blue, azimuth_deg: 330, elevation_deg: 45}
+optics:
+  lamps: {distance_mm: 40, scatter: 1.0}
+  sensor: {jpeg_quality: none}
 estimators:
   height: {use: core.poisson}
   contact: {use: core.contact}

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from tactile_core.pictures import deviation, relief, side_by_side
 from tactile_core.pictures.drawing import in_words, round_length, ticks
+from tactile_core.pictures.field import arrows
 from tactile_core.pictures.shading import colours, shaded, signed
 from tactile_core.quantities import ContactMask, HeightMap
 
@@ -130,3 +131,24 @@ def test_a_map_without_error_is_white_and_one_that_is_too_high_is_red() -> None:
     middle = (slice(200, 300), slice(200, 300))
     assert right[middle].min() > 240
     assert wrong[middle][..., 0].mean() > wrong[middle][..., 2].mean() + 60
+
+
+def test_pictures_to_be_compared_have_one_scale() -> None:
+    half, whole = (relief(bump(60, 80, depth_mm=d), None, span_mm=(0.0, 1.0)) for d in (0.5, 1.0))
+    bar = np.s_[60:-60, -85:-75]
+    assert np.array_equal(half[bar], whole[bar])
+    middle = np.s_[half.shape[0] // 2 - 20 : half.shape[0] // 2, 320:340]
+    assert not np.array_equal(half[middle], whole[middle])
+
+
+def test_arrows_are_drawn_where_something_moves() -> None:
+    pixels = np.full((48, 64, 3), 128, np.uint8)
+    still = arrows(pixels, np.zeros((48, 64, 2)))
+    assert (still == still[0, 0]).all()
+    field = np.zeros((48, 64, 2))
+    field[:, 32:, 0] = 0.1
+    slips = np.zeros((48, 64), bool)
+    slips[:24] = True
+    drawn = (arrows(pixels, field, slips=slips) != still).any(2)
+    assert not drawn[:, :440].any()
+    assert drawn[:, 480:].any()

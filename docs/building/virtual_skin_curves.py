@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from diagrams import Curve, Panel, write_sheet
 
 from tactile_core import load_profile
 from tactile_core.sim.indenters import Indenter, make_indenter
@@ -18,50 +18,6 @@ PRESSES: dict[str, tuple[Indenter, float, float]] = {
     "cylinder": (make_indenter("cylinder", diameter_mm=38.08), 90.0, 18.0),
     "ball": (make_indenter("sphere", diameter_mm=25.0), 0.0, 6.0),
 }
-WIDTH, HEIGHT, MARGIN = 300, 190, 46
-
-
-@dataclass
-class Panel:
-    """One small diagram."""
-
-    title: str
-    across: tuple[str, float, float]
-    up: tuple[str, float, float]
-    bands: list[tuple[float, float, str]] = field(default_factory=list)
-    curves: list[tuple[str, str, np.ndarray, np.ndarray]] = field(default_factory=list)
-
-    def svg(self, left: float, top: float) -> str:
-        """Return the diagram's drawing, its upper left corner there."""
-        (x_name, x0, x1), (y_name, y0, y1) = self.across, self.up
-
-        def place(x: np.ndarray, y: np.ndarray) -> str:
-            px = left + MARGIN + (x - x0) / (x1 - x0) * WIDTH
-            py = top + HEIGHT + 24 - (y - y0) / (y1 - y0) * HEIGHT
-            return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(px, py, strict=True))
-
-        box = place(np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]))
-        parts = [f'<polygon points="{box}" fill="white" stroke="#888"/>']
-        for low, high, colour in self.bands:
-            band = place(np.array([x0, x1, x1, x0]), np.array([low, low, high, high]))
-            parts.append(f'<polygon points="{band}" fill="{colour}" opacity="0.15"/>')
-        for number, (name, colour, x, y) in enumerate(self.curves):
-            line = f'fill="none" stroke="{colour}" stroke-width="1.6"'
-            parts.append(f'<polyline points="{place(x, y)}" {line}/>')
-            row = top + 40 + 14 * number
-            parts.append(f'<text x="{left + MARGIN + 8}" y="{row}" fill="{colour}">{name}</text>')
-        foot = top + HEIGHT + 38
-        parts += [
-            f'<text x="{left + MARGIN}" y="{top + 16}" font-weight="bold">{self.title}</text>',
-            f'<text x="{left + MARGIN}" y="{foot}">{x0:g}</text>',
-            f'<text x="{left + MARGIN + WIDTH}" y="{foot}" text-anchor="end">{x1:g}</text>',
-            f'<text x="{left + MARGIN + 150}" y="{foot}" text-anchor="middle">{x_name}</text>',
-            f'<text x="{left + MARGIN - 4}" y="{foot - 16}" text-anchor="end">{y0:g}</text>',
-            f'<text x="{left + MARGIN - 4}" y="{top + 34}" text-anchor="end">{y1:g}</text>',
-            f'<text text-anchor="middle" transform="translate({left + 14} {top + HEIGHT / 2 + 24}) '
-            f'rotate(-90)">{y_name}</text>',
-        ]
-        return "\n".join(parts)
 
 
 def pressed(kind: str) -> Skin:
@@ -123,23 +79,17 @@ def main() -> None:
     entropy = Panel("Entropy, and the paper's incipient band", moved, ("bits", 0.0, 8.0), bands)
     for kind, run in runs.items():
         share = run[:, 1] / run[:, 1].max()
-        force.curves.append((kind, COLOURS[kind], run[:, 0], share))
-        mean.curves.append((kind, COLOURS[kind], share, run[:, 2]))
-        most.curves.append((kind, COLOURS[kind], run[:, 0], run[:, 3]))
-        entropy.curves.append((kind, COLOURS[kind], run[:, 0], run[:, 4]))
+        force.curves.append(Curve(kind, COLOURS[kind], run[:, 0], share))
+        mean.curves.append(Curve(kind, COLOURS[kind], share, run[:, 2]))
+        most.curves.append(Curve(kind, COLOURS[kind], run[:, 0], run[:, 3]))
+        entropy.curves.append(Curve(kind, COLOURS[kind], run[:, 0], run[:, 4]))
     step = Panel("After a step of 0.1 mm", ("s", 0.0, 60.0), ("N", 18.0, 26.0))
-    step.curves.append(("plate", COLOURS["plate"], *stepped()))
+    step.curves.append(Curve("plate", COLOURS["plate"], *stepped()))
     turn = Panel("Skin's turn over the plate's", ("mm from the middle", 0.0, 9.0), ("", 0.5, 1.1))
     for angle, colour in ((0.6, COLOURS["ball"]), (4.5, COLOURS["cylinder"])):
-        turn.curves.append((f"{angle:g}°", colour, *turned(angle)))
+        turn.curves.append(Curve(f"{angle:g}°", colour, *turned(angle)))
     panels = [force, mean, most, entropy, step, turn]
-    across, down = WIDTH + MARGIN + 24, HEIGHT + 56
-    drawn = [p.svg(across * (i % 3), down * (i // 3)) for i, p in enumerate(panels)]
-    OUT.write_text(
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {3 * across} {2 * down}" '
-        f'font-family="sans-serif" font-size="11">\n'
-        f'<rect width="100%" height="100%" fill="#fcfcfa"/>\n' + "\n".join(drawn) + "\n</svg>\n"
-    )
+    write_sheet(OUT, panels, columns=3)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
 from tactile_core.bundle import Bundle, Manifest
 from tactile_core.calibrating.presses import FoundPress, press_image
-from tactile_core.errors import ProfileError
 from tactile_core.illumination import Illumination
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
@@ -21,7 +20,8 @@ from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Component, ImageSection, Profile
 from tactile_core.quantities import Frame, Pixels
 from tactile_core.sensor import devices
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.ball import BallPress
+from tactile_core.sim.optics.rig import RigOptics
 
 PRESSES = 8
 _BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
@@ -57,8 +57,8 @@ def virtual_unit(
 
     Raises
     ------
-    ProfileError
-        What the profile's lights are cannot be rendered.
+    PluginError, InputError
+        The profile's light cannot be made.
     CalibrationError
         The presses do not determine the model.
     """
@@ -66,7 +66,7 @@ def virtual_unit(
     component = profile.calibration if model is None else Component(use=model)
     image = profile.image
     _, lights = devices(profile)
-    take = partial(_frame, profile, lights)
+    take = partial(_frame, RigOptics(profile), lights)
     finder = MarkFinder.of(profile, average([take(None, 0)]))
 
     def seen(ball: BallPress | None, seed: int) -> Frame:
@@ -111,18 +111,11 @@ def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:
     return profile.model_copy(update={"image": image})
 
 
-def _frame(profile: Profile, lights: Illumination, ball: BallPress | None, seed: int) -> Frame:
-    image = profile.image
+def _frame(optics: RigOptics, lights: Illumination, ball: BallPress | None, seed: int) -> Frame:
+    image = optics.profile.image
     shape = (image.height_px, image.width_px)
     height_mm = np.zeros(shape) if ball is None else ball.height_mm(shape, image.mm_per_px)
-    pixels = render(profile, height_mm, seed=seed)
-    if pixels.shape[2] != len(lights.channels):
-        raise ProfileError(
-            f"{profile.name}: its lights give {len(lights.channels)} channels and the virtual rig "
-            f"shows {pixels.shape[2]}; give each light of 'illumination.lights' its name or 'feeds'"
-        )
-    if image.bit_depth > 8:
-        pixels = (pixels * (image.full_scale / 255)).astype(np.uint16)
+    pixels = optics.expose(height_mm, frame=seed)
     exposures = [
         _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
         for exposure in lights.exposures()

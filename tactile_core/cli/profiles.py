@@ -100,11 +100,16 @@ def schema() -> None:
 
 def doctor(
     profile: Annotated[str | None, typer.Argument(help="A profile to look at as well.")] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="Open its virtual twin, too.")] = False,
 ) -> None:
     """Say what is wrong with the plugins, and with a profile."""
+    from tactile_core.errors import InputError
     from tactile_core.plugins import list_plugins
     from tactile_core.profiles.loader import load_profile
+    from tactile_core.sensor import open_sensor
 
+    if sim and profile is None:
+        raise InputError("--sim opens the virtual twin of a profile; name one")
     sound = True
     for plugin in list_plugins(import_components=True):
         typer.echo(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
@@ -114,5 +119,9 @@ def doctor(
     if profile is not None:
         load_profile(profile)
         typer.echo(f"{'ok':<9}profile {profile}")
+    if profile is not None and sim:
+        with open_sensor(profile, sim=True) as sensor:
+            height, width, channels = sensor.read().frame.pixels.shape
+        typer.echo(f"{'ok':<9}twin of {profile}: {width} × {height}, {channels} channels")
     if not sound:
         raise typer.Exit(2)

@@ -17,6 +17,9 @@ def run(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
     serial: Annotated[str | None, typer.Option(help="Which physical unit.")] = None,
     sim: Annotated[bool, typer.Option("--sim", help="Use the virtual twin.")] = False,
+    script: Annotated[
+        Path | None, typer.Option(help="With --sim: YAML of what is pressed and how it moves.")
+    ] = None,
     input: Annotated[
         Path | None, typer.Option(help="An image, a folder of images, a video or a scan.")
     ] = None,
@@ -38,6 +41,8 @@ def run(
     unknown = sorted(set(formats) - set(FORMATS))
     if unknown:
         raise InputError(f"--save {unknown[0]}: choose among {', '.join(FORMATS)}")
+    if input is not None and sim:
+        raise InputError("--input is measured in place of the camera that --sim opens; give one")
     if (
         out is not None
         and input is not None
@@ -47,7 +52,13 @@ def run(
             f"--out {out} holds the input, which results could overwrite; name another"
         )
     with open_sensor(
-        profile, serial=serial, bundle=bundle, input=input, reference=reference, sim=sim
+        profile,
+        serial=serial,
+        bundle=bundle,
+        input=input,
+        reference=reference,
+        sim=sim,
+        script=script,
     ) as sensor:
         for note in sensor.notes:
             typer.echo(f"note: {note}", err=True)

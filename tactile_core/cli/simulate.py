@@ -13,7 +13,7 @@ def simulate(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
     script: Annotated[Path, typer.Option(help="YAML of what is pressed and how it moves.")],
     out: Annotated[Path, typer.Option(help="Folder for frames, reference and truth.")],
-    seed: Annotated[int, typer.Option(help="Makes the unit and its noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Makes the unit and its noise.")] = 0,
     mode: Annotated[str, typer.Option(help="accurate, or fast, which keeps up.")] = "accurate",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:

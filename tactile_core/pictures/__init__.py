@@ -20,7 +20,13 @@ _ENLARGED_BLUR_PX, _OUTLINE_BLUR_PX = 0.6, 1.0
 _OUTLINE, _HALO = (255, 255, 255), (45, 52, 62)
 
 
-def relief(height: HeightMap, contact: ContactMask | None, *, title: str = "") -> Rgb:
+def relief(
+    height: HeightMap,
+    contact: ContactMask | None,
+    *,
+    title: str = "",
+    span_mm: tuple[float, float] | None = None,
+) -> Rgb:
     """Draw a height map as shaded relief with a scale bar, a colour bar in mm and the contact.
 
     The larger side is at least 640 px, so that small sensors' words are legible too. Noise is not
@@ -34,6 +40,8 @@ def relief(height: HeightMap, contact: ContactMask | None, *, title: str = "") -
         Outlined where given.
     title : str
         Begins the line above the picture, e.g. the name of the observation.
+    span_mm : (lowest, highest), optional
+        Heights of the first and the last colour, the same for pictures that are to be compared.
 
     Returns
     -------
@@ -41,8 +49,8 @@ def relief(height: HeightMap, contact: ContactMask | None, *, title: str = "") -
         R, G, B.
     """
     surface, scale = _enlarged(height)
-    low = min(0.0, float(height.mm.min()))
-    high = max(float(height.mm.max()), low + height.mm_per_px)
+    low, high = span_mm or (min(0.0, float(height.mm.min())), float(height.mm.max()))
+    high = max(high, low + height.mm_per_px)
     picture = shaded(surface, height.mm_per_px / scale, low, high)
     if contact is not None:
         _outline(picture, contact, unit_of(picture))

@@ -27,7 +27,7 @@ class VirtualOptions(Options):
     script: Path | None = Field(
         default=None, description="YAML as for 'tactile simulate'; else a ball comes and goes."
     )
-    seed: int = Field(default=0, description="Makes the unit and its noise.")
+    seed: int = Field(default=0, ge=0, description="Makes the unit and its noise.")
     mode: Mode = Field(default="fast", description="fast keeps up with a camera; or accurate.")
     loop: bool = Field(default=False, description="Begin again at the end.")
 

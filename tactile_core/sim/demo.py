@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,13 +25,19 @@ from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
 
-CALIBRATION_PRESSES = 14
+CALIBRATION_PRESSES = 12
 BALL_SHARE = 0.22
 """Diameter of the ball for calibrating, of the width of the view; thin gels take a smaller one."""
 
 _REACH = 0.38
 _COLOURS = 3
-_MOST_SHEARS = 20
+_MOST_SHEARS = 40
+_STICKING = (1.0, 0.66, 0.33, 0.0)
+"""Shares of the contact that stick when a picture is taken of a drag."""
+
+_NODES_BLUR = 0.05
+_VIEW_CONTACTS = 3.5
+"""How many widths of the contact a picture shows."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +99,7 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[s
         _press(stage, thing, ball_mm)
         row, figures = _measured(stage, pipeline, thing.words)
         rows.append(row)
-        parts += figures
+        parts.append(html.row(figures))
     return rows, [*parts, *_sheared(stage, ball_mm)]
 
 
@@ -112,13 +119,13 @@ def _calibrated(stage: VirtualStage, ball_mm: float, progress: Progress) -> tupl
             folder / "presses",
             folder / "reference",
             ball_diameter_mm=ball_mm,
+            scored=False,  # what follows tells more than held-out presses of the same ball
             progress=progress,
         )
-    score = result.score
-    told = "" if score is None else f"; mean error of held-out normals {score.mean_deg:.2f}°"
     used = sum(press.used for press in result.presses)
     return result.bundle, html.paragraph(
-        f"Calibrated by {used} presses of a {ball_mm:g} mm ball{told}."
+        f"Calibrated on {used} presses of a {ball_mm:g} mm ball by {result.bundle.manifest.model}; "
+        f"then other things are pressed, which it has never seen."
     )
 
 
@@ -149,38 +156,79 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[Row,
         float(truth.height_mm.max()),
         float(height.mm.max()),
     )
+    near, scale = _around(inside), height.mm_per_px
     true_map = HeightMap(truth.height_mm, np.ones_like(inside), height.mm_per_px)
-    most_mm = float(np.percentile(np.abs(height.mm - truth.height_mm), 99.5))
-    return row, [
-        html.figure(_shown(frame), f"what the camera sees: {words}"),
-        html.figure(relief(height, reading.get(ContactMask)), "measured height"),
-        html.figure(relief(true_map, ContactMask(inside, height.mm_per_px)), "true height"),
-        html.figure(
-            deviation(height, true_map, most_mm=most_mm),
-            f"measured less true; red is too high, full colour {1e3 * most_mm:.0f} µm",
+    touched = reading.get(ContactMask)
+    found, real = _cut(height, near), _cut(true_map, near)
+    span_mm = (min(0.0, float(real.mm.min())), float(max(real.mm.max(), found.mm.max())))
+    most_mm = float(np.percentile(np.abs(found.mm - real.mm), 99.5))
+    drawn = [
+        (_shown(frame)[near], f"{words}: what the camera sees"),
+        (
+            relief(found, touched and _outlined(touched.mask, near, scale), span_mm=span_mm),
+            "measured",
+        ),
+        (relief(real, _outlined(inside, near, scale), span_mm=span_mm), "true"),
+        (
+            deviation(found, real, most_mm=most_mm),
+            f"measured less true, red is too high: normals {row.normal_error_deg:.1f}° off",
         ),
     ]
+    return row, [html.figure(picture, caption, photo=True) for picture, caption in drawn]
 
 
 def _sheared(stage: VirtualStage, ball_mm: float) -> list[str]:
-    """Drag a ball until all of it slips."""
+    """Drag a ball until all of it slips, and show some moments of it."""
     _press(stage, _Object("", "sphere", 0.15, -0.1, 0.0, {"diameter_mm": 1.2}), ball_mm)
     figures: list[str] = []
+    moments = list(_STICKING)
     for _ in range(_MOST_SHEARS):
-        stage.shear(dx_mm=0.03 * ball_mm, steps=2)
+        stage.shear(dx_mm=0.02 * ball_mm, steps=2)
         truth = stage.truth()
         sticking = truth.stick.sum() / max(1, truth.contact.sum())
-        slips = truth.contact & ~truth.stick
-        if not figures or sticking == 0:
-            words = (
-                f"dragged by {truth.wrench[0]:.2f} N under {truth.wrench[2]:.2f} N: "
-                f"{sticking:.0%} of the contact sticks; where it slips the arrows are red"
-            )
-            picture = arrows(_shown(stage.frame()), truth.displacement_mm, slips=slips)
-            figures.append(html.figure(picture, words))
-        if sticking == 0:
+        if sticking > moments[0]:
+            continue
+        moments = [moment for moment in moments if moment < sticking]
+        near = _around(truth.contact)
+        slips = (truth.contact & ~truth.stick)[near]
+        picture = arrows(_shown(stage.frame())[near], truth.displacement_mm[near], slips=slips)
+        words = f"dragged by {truth.wrench[0]:.2f} N under {truth.wrench[2]:.2f} N: " + (
+            f"{sticking:.0%} of the contact sticks" if sticking else "all of it slips"
+        )
+        figures.append(html.figure(picture, words, photo=True))
+        if not moments:
             break
-    return figures
+    told = (
+        "A ball is dragged to the right until it slips. Arrows are how the skin is displaced, the "
+        "longest as long in every picture; red where it slides along the ball."
+    )
+    return [html.paragraph(told), html.row(figures)]
+
+
+def _around(contact: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """The part of the image that is worth a look: some widths of the contact, shaped like it."""
+    height, width = contact.shape
+    rows, columns = np.nonzero(contact)
+    share = min(1.0, _VIEW_CONTACTS * max(np.ptp(columns) / width, np.ptp(rows) / height, 0.02))
+    return _span(rows, share * height, height), _span(columns, share * width, width)
+
+
+def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
+    start = round(float(np.clip(places.mean() - length / 2, 0, whole - length)))
+    return slice(start, start + round(length))
+
+
+def _cut(height: HeightMap, near: tuple[slice, slice]) -> HeightMap:
+    return HeightMap(height.mm[near], height.valid[near], height.mm_per_px)
+
+
+def _outlined(
+    contact: NDArray[np.bool_], near: tuple[slice, slice], mm_per_px: float
+) -> ContactMask:
+    """The contact with a smooth border: a fast skin tells it by whole nodes."""
+    blur_px = _NODES_BLUR * np.sqrt(contact.sum())
+    smooth = cv2.GaussianBlur(contact.astype(np.float32), (0, 0), blur_px)
+    return ContactMask(smooth[near] > 0.5, mm_per_px)
 
 
 def _ball_mm(profile: Profile) -> float:

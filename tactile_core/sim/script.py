@@ -18,9 +18,10 @@ from pydantic import (
 )
 
 from tactile_core.errors import InputError
-from tactile_core.profiles.nodes import Node, Problem
+from tactile_core.profiles.nodes import Problem
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.yaml_tree import read_yaml
+from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.stage import VirtualStage
 
 
@@ -43,6 +44,8 @@ class Press(_Part):
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it in as many parts as there are frames."""
+        if self.depth_mm is not None:
+            stage.check_depth(self.depth_mm)
         start_mm, start_n = stage.depth_mm, stage.force_n
         for part in range(1, self.frames + 1):
             share = part / self.frames
@@ -136,8 +139,13 @@ class Take(BaseModel):
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it; no frame."""
         place = {"x_mm": self.x_mm, "y_mm": self.y_mm, "angle_deg": self.angle_deg}
-        stage.indenter(self.kind, **place, **(self.model_extra or {}))
+        stage.indenter(self.kind, **place, **self.sizes)
         yield from ()
+
+    @property
+    def sizes(self) -> dict[str, Any]:
+        """The further keys."""
+        return dict(self.model_extra or {})
 
 
 class Step(_Part):
@@ -175,20 +183,26 @@ class Scene:
     Parameters
     ----------
     path : Path
-        The YAML file.
+        The YAML file; paths of meshes in it are relative to its folder.
 
     Raises
     ------
-    ProfileError
-        With every mistake, its line, column and key.
+    InputError
+        There is no such file, or there are mistakes in it: every one with line, column and key.
     """
 
     def __init__(self, path: Path) -> None:
+        if not Path(path).is_file():
+            raise InputError(f"there is no script {path}; it is a YAML file of steps")
         self._tree, problems = read_yaml(path)
         try:
-            self.script = Script.model_validate(self._tree.plain())
+            script = Script.model_validate(self._tree.plain())
         except ValidationError as error:
-            problems += problems_of(error, self._tree, Script)
+            raise _refusal(problems + problems_of(error, self._tree, Script)) from None
+        self.script = script.model_copy(
+            update={"steps": tuple(_beside(step, Path(path).parent) for step in script.steps)}
+        )
+        problems += self._impossible_objects()
         if problems:
             raise _refusal(problems)
 
@@ -196,6 +210,17 @@ class Scene:
     def frames(self) -> int:
         """How many frames playing it gives, the untouched sensor first."""
         return 1 + sum(_frames_of(step) for step in self.script.steps)
+
+    def _impossible_objects(self) -> list[Problem]:
+        problems = []
+        for number, step in enumerate(self.script.steps):
+            if isinstance(step.action, Take):
+                try:
+                    make_indenter(step.action.kind, **step.action.sizes)
+                except InputError as error:
+                    keys = ("steps", number, "indenter")
+                    problems.append(Problem.at(self._tree.origin(keys), keys, str(error)))
+        return problems
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do one step after another; each time, a frame may be taken.
@@ -210,7 +235,7 @@ class Scene:
             try:
                 yield from step.action.played(stage)
             except InputError as error:
-                place = _place(self._tree, number)
+                place = self._tree.origin(("steps", number, *step.model_fields_set))
                 raise InputError(f"{place}: {error}") from error
 
 
@@ -220,9 +245,13 @@ def _frames_of(step: Step) -> int:
     return int(getattr(step.action, "frames", 1))
 
 
-def _place(tree: Node, number: int) -> str:
-    place = tree.origin(("steps", number))
-    return f"{place.file}:{place.line}"
+def _beside(step: Step, folder: Path) -> Step:
+    """Return the step with a mesh's path taken from the script's folder."""
+    take = step.action
+    if not isinstance(take, Take) or not isinstance(take.sizes.get("path"), str):
+        return step
+    sizes = take.sizes | {"path": folder / take.sizes["path"]}
+    return Step(indenter=Take.model_validate(take.model_dump() | sizes))
 
 
 def _refusal(problems: list[Problem]) -> InputError:

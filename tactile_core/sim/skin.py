@@ -175,7 +175,7 @@ class Skin:
                 else f"depth_mm should be 0 or more, not {wanted:g}"
             )
         if not by_force:
-            self._check_depth(wanted)
+            self.check_depth(wanted)
         count = checked_steps(_PRESS_STEPS[self.mode] if steps is None else steps)
         duration = checked_seconds(seconds)
         with self._undone_on_error():
@@ -349,7 +349,7 @@ class Skin:
     def _touch(self, wanted: float, *, by_force: bool) -> None:
         """Bring the object to where it touches, on a grid fine enough for what is to come."""
         if self._indenter is None:
-            raise InputError("there is no object to press; choose one with indent_with()")
+            raise InputError("there is no object to press; choose an indenter first")
         if self.mode == "accurate" and not self._state.displacement_mm.any() and wanted > 0:
             move = Move(self._pose, *((None, wanted) if by_force else (wanted, None)))
             self._build(
@@ -396,12 +396,13 @@ class Skin:
         assert self._indenter is not None
         move = Move(pose, self._load.depth_mm, self._load.force_n, seconds, rolls)
         new = self._model.step(self._state, self._indenter, move)
-        self._check_depth(new.depth_mm)
+        self.check_depth(new.depth_mm)
         self._state = new
         if np.isfinite(seconds):
             self.time_s += seconds
 
-    def _check_depth(self, depth_mm: float) -> None:
+    def check_depth(self, depth_mm: float) -> None:
+        """Refuse a depth that reaches the plate behind the gel, by an InputError."""
         thickness = self.gel.elastomer.thickness_mm
         if depth_mm >= thickness:
             raise InputError(

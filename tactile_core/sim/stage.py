@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.errors import InputError
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
@@ -47,7 +48,8 @@ class VirtualStage:
     ProfileError, PluginError
         The profile or one of its parts is unusable.
     InputError
-        The gel has no thickness or modulus, a fault names a light that there is not.
+        The gel has no thickness or modulus, a fault names a light that there is not, or the seed is
+        negative.
     """
 
     def __init__(
@@ -62,6 +64,8 @@ class VirtualStage:
             profile = load_profile(profile, sim=True, overrides=overrides)
         elif overrides:
             raise TypeError("overrides are laid over a profile's name or path, not a Profile")
+        if seed < 0:
+            raise InputError(f"seed should be 0 or more, not {seed}")
         self.profile = profile
         self._skin = Skin(profile, mode)
         self._optics = RigOptics(profile, seed=seed, faults=faults, mode=mode)
@@ -147,6 +151,10 @@ class VirtualStage:
     def release(self, seconds: float | None = None) -> None:
         """Take the object away, and let the skin recover for some seconds; by default, fully."""
         self._skin.release(seconds)
+
+    def check_depth(self, depth_mm: float) -> None:
+        """Refuse a depth that reaches the plate behind the gel, by an InputError."""
+        self._skin.check_depth(depth_mm)
 
     @property
     def depth_mm(self) -> float:

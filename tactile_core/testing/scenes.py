@@ -1,7 +1,6 @@
 """Virtual presses with their truth, few and small enough for a check.
 
-Everything here comes from :mod:`tactile_core.sim.ball`. A richer simulator takes the place of
-:meth:`Rig.scene` alone.
+Heights are those of an analytic ball, light that of the profile's virtual twin.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from tactile_core.calibration import Press
 from tactile_core.errors import TactileError
 from tactile_core.estimator import SensorContext
 from tactile_core.marks import MarkFinder
-from tactile_core.plugins import resolve
 from tactile_core.profiles.model import Markers, Profile
 from tactile_core.quantities import (
     ContactMask,
@@ -27,13 +25,13 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
 )
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.ball import BallPress
+from tactile_core.sim.optics.rig import RigOptics
 
 SMALL_PX = 160
 """Longer side of a small rig's image."""
 
 PRESSES, PIXELS, SCENES = 7, 300, 4
-_FULL_SCALE = 255.0
 _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
 
@@ -79,10 +77,15 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A virtual sensor: a profile that can be rendered, and the names of its channels."""
+    """A virtual sensor: a profile and its light."""
 
     profile: Profile
-    channels: tuple[str, ...]
+    optics: RigOptics
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the K channels."""
+        return self.optics.channels
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -95,7 +98,7 @@ class Rig:
         return Reference(
             _frozen(self.untouched.pixels.astype(np.float32)),
             self.channels,
-            _FULL_SCALE,
+            self.optics.full_scale,
             self.untouched.marks,
             noise=1.0,
         )
@@ -168,14 +171,14 @@ class Rig:
         return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
-        pixels = _frozen(render(self.profile, height_mm, seed=seed))
+        pixels = _frozen(self.optics.expose(height_mm, frame=seed).copy())
         printed = isinstance(self.profile.gel.markers, Markers)
         finder = MarkFinder.of(self.profile) if printed else None
         return Frame(
             pixels,
             self.channels,
             self.profile.image.mm_per_px,
-            _FULL_SCALE,
+            self.optics.full_scale,
             None if finder is None else _frozen(finder.find(pixels)),
             timestamp_s=10 + number / 30,
             wall_time_s=1e9 + number / 30,
@@ -190,20 +193,11 @@ def _frozen(array: NDArray[S]) -> NDArray[S]:
 
 
 def full_rig(profile: Profile) -> Rig | None:
-    """The profile at its own size; None where the renderer cannot show its light."""
-    component = profile.illumination
+    """The profile at its own size; None where its light is no part that can be made."""
     try:
-        cls = resolve("illumination", component.use)
-        channels = cls(cls.Options.model_validate(component.options)).channels
+        return Rig(profile, RigOptics(profile))
     except (TactileError, ValueError):
         return None
-    dot = profile.image.model_copy(update={"width_px": 2, "height_px": 2})
-    tiny = profile.model_copy(update={"image": dot})
-    try:
-        rendered = render(tiny, np.zeros((2, 2))).shape[2]
-    except (LookupError, TypeError, ValueError):
-        return None
-    return Rig(profile, tuple(channels)) if rendered == len(channels) else None
 
 
 def small_rig(profile: Profile) -> Rig | None:
@@ -222,4 +216,5 @@ def small_rig(profile: Profile) -> Rig | None:
 
 def generic_rig() -> Rig:
     """Three colours, for a plugin that says nothing of any light."""
-    return Rig(Profile.model_validate(_GENERIC), ("red", "green", "blue"))
+    profile = Profile.model_validate(_GENERIC)
+    return Rig(profile, RigOptics(profile))

@@ -11,10 +11,10 @@ from virtual_lab import VirtualLab
 from tactile_core.benching import Benches, bench
 from tactile_core.benching.stream import ACQUIRE, LAMPS, MARKS, SLOPES, WHOLE, Stream
 from tactile_core.benching.unit import VirtualUnit, virtual_unit
-from tactile_core.errors import ProfileError
+from tactile_core.errors import InputError
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Component, Profile
+from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 
 SMALL = (160, 120)
@@ -77,14 +77,11 @@ def test_each_profile_is_measured_and_the_whole_comes_last(result: Benches) -> N
 
 
 def test_a_profile_that_cannot_be_rendered_is_left_out_with_the_reason(lab: VirtualLab) -> None:
-    lights = [{"name": name, "azimuth_deg": 0, "elevation_deg": 30} for name in "abcd"]
-    odd = lab.profile.model_copy(
-        update={
-            "name": "odd",
-            "illumination": Component.model_validate({"use": "core.constant", "lights": lights}),
-        }
-    )
-    with pytest.raises(ProfileError, match="illumination"):
+    deep = lab.profile.image.model_copy(update={"bit_depth": 12})
+    said = lab.profile.optics.sensor.model_copy(update={"jpeg_quality": 90})
+    optics = lab.profile.optics.model_copy(update={"sensor": said})
+    odd = lab.profile.model_copy(update={"name": "odd", "image": deep, "optics": optics})
+    with pytest.raises(InputError, match="JPEG holds 8 bits"):
         virtual_unit(odd)
     both = bench([odd, lab.profile], seconds=0.01)
     assert [one.profile for one in both.benches] == ["virtual_lab"]

@@ -17,6 +17,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
     [
         "baxter_fingertip",
         "baxter_fingertip_flat",
+        "baxter_fingertip_marked",
         "desktop_six_led",
         "desktop_six_led_portable",
         "desktop_three_colour",
@@ -28,6 +29,16 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 def test_a_shipped_profile_is_sound_and_named_like_its_file(name: str) -> None:
     assert load_profile(name).name == name
     assert name in [entry.name for entry in list_profiles() if entry.origin == "shipped"]
+
+
+def test_the_gel_of_2015_is_that_of_the_paper() -> None:
+    profile = load_profile("baxter_fingertip_marked")
+    gel, image = profile.gel, profile.image
+    assert (gel.shape, gel.size_mm, gel.thickness_mm) == ("flat", (23.4, 22.6), 2.0)
+    assert gel.shear_modulus_mpa == 0.145
+    view_mm = (image.width_px * image.mm_per_px, image.height_px * image.mm_per_px)
+    assert view_mm == pytest.approx((17.67, 13.25), abs=0.01)
+    assert profile.calibration.use == load_profile("baxter_fingertip").calibration.use
 
 
 def test_the_wedge_needs_no_plugin_of_its_own() -> None:

@@ -14,9 +14,10 @@ from tactile_core.sim.ball import BallPress, render
 
 
 def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:
-    """A small sensor that differs from a shipped one."""
+    """A small sensor that differs from a shipped one; its lamps are soft, without shadows."""
     image = {"width_px": 160, "height_px": 120, "mm_per_px": 0.125}
-    return load_profile(parent, overrides={"image": image, **overrides})
+    soft = {"lamps": {"distance_mm": 40, "scatter": 1.0}}
+    return load_profile(parent, overrides={"image": image, "optics": soft, **overrides})
 
 
 def lights(red: float, green: float, blue: float) -> dict[str, Any]:

@@ -186,7 +186,7 @@ def test_a_ball_that_touches_as_wide_as_it_is_betrays_the_scale(
         UNMARKED,
         photograph(sensor(), tmp_path / "untouched.png"),
         mm_per_px=mm_per_px,
-        presses=photograph_presses(sensor(), tmp_path / "presses", depth_mm=1.0),
+        presses=photograph_presses(sensor(), tmp_path / "presses", depth_mm=0.85),
         ball_diameter_mm=4.0,
     )
     assert any("too large" in note for note in made.notes) == warned

@@ -1,10 +1,9 @@
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from virtual_lab import VirtualLab
 
-from tactile_core.sim.ball import BallPress, dots, render
+from tactile_core.sim.ball import BallPress, render
 
 SCALE = 0.05
 
@@ -44,10 +43,3 @@ def test_a_surface_that_faces_a_lamp_is_brighter_in_its_colour(lab: VirtualLab) 
     y = np.arange(120)[:, None] * lab.profile.image.mm_per_px * np.ones(160)
     flat, facing = (render(lab.profile, s * y)[..., 0].mean() for s in (0.0, -0.2))
     assert facing > flat
-
-
-def test_marks_are_printed_at_the_profiles_pitch(lab: VirtualLab) -> None:
-    gel = {"markers": {"pitch_mm": 2.0, "diameter_mm": 0.5}}
-    data = lab.profile.model_dump(by_alias=True) | {"gel": gel}
-    marked = dots(type(lab.profile).model_validate(data))
-    assert marked.mean() == pytest.approx(np.pi * 0.25**2 / 2.0**2, rel=0.15)

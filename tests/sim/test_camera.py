@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tactile_core import load_profile, open_sensor
+from tactile_core.errors import InputError
 from tactile_core.sensor import devices
 from tactile_core.sim import VirtualStage
 
@@ -48,6 +49,15 @@ def test_it_sees_what_the_stage_shows_less_the_dark(profile: Path) -> None:
     stage.reset()
     shown = stage.frame().pixels
     np.testing.assert_allclose(seen.astype(int), np.maximum(shown.astype(int) - dark, 0), atol=1)
+
+
+def test_a_script_of_ones_own_is_played(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text(SCRIPT)
+    script = tmp_path / "mine.yaml"
+    with open_sensor("hex_fingertip", sim=True, script=script, reference="first") as sensor:
+        assert len(list(sensor.stream())) == 3
+    with pytest.raises(InputError, match="--sim"):
+        open_sensor("hex_fingertip", script=script)
 
 
 def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:

@@ -27,5 +27,8 @@ def test_a_virtual_rig_is_calibrated_and_measures_other_things(name):
     # a cone's tip is sharper than half the pixels tell
     assert all(row.normal_error_deg < 5 for row in rows if row.press != "cone")
     assert all(row.height_error_mm < 0.12 * row.depth_mm for row in rows)
-    # camera, measured, true, error; and the skin dragged at first and when all of it slips
-    assert sum("<img" in part for part in parts) == 4 * len(rows) + 2
+    # camera, measured, true, error; and the skin dragged until all of it slips
+    pictures = [part.count("<img") for part in parts if "<img" in part]
+    assert pictures[:-1] == [4] * len(rows)
+    assert 2 <= pictures[-1] <= 4
+    assert "all of it slips" in parts[-1]

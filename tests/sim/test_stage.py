@@ -113,7 +113,7 @@ def test_a_script_is_played_frame_by_frame(script: Path) -> None:
 
 def test_an_impossible_step_is_told_with_its_line(script: Path) -> None:
     script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
-    with pytest.raises(InputError, match=r"script.yaml:3: .*2 mm thick"):
+    with pytest.raises(InputError, match=r"script.yaml:3:5: .*pressed 7 mm deep .*2 mm thick"):
         list(Scene(script).played(VirtualStage("hex_fingertip")))
 
 
@@ -124,6 +124,15 @@ def test_an_impossible_step_is_told_with_its_line(script: Path) -> None:
         ("press: {depth_mm: 0.5, force_n: 1}", "depth_mm or force_n"),
         ("shear: {dx_mm: 0.1, frames: 0}", "greater than 0"),
         ("twist: {degrees: fast}", "a number"),
+        (
+            "press: {depth_mm: -0.5}",
+            r"script.yaml:3:13: steps.1.press.depth_mm: .*at least 0",
+        ),
+        ("indenter: {kind: spher}", r"script.yaml:3:5: .*do you mean 'sphere'"),
+        ("indenter: {kind: sphere, diameter_mm: big}", "should be a number, not 'big'"),
+        ("indenter: {kind: flat, size_mm: 3}", "two numbers, not 3"),
+        ("indenter: {kind: letters, text: 5}", "in quotes"),
+        ("indenter: {kind: heightmap, height_mm: [[1], [a]], mm_per_px: 1}", "rows of numbers"),
     ],
 )
 def test_a_mistake_in_a_script_is_told_with_its_place(

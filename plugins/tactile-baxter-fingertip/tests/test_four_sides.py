@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from tactile_baxter_fingertip.four_sides import FourSides, FourSidesOptions
@@ -70,5 +71,6 @@ def test_white_is_seen_by_every_channel_of_the_virtual_tip() -> None:
     image = render(profile, ball)
     assert image.shape == (*size, 3)
     # Left of the top the skin turns to the left, towards white.
-    level, towards_white = image[20, 20].astype(int), image[240, 280].astype(int)
+    level = render(profile, np.zeros(size))[240, 280].astype(int)
+    towards_white = image[240, 280].astype(int)
     assert (towards_white[[0, 2]] > level[[0, 2]]).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from difflib import get_close_matches
+from numbers import Real
 from typing import Any
 
 from tactile_core.errors import InputError
@@ -50,10 +51,25 @@ def make_indenter(kind: str, **options: Any) -> Indenter:
         hint = f"; do you mean {close[0]!r}?" if close else ""
         raise InputError(f"there is no indenter {kind!r}, but {', '.join(KINDS)}{hint}")
     known = inspect.signature(KINDS[kind]).parameters
-    for name in options:
+    for name, value in options.items():
         if name not in known:
             raise InputError(f"a {kind} has no option {name!r}, but {', '.join(known)}")
+        said = str(known[name].annotation)
+        if value is not None and said.startswith("float") and not _is_number(value):
+            raise InputError(f"a {kind}'s {name} should be a number, not {value!r}")
+        if said == "str" and not isinstance(value, str):
+            raise InputError(f"a {kind}'s {name} should be text, so write {value!r} in quotes")
+        if value is not None and said.startswith("tuple") and not _is_pair(value):
+            raise InputError(f"a {kind}'s {name} should be two numbers, not {value!r}")
     for name, parameter in known.items():
         if parameter.default is parameter.empty and name not in options:
             raise InputError(f"a {kind} needs {name}")
     return KINDS[kind](**options)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, list | tuple) and len(value) == 2 and all(map(_is_number, value))

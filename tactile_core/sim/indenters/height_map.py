@@ -32,7 +32,10 @@ class HeightMapIndenter(Indenter):
     mm_per_px: float
 
     def __post_init__(self) -> None:
-        height = np.array(self.height_mm, np.float64)
+        try:
+            height = np.array(self.height_mm, np.float64)
+        except (TypeError, ValueError):
+            raise InputError("a height map should be rows of numbers, all as long") from None
         if height.ndim != 2 or min(height.shape) < 2:
             raise InputError(
                 f"a height map should have two dimensions of 2 or more points, not {height.shape}"

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from virtual_rigs import QUIET, SCALE_MM, SHAPE, level, rig, shift
 
+from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.optics import Faults, RigOptics
 
@@ -83,6 +84,23 @@ def test_marks_may_be_placed_one_by_one() -> None:
     places[7] = 60.3, 41.6
     found = centres(ink(optics, None, places))
     np.testing.assert_allclose(found, [[60.3, 41.6]], atol=0.1)
+
+
+def test_the_marks_of_2015_are_triangles_a_millimetre_apart() -> None:
+    profile = load_profile("baxter_fingertip_marked")
+    image = profile.image
+    shape = (image.height_px, image.width_px)
+    bare = profile.model_copy(update={"gel": profile.gel.model_copy(update={"markers": None})})
+    printed_on, blank = (
+        RigOptics(p, seed=1).expose(np.zeros(shape)).mean(2) for p in (profile, bare)
+    )
+    dark = (printed_on < 0.6 * blank).astype(np.uint8)
+    count, _, stats, _ = cv2.connectedComponentsWithStats(dark)
+    whole = stats[1:, cv2.CC_STAT_AREA][(stats[1:, :2] > 0).all(1)]
+    side_mm = np.sqrt(4 / np.sqrt(3) * np.median(whole)) * image.mm_per_px
+    assert side_mm == pytest.approx(0.40, abs=0.04)
+    area_mm2 = shape[0] * shape[1] * image.mm_per_px**2
+    assert np.sqrt(area_mm2 / (count - 1)) == pytest.approx(1.2, rel=0.1)
 
 
 def test_quasi_random_marks_keep_apart() -> None:

@@ -28,6 +28,7 @@ SCORED = 0.8
         ("hex_fingertip", "core.lookup_table", 5.5, 0.040),
         ("hex_fingertip", "core.mlp", 3.5, 0.040),
         ("baxter_fingertip_flat", "baxter_fingertip.hue_intensity", 6.0, 0.040),
+        ("baxter_fingertip_marked", "baxter_fingertip.hue_intensity", 6.0, 0.040),
         ("desktop_six_led", "desktop_six_led.photometric_stereo", 2.5, 0.015),
     ],
 )

@@ -49,6 +49,12 @@ class CoarseGrid:
         x, y = np.meshgrid(np.arange(columns), np.arange(rows))
         return np.stack([x, y], axis=-1).astype(np.float32)
 
+    @property
+    def half(self) -> CoarseGrid:
+        """The grid with half as many nodes along each side."""
+        rows, columns = (max(2, count // 2) for count in self.shape)
+        return CoarseGrid((rows, columns), self.image_shape)
+
     def in_cells(self, points_px: Array) -> Float32:
         """(…, 2) column and row of points x, y in the image."""
         return np.asarray((points_px + 0.5) / self.cell_px - 0.5, np.float32)
@@ -81,6 +87,11 @@ class CoarseGrid:
         size = self.image_shape[::-1]
         whole = cv2.resize(cells.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)
         return np.asarray(whole).view(np.bool_)
+
+    def refined(self, field: Float32) -> Float32:
+        """(rows, columns, 2) of a field on the half grid, by cubics."""
+        size = self.shape[::-1]
+        return np.asarray(cv2.resize(field, size, interpolation=cv2.INTER_CUBIC), np.float32)
 
     def enlarged(self, field: Float32) -> Float32:
         """(H, W, 2) of a field (rows, columns, 2)."""

@@ -66,9 +66,11 @@ class MarkedSkin:
         self._mm_per_px = mm_per_px
         self._grid = grid = CoarseGrid.of(shape, self._pitch_px / _CELLS_PER_PITCH)
         self._nodes = grid.nodes
+        # two nodes between marks are enough for what is as smooth as the marks are apart
+        self._rough = grid.half
         self._kriging = Kriging(
             self.reference_px * mm_per_px,
-            grid.in_px(self._nodes).reshape(-1, 2) * mm_per_px,
+            self._rough.in_px(self._rough.nodes).reshape(-1, 2) * mm_per_px,
             range_mm=_RANGE_THICKNESSES * thickness_mm,
         )
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
@@ -101,7 +103,7 @@ class MarkedSkin:
         else:
             moved_mm, strength = self._without(moved_mm, pulled, grid.in_cells(px), seen)
             dragged = np.tensordot(strength.astype(np.float32), pulled, 1)
-        rest = self._kriging.field(moved_mm).reshape(*grid.shape, 2)
+        rest = grid.refined(self._kriging.field(moved_mm).reshape(*self._rough.shape, 2))
         return grid.enlarged(self._carried(rest, dragged))
 
     def supported(self, px: Array, seen: Bool) -> Bool:

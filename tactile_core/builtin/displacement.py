@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from pydantic import BaseModel
 
@@ -17,6 +19,8 @@ class Displacement(Estimator):
     Where the contact is known, the field bends at its border as elasticity says; without it the
     bend is spread over the pitch of the marks. Marks that are not seen have no say.
     """
+
+    needs_marks: ClassVar[bool] = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)

@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.quantities import ContactMask, Gradients, HeightMap
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    Gradients,
+    HeightMap,
+    MarkerField,
+)
 
 if TYPE_CHECKING:
     from tactile_core.reading import Reading
@@ -112,17 +118,38 @@ def _write_pictures(reading: Reading, stem: Path) -> list[Path]:
     from tactile_core.formats.normals import write_normals
 
     written = []
-    height, gradients = reading.get(HeightMap), reading.get(Gradients)
-    if height is not None:
-        from tactile_core.pictures import relief
-
+    gradients, picture = reading.get(Gradients), _picture(reading)
+    if picture is not None:
         written.append(_beside(stem, ".png"))
-        clean = HeightMap(_finite(height.mm), height.valid, height.mm_per_px)
-        write_png(written[-1], relief(clean, reading.get(ContactMask), title=reading.source))
+        write_png(written[-1], picture)
     if gradients is not None:
         written.append(_beside(stem, "_normals.png"))
         write_normals(written[-1], _finite(gradients.normals, fill=(0.0, 0.0, 1.0)))
     return written
+
+
+def _picture(reading: Reading) -> NDArray[np.uint8] | None:
+    """What the reading has to show: height, how the skin is dragged, or the marks alone."""
+    from tactile_core.pictures import dragged, marked, relief, side_by_side
+
+    height, contact = reading.get(HeightMap), reading.get(ContactMask)
+    markers, field = reading.get(MarkerField), reading.get(DisplacementField)
+    sheets = {}
+    if height is not None:
+        clean = HeightMap(_finite(height.mm), height.valid, height.mm_per_px)
+        sheets["height"] = relief(
+            clean, contact, markers=markers, field=field, title=reading.source
+        )
+    if field is not None:
+        clean_field = replace(field, mm=_finite(field.mm))
+        sheets["displacement"] = dragged(
+            clean_field, contact, markers=markers, title="" if sheets else reading.source
+        )
+    if len(sheets) > 1:
+        return side_by_side(list(sheets.values()), list(sheets))
+    if not sheets and markers is not None:
+        return marked(reading.frame, markers, title=reading.source)
+    return next(iter(sheets.values()), None)
 
 
 def _beside(stem: Path, ending: str) -> Path:

@@ -16,7 +16,15 @@ from tactile_core.formats.normals import read_normals
 from tactile_core.formats.npz import read_npz
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.outputs import FORMATS, write_reading
-from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap, Quantity
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    Frame,
+    Gradients,
+    HeightMap,
+    MarkerField,
+    Quantity,
+)
 from tactile_core.reading import Reading
 
 SHAPE = (6, 8)
@@ -110,3 +118,32 @@ def test_unusable_places_and_formats_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("here already")
     with pytest.raises(InputError, match="is a file"):
         write_reading(reading(), tmp_path / "file", ["npz"])
+
+
+def marks() -> MarkerField:
+    at = np.array([[2, 2], [5, 2]], np.float32)
+    return MarkerField(np.arange(2, dtype=np.int32), at, at + 1, np.array([True, False]), 0.1)
+
+
+def drag() -> DisplacementField:
+    return DisplacementField(np.full((*SHAPE, 2), 0.1, np.float32), ONES, 0.1)
+
+
+@pytest.mark.parametrize(
+    "quantities",
+    [(marks(),), (drag(),), (marks(), drag()), (height(), marks(), drag())],
+)
+def test_a_picture_shows_how_the_skin_is_dragged_with_and_without_height(
+    tmp_path: Path, quantities: tuple[Quantity, ...]
+) -> None:
+    (written,) = write_reading(reading(*quantities), tmp_path, ["png"])
+    assert written.name == "press.v1.png"
+    assert max(read_image(written).shape) >= 640
+
+
+def test_marks_and_field_are_saved_under_the_names_of_the_contract(tmp_path: Path) -> None:
+    (written,) = write_reading(reading(marks(), drag()), tmp_path, ["npz"])
+    arrays = read_npz(written)
+    assert arrays["displacement_mm"].shape == (*SHAPE, 2)
+    np.testing.assert_allclose(arrays["marker_displacement_mm"], 0.1, atol=1e-6)
+    assert arrays["marker_seen"].tolist() == [True, False]

@@ -41,6 +41,8 @@ def tactile_estimators() -> Mapping[str, str]:
     """Estimators of the core."""
     return {
         "contact": "tactile_core.builtin.contact:Contact",
+        "displacement": "tactile_core.builtin.displacement:Displacement",
+        "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
     }

@@ -74,6 +74,21 @@ def _words(reading: Reading, line: dict[str, Any]) -> str:
     parts = [
         f"{height:.3f} mm deep" if height is not None else "no height",
         f"{area:.2f} mm² in contact" if area is not None else "no contact mask",
+        *_words_of_drag(line),
         f"{reading.latency_ms:.1f} ms",
     ]
     return f"{reading.source}: {', '.join(parts)}"
+
+
+def _words_of_drag(line: dict[str, Any]) -> list[str]:
+    """What the marks and the slip say, as far as the chain tells."""
+    parts = []
+    markers, slip = line.get("markers"), line.get("slip")
+    if markers is not None:
+        parts.append(f"{markers['seen']} of {markers['expected']} marks seen")
+    if slip is not None:
+        words = slip["state"] if slip["state"] != "none" else "nothing touches"
+        if slip["kind"] is not None:
+            words += f" ({slip['kind']}, degree {slip['degree']:.2f})"
+        parts.append(words)
+    return parts

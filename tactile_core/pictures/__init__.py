@@ -10,20 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.pictures.drawing import blank, text_size, write
-from tactile_core.pictures.shading import colours, shaded, signed
-from tactile_core.pictures.sheet import FOOT, GAP, SMALLEST_PX, framed, unit_of
-from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.pictures.overlay import drag, outline
+from tactile_core.pictures.shading import colours, painted, shaded, signed
+from tactile_core.pictures.sheet import FOOT, GAP, SMALLEST_PX, framed
+from tactile_core.quantities import ContactMask, DisplacementField, Frame, HeightMap, MarkerField
 
 Rgb = NDArray[np.uint8]
 
-_ENLARGED_BLUR_PX, _OUTLINE_BLUR_PX = 0.6, 1.0
-_OUTLINE, _HALO = (255, 255, 255), (45, 52, 62)
+_ENLARGED_BLUR_PX = 0.6
+_DIMMED = 0.55
 
 
 def relief(
     height: HeightMap,
     contact: ContactMask | None,
     *,
+    markers: MarkerField | None = None,
+    field: DisplacementField | None = None,
     title: str = "",
     span_mm: tuple[float, float] | None = None,
 ) -> Rgb:
@@ -38,6 +41,8 @@ def relief(
         Finite; all zero gives an even surface.
     contact : ContactMask or None
         Outlined where given.
+    markers, field : MarkerField or DisplacementField, optional
+        How the skin is dragged, as arrows; marks that are not seen are hollow.
     title : str
         Begins the line above the picture, e.g. the name of the observation.
     span_mm : (lowest, highest), optional
@@ -53,14 +58,94 @@ def relief(
     high = max(high, low + height.mm_per_px)
     picture = shaded(surface, height.mm_per_px / scale, low, high)
     if contact is not None:
-        _outline(picture, contact, unit_of(picture))
+        outline(picture, contact)
+    magnified = drag(picture, markers, field, scale=scale)
     return framed(
         picture,
         mm_per_px=height.mm_per_px / scale,
         bar=colours(picture.shape[0]),
         span_mm=(low, high),
         title=title,
-        facts=_facts(height, contact),
+        facts=", ".join(part for part in (_facts(height, contact), magnified) if part),
+    )
+
+
+def dragged(
+    field: DisplacementField,
+    contact: ContactMask | None = None,
+    *,
+    markers: MarkerField | None = None,
+    title: str = "",
+) -> Rgb:
+    """Draw how far the skin is dragged as a map of the magnitude, with arrows for the direction.
+
+    Where the field is not valid the map is paler. The bar spans at least the size of one pixel on
+    the gel.
+
+    Parameters
+    ----------
+    field : DisplacementField
+        Finite.
+    contact : ContactMask, optional
+        Outlined where given.
+    markers : MarkerField, optional
+        Arrows stand at the marks, else on a grid.
+    title : str
+        Begins the line above the picture.
+
+    Returns
+    -------
+    (H', W', 3) uint8
+        R, G, B, as large as the :func:`relief` of the same image.
+    """
+    size = HeightMap(np.hypot(field.mm[..., 0], field.mm[..., 1]), field.valid, field.mm_per_px)
+    surface, scale = _enlarged(size)
+    high = max(float(size.mm.max()), field.mm_per_px)
+    picture = painted(surface / np.float32(high))
+    sure = cv2.resize(field.valid.view(np.uint8), surface.shape[::-1])[..., None] > 0
+    picture = np.where(sure, picture, picture // 2 + 127).astype(np.uint8)
+    if contact is not None:
+        outline(picture, contact)
+    magnified = drag(picture, markers, field, scale=scale)
+    return framed(
+        picture,
+        mm_per_px=field.mm_per_px / scale,
+        bar=colours(picture.shape[0]),
+        span_mm=(0.0, high),
+        title=title,
+        facts=", ".join(part for part in (f"max {size.mm.max():.3f} mm", magnified) if part),
+    )
+
+
+def marked(frame: Frame, markers: MarkerField, *, title: str = "") -> Rgb:
+    """Draw the marks and where they went over the frame that shows them.
+
+    Parameters
+    ----------
+    frame : Frame
+        Of any number of channels.
+    markers : MarkerField
+        Those that are not seen are hollow.
+    title : str
+        Written beneath, e.g. the name of the observation.
+
+    Returns
+    -------
+    (H', W', 3) uint8
+        R, G, B.
+    """
+    seen = frame.pixels[..., :3] if frame.pixels.shape[2] >= 3 else frame.pixels[..., :1]
+    light = np.clip(seen.astype(np.float32) * (255 / frame.full_scale), 0, 255)
+    shown = np.broadcast_to(_DIMMED * light, (*light.shape[:2], 3)) + 255 * (1 - _DIMMED) / 2
+    height, width = light.shape[:2]
+    scale = max(1.0, SMALLEST_PX / max(height, width))
+    large = round(width * scale), round(height * scale)
+    picture = cv2.resize(shown.astype(np.uint8), large, interpolation=cv2.INTER_LINEAR)
+    magnified = drag(np.asarray(picture), markers, None, scale=scale)
+    words = f"{int(markers.seen.sum())} of {len(markers.ids)} marks seen"
+    return side_by_side(
+        [np.asarray(picture, np.uint8)],
+        [", ".join(part for part in (title, words, magnified) if part)],
     )
 
 
@@ -145,20 +230,6 @@ def _of_height(image: Rgb, height_px: int) -> Rgb:
         return image
     size = (max(1, round(w * height_px / h)), height_px)
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), np.uint8)
-
-
-def _outline(picture: Rgb, contact: ContactMask, unit: float) -> None:
-    h, w = picture.shape[:2]
-    smooth = cv2.resize(contact.mask.astype(np.float32), (w, h), interpolation=cv2.INTER_LINEAR)
-    scale = w / contact.mask.shape[1]
-    if scale > 1:
-        smooth = cv2.GaussianBlur(smooth, (0, 0), _OUTLINE_BLUR_PX * scale)
-    curves, _ = cv2.findContours(
-        (smooth > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
-    )
-    line = max(2, round(unit))
-    for colour, width in ((_HALO, line + 2), (_OUTLINE, line)):
-        cv2.drawContours(picture, curves, -1, colour, width, cv2.LINE_AA)
 
 
 def _facts(height: HeightMap, contact: ContactMask | None) -> str:

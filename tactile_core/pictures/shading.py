@@ -61,6 +61,23 @@ def colours(count: int) -> Rgb:
     return _to_srgb(*_path(np.linspace(0, 1, count)))
 
 
+def painted(level: NDArray[np.float32]) -> Rgb:
+    """Colour numbers from 0 to 1 as :func:`colours` does, without shade.
+
+    Parameters
+    ----------
+    level : (…) float32
+        Beyond, as at the end.
+
+    Returns
+    -------
+    (…, 3) uint8
+        R, G, B.
+    """
+    table = colours(_LEVELS)
+    return np.asarray(table[np.rint(np.clip(level, 0, 1) * (_LEVELS - 1)).astype(np.intp)])
+
+
 def signed(level: NDArray[np.float32]) -> Rgb:
     """Colour numbers of either sign: blue at −1, white at 0, red at 1; beyond, as at the end.
 

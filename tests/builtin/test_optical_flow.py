@@ -1,0 +1,93 @@
+"""The field of a virtual gel without marks, beside what is true."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tactile_core import DisplacementField
+from tactile_core.builtin.optical_flow import OpticalFlow
+from tactile_core.estimator import SensorContext
+from tactile_core.quantities import Frame, Reference
+from tactile_core.sim import VirtualStage
+from tactile_core.sim.truth import Truth
+
+
+class Bare:
+    """A virtual gel without marks, and the step that follows what is pressed into it."""
+
+    def __init__(self, kind: str, depth_mm: float, *, friction: float = 3.0, **options: float):
+        self.stage = VirtualStage(
+            "hex_fingertip_unmarked", seed=2, overrides={"gel": {"friction": friction}}
+        )
+        frame = self.stage.frame()
+        self.untouched = Reference(
+            frame.pixels.astype(np.float32), frame.channels, frame.full_scale
+        )
+        profile = self.stage.profile
+        self.step = OpticalFlow(
+            OpticalFlow.Options(), SensorContext(profile.image, profile.gel, self.untouched)
+        )
+        self.step.estimate(frame, self.untouched)
+        self.stage.indenter(kind, **options)
+        for part in (0.4, 0.7, 1.0):
+            self.stage.press(part * depth_mm)
+            self.measured()
+
+    def measured(self, light: float = 1.0) -> tuple[DisplacementField, Truth]:
+        frame = self.stage.frame()
+        return self.step.estimate(_lit(frame, light), self.untouched), self.stage.truth()
+
+
+def _lit(frame: Frame, light: float) -> Frame:
+    return replace(frame, pixels=np.clip(frame.pixels * light, 0, 255).astype(frame.pixels.dtype))
+
+
+def _mean(displacement_mm: NDArray[np.float32], truth: Truth) -> float:
+    return float(np.linalg.norm(displacement_mm[truth.contact], axis=1).mean())
+
+
+@pytest.mark.parametrize("kind", ["coin", "cloth"])
+def test_a_textured_contact_that_sticks_is_followed_over_two_millimetres(kind: str) -> None:
+    bare = Bare(kind, 0.25)
+    for step in range(10):
+        bare.stage.shear(0.16, 0.12)
+        field, truth = bare.measured(light=1 + 0.01 * step)
+    assert _mean(truth.displacement_mm, truth) > 1.5
+    assert _mean(field.mm - truth.displacement_mm, truth) < 0.2 * _mean(
+        truth.displacement_mm, truth
+    )
+    assert field.valid[truth.contact].mean() > 0.5
+
+
+def test_tare_sets_the_present_imprint_to_nothing() -> None:
+    bare = Bare("cloth", 0.25)
+    for _ in range(3):
+        bare.stage.shear(0.1)
+        bare.measured()
+    bare.step.tare()
+    again, truth = bare.measured()
+    assert _mean(again.mm, truth) < 0.01
+    bare.stage.shear(-0.1)
+    field, truth = bare.measured()
+    assert field.mm[truth.contact, 0].mean() == pytest.approx(-0.09, abs=0.02)
+
+
+def test_nothing_is_left_when_the_object_is_gone() -> None:
+    bare = Bare("coin", 0.25)
+    bare.stage.shear(0.2)
+    bare.measured()
+    bare.stage.release()
+    field, _ = bare.measured()
+    assert np.linalg.norm(field.mm, axis=2).mean() < 0.03
+    assert not field.valid.any()
+
+
+def test_a_smooth_object_shows_nothing_to_follow_and_that_is_said() -> None:
+    bare = Bare("sphere", 0.4, diameter_mm=12.0)
+    bare.stage.shear(0.2)
+    field, truth = bare.measured()
+    assert field.valid[truth.contact].mean() < 0.5

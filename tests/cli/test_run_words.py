@@ -1,0 +1,44 @@
+"""What a line of ``tactile run`` says to a reader."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tactile_core.cli.run import _words
+from tactile_core.quantities import Frame, MarkerField, Quantity, SlipState
+from tactile_core.reading import Reading
+
+
+def words(*quantities: Quantity) -> str:
+    frame = Frame(np.zeros((4, 6, 3), np.uint8), ("r", "g", "b"), 0.1, source="lift")
+    reading = Reading(frame, {type(q): q for q in quantities}, {})
+    return _words(reading, reading.summary())
+
+
+def marks() -> MarkerField:
+    at = np.zeros((3, 2), np.float32)
+    return MarkerField(np.arange(3, dtype=np.int32), at, at, np.array([True, True, False]), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("slip", "said"),
+    [
+        ({"state": "none", "degree": 0.0}, "nothing touches"),
+        ({"state": "stick", "degree": 0.1}, "stick"),
+        (
+            {"state": "incipient", "degree": 0.42, "kind": "rotation"},
+            "incipient (rotation, degree 0.42)",
+        ),
+    ],
+)
+def test_marks_and_slip_are_told_where_the_chain_has_them(slip: dict[str, Any], said: str) -> None:
+    line = words(marks(), SlipState(**slip))
+    assert "2 of 3 marks seen" in line
+    assert said in line
+
+
+def test_nothing_is_said_of_what_the_chain_does_not_measure() -> None:
+    assert "mark" not in words()

@@ -9,6 +9,7 @@ from tactile_core.algorithms.kernels.integration import (
 )
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.spots import moments_of_labels
 from tactile_core.algorithms.kernels.touching import steepness
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "in_dft_order",
     "lower",
     "means_of_bytes",
+    "moments_of_labels",
     "rest_plane",
     "resting_gain",
     "sines_of_bytes",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +18,10 @@ Float64 = NDArray[np.float64]
 _SMOOTH, _OPEN, _AROUND = 1 / 3, 0.4, 2.2
 _OWN_SHARE, _LEVEL_SHARE = 0.6, 0.3
 _BACKGROUND_SHARE = 0.15
-_FAINTEST, _LEAST_INK, _MOST_INK = 0.42, 0.25, 9.0
-_LONGEST = 2.6
-_SPARSEST = 0.3
+_FAINTEST, _LEAST_INK, _LEAST_INK_IN_VIEW, _MOST_INK = 0.42, 0.31, 0.15, 9.0
+_LONGEST = 2.4
+_SPARSEST = 0.45
+_LEAST_INK_OF_BAR, _WIDEST_BAR, _SURE, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
 _SAMPLE_PX = 6
 
 
@@ -69,8 +72,7 @@ def find_markers(
     dark = np.asarray(cv2.compare(thick, bound, cv2.CMP_GT), np.uint8)
     background = cv2.convertScaleAbs(peaks, alpha=_BACKGROUND_SHARE)
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
-    spots = measured_spots(dark, weight, peaks)
-    spots = spots.chosen((spots.peak > _FAINTEST * level) & (spots.peak > least * FULL))
+    spots = measured_spots(dark, weight, peaks, faintest=max(_FAINTEST * level, least * FULL))
     centres, cut = _marks(spots, pitch_px / scale[0], darkness.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), cut
@@ -79,21 +81,26 @@ def find_markers(
 def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64, Bool]:
     """Centres (N, 2) of the spots that are marks, and whether the border cuts them."""
     cut = spots.cut.any(1)
-    compact = spots.spread[:, 0] < _LONGEST * spots.spread[:, 1]
-    whole = compact & ~cut
+    long, wide = spots.spread.T
+    whole = (long < _LONGEST * wide) & ~cut
     if not whole.any():
         return np.zeros((0, 2)), np.zeros(0, np.bool_)
-    ink = spots.ink / np.median(spots.ink[whole])
-    area = spots.spread.prod(1)
+    ink = spots.ink / _middle(spots.ink[whole])
+    area = long * wide
     filled = spots.ink > _SPARSEST * 4 * np.pi * area * spots.peak
-    alone = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK)
-    half_size = 1.85 * np.sqrt(np.median(area[whole]))
-    at_border = _completed(spots.chosen(cut), half_size, shape)
-    joined = _taken_apart(spots.chosen(~cut & ~alone & filled), pitch, half_size)
-    centres = np.concatenate([spots.centres[alone], joined, at_border])
-    flags = np.zeros(len(centres), np.bool_)
-    flags[len(centres) - len(at_border) :] = True
-    return centres, flags
+    mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK)
+    half_size = 1.85 * float(np.sqrt(_middle(area[whole])))
+    centres = [spots.centres[mark]]
+    bar = ~cut & ~mark & filled & (ink > _LEAST_INK_OF_BAR) & (wide < _WIDEST_BAR * half_size)
+    if bar.any():
+        bar &= spots.peak > _SURE * _middle(spots.peak[whole])
+        centres += _taken_apart(spots.chosen(bar), ink[bar], pitch, half_size)
+    cut &= ink > _LEAST_INK_IN_VIEW
+    inside = sum(map(len, centres))
+    if cut.any():
+        centres.append(_completed(spots.chosen(cut), half_size, shape))
+    found = np.concatenate(centres)
+    return found, np.arange(len(found)) >= inside
 
 
 def _completed(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float64:
@@ -107,12 +114,31 @@ def _completed(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float6
     from_high = last - (2 * (last - spots.centres + 0.5) - 0.5 - half_size)
     centres = np.where(low, np.minimum(from_low, spots.centres), spots.centres)
     centres = np.where(high, np.maximum(from_high, spots.centres), centres)
-    return np.asarray(centres[((centres > -0.5) & (centres < last + 0.5)).all(1)])
+    return np.asarray(centres)
 
 
-def _taken_apart(spots: Spots, pitch: float, half_size: float) -> Float64:
-    """Centres of the marks that make up each bar, evenly spaced along it."""
-    return np.zeros((0, 2))
+def _taken_apart(spots: Spots, ink: Float64, pitch: float, half_size: float) -> list[Float64]:
+    """Centres of the marks that make up each bar, about a pitch apart along it.
+
+    A bar that is inked evenly has the variance of a uniform distribution. Of two marks, each holds
+    a mark's ink, and only what else there is lies evenly between them.
+    """
+    long, wide = spots.spread.T
+    reach = np.sqrt(3) * (long - wide)
+    count = 1 + np.rint(2 * reach / pitch).astype(int)
+    marks = np.minimum(2 / ink, 1)
+    bridge = (1 - marks) / 3
+    a, b, variance = marks + bridge, bridge * half_size, long**2 - wide**2
+    of_two = (b + np.sqrt(b * b + a * np.maximum(variance - b * half_size, 0))) / a
+    reach = np.where(count == 2, of_two, reach)
+    apart = 2 * reach / np.maximum(count - 1, 1)
+    bars = zip(spots.centres, spots.axes, reach, count, strict=True)
+    usual = (count > 1) & (abs(apart / pitch - 1) < _PITCH_TOLERANCE)
+    return [
+        centre + np.linspace(-half, half, number)[:, None] * axis
+        for (centre, axis, half, number), keep in zip(bars, usual, strict=True)
+        if keep
+    ]
 
 
 def _usual(peaks: UInt8) -> float:
@@ -121,9 +147,13 @@ def _usual(peaks: UInt8) -> float:
     Much of the image lies beside a mark and shows its peak; the darker, the more it counts, so that
     grain between marks that lie far apart does not.
     """
-    ordered = np.sort(peaks[::_SAMPLE_PX, ::_SAMPLE_PX], axis=None).astype(np.float64)
-    weight = np.cumsum(ordered**2)
-    return float(ordered[np.searchsorted(weight, weight[-1] / 2)])
+    counts = np.bincount(peaks[::_SAMPLE_PX, ::_SAMPLE_PX].ravel(), minlength=FULL + 1)
+    weight = np.cumsum(counts * np.arange(FULL + 1) ** 2)
+    return float(np.searchsorted(weight, weight[-1] / 2))
+
+
+def _middle(values: NDArray[Any]) -> float:
+    return float(np.partition(values, len(values) // 2)[len(values) // 2])
 
 
 def _odd(length: float) -> int:

@@ -62,7 +62,7 @@ class Spots:
         )
 
 
-def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8) -> Spots:
+def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float) -> Spots:
     """Measure each connected spot with a rim of two pixels, which holds the blurred outline.
 
     Parameters
@@ -73,6 +73,8 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8) -> Spots:
         What counts as ink, on spots and on their rims.
     peaks : (h, w) uint8
         The most of the darkness around each pixel.
+    faintest : float
+        Spots that are less dark anywhere are left out.
     """
     count, labels = cv2.connectedComponentsWithAlgorithm(
         dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI
@@ -83,13 +85,13 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8) -> Spots:
     cut = np.zeros((count, 4), np.bool_)
     for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):
         cut[border, side] = True
-    whole = moments[0] > 0
-    whole[0] = False  # what is not dark
-    moments, cut = moments[:, whole], cut[whole]
-    ink, x, y = moments[0], moments[1] / moments[0], moments[2] / moments[0]
-    xx = moments[3] / ink - x * x + _LEAST_VARIANCE_PX2
-    xy = moments[4] / ink - x * y
-    yy = moments[5] / ink - y * y + _LEAST_VARIANCE_PX2
+    ink = np.maximum(moments[0], 1e-9)
+    x, y, xx, xy, yy = moments[1:] / ink
+    peak = peaks[np.rint(y).astype(np.intp), np.rint(x).astype(np.intp)]
+    kept = peak > faintest
+    kept[0] = False  # what is not dark
+    ink, x, y, xx, xy, yy = (v[kept] for v in (ink, x, y, xx, xy, yy))
+    xx, xy, yy = xx - x * x + _LEAST_VARIANCE_PX2, xy - x * y, yy - y * y + _LEAST_VARIANCE_PX2
     mean, unlike = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     turn = np.arctan2(2 * xy, xx - yy) / 2
     return Spots(
@@ -97,8 +99,8 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8) -> Spots:
         np.stack([x, y], 1),
         np.stack([np.cos(turn), np.sin(turn)], 1),
         np.sqrt(np.stack([mean + unlike, np.maximum(mean - unlike, _LEAST_VARIANCE_PX2)], 1)),
-        np.asarray(peaks[np.rint(y).astype(int), np.rint(x).astype(int)], np.uint8),
-        cut,
+        peak[kept],
+        cut[kept],
     )
 
 
@@ -107,13 +109,20 @@ def _moments(labels: UInt16, weight: UInt8, count: int) -> Float64:
     compiled = kernels.ready()
     if compiled is not None:
         return np.asarray(compiled.moments_of_labels(labels, weight, count))
-    inked = cv2.findNonZero(cv2.bitwise_and(weight, weight, mask=cv2.compare(labels, 0, cv2.CMP_GT)))
-    if inked is None:
+    inked = cv2.bitwise_and(weight, weight, mask=cv2.compare(labels, 0, cv2.CMP_GT))
+    places = np.flatnonzero(np.asarray(inked) > 0)
+    if not places.size:
         return np.zeros((6, count))
-    columns, rows = inked.reshape(-1, 2).T
-    of = labels[rows, columns].astype(np.intp)
-    w = weight[rows, columns].astype(np.float64)
-    x, y = columns.astype(np.float64), rows.astype(np.float64)
-    wx, wy = w * x, w * y
-    sums = (w, wx, wy, wx * x, wx * y, wy * y)
-    return np.stack([np.bincount(of, weights=s, minlength=count)[:count] for s in sums])
+    # Pixels side by side are added up first: a tenth as many numbers are left to be sorted out.
+    of = labels.ravel()[places]
+    starts = np.flatnonzero((np.diff(places, prepend=-2) != 1) | (np.diff(of, prepend=of[0]) != 0))
+    at = places.astype(np.float64)
+    w = weight.ravel()[places].astype(np.float64)
+    w_at = w * at
+    s, s_at, s_at_at = (np.add.reduceat(v, starts) for v in (w, w_at, w_at * at))
+    y = (places[starts] // labels.shape[1]).astype(np.float64)
+    left = y * labels.shape[1]
+    x, xx = s_at - left * s, s_at_at - left * (2 * s_at - left * s)
+    sums = (s, x, s * y, xx, x * y, s * y * y)
+    runs = of[starts].astype(np.intp)
+    return np.stack([np.bincount(runs, weights=v, minlength=count)[:count] for v in sums])

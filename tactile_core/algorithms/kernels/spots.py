@@ -11,6 +11,32 @@ from tactile_core.algorithms.kernels.options import LOOP
 
 
 @njit(**LOOP)
+def _add_row(labels: Any, weight: Any, y: int, sums: Any) -> None:
+    j = 0
+    while j < labels.size:
+        of = labels[j]
+        if of == 0:
+            j += 1
+            continue
+        left = j
+        total = first = second = np.int64(0)
+        while j < labels.size and labels[j] == of:
+            w, x = np.int64(weight[j]), np.int64(j - left)
+            total += w
+            first += w * x
+            second += w * x * x
+            j += 1
+        if of < sums.shape[1]:
+            wx = first + total * left
+            sums[0, of] += total
+            sums[1, of] += wx
+            sums[2, of] += total * y
+            sums[3, of] += second + left * (first + wx)
+            sums[4, of] += wx * y
+            sums[5, of] += total * y * y
+
+
+@njit(**LOOP)
 def moments_of_labels(labels: Any, weight: Any, count: int) -> Any:
     """Sums of w, wx, wy, wxx, wxy and wyy of each label.
 
@@ -28,15 +54,5 @@ def moments_of_labels(labels: Any, weight: Any, count: int) -> Any:
     """
     sums = np.zeros((6, count))
     for i in range(labels.shape[0]):
-        for j in range(labels.shape[1]):
-            of = labels[i, j]
-            if of != 0 and of < count:
-                w = np.float64(weight[i, j])
-                x, y = np.float64(j), np.float64(i)
-                sums[0, of] += w
-                sums[1, of] += w * x
-                sums[2, of] += w * y
-                sums[3, of] += w * x * x
-                sums[4, of] += w * x * y
-                sums[5, of] += w * y * y
+        _add_row(labels[i], weight[i], i, sums)
     return sums

@@ -1,4 +1,4 @@
-"""How much darker each pixel is than its surroundings: what the mask and the detection start from."""
+"""How much darker each pixel is than its surroundings: mask and detection start from it."""
 
 from __future__ import annotations
 
@@ -91,4 +91,5 @@ def surroundings(brightness: Array, diameter_px: float) -> Array:
     side = 2 * round(0.5 * _CLOSING_DIAMETERS * diameter_px) + 1
     closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
     full = 255.0 if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
-    return np.asarray(cv2.max(closed, _FLOOR_SHARE * full))
+    floor: Any = _FLOOR_SHARE * full  # numbers are taken as well, which the types do not say
+    return np.asarray(cv2.max(closed, floor))

@@ -40,9 +40,7 @@ def marker_mask(pixels: Array, *, diameter_px: float, darkness: float = _LEAST_D
     return mask_of(darkness_of(pixels, diameter_px=diameter_px), pixels.shape[:2], least=darkness)
 
 
-def mask_of(
-    darkness: UInt8, shape: tuple[int, ...], *, least: float = _LEAST_DARKNESS
-) -> Bool:
+def mask_of(darkness: UInt8, shape: tuple[int, ...], *, least: float = _LEAST_DARKNESS) -> Bool:
     """Mask what lacks light, with a rim of one pixel.
 
     Parameters
@@ -58,7 +56,7 @@ def mask_of(
     -------
     (H, W) bool
     """
-    dark = cv2.compare(darkness, least * FULL, cv2.CMP_GT)
+    _, dark = cv2.threshold(darkness, least * FULL, FULL, cv2.THRESH_BINARY)
     dark = _enlarged(dark, shape)
     return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)) > 0)
 

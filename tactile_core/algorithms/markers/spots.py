@@ -76,9 +76,7 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float)
     faintest : float
         Spots that are less dark anywhere are left out.
     """
-    count, labels = cv2.connectedComponentsWithAlgorithm(
-        dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI
-    )
+    count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
     count = min(count, _MOST)
     wide = np.asarray(cv2.dilate(labels, _RIM), np.uint16)
     moments = _moments(wide, weight, count)
@@ -109,8 +107,7 @@ def _moments(labels: UInt16, weight: UInt8, count: int) -> Float64:
     compiled = kernels.ready()
     if compiled is not None:
         return np.asarray(compiled.moments_of_labels(labels, weight, count))
-    inked = cv2.bitwise_and(weight, weight, mask=cv2.compare(labels, 0, cv2.CMP_GT))
-    places = np.flatnonzero(np.asarray(inked) > 0)
+    places = np.flatnonzero((weight > 0) & (labels > 0))
     if not places.size:
         return np.zeros((6, count))
     # Pixels side by side are added up first: a tenth as many numbers are left to be sorted out.

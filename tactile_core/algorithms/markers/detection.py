@@ -15,7 +15,7 @@ Bool = NDArray[np.bool_]
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
-_SMOOTH, _OPEN, _AROUND = 1 / 3, 0.4, 2.2
+_SMOOTH, _OPEN, _AROUND, _RIM = 1 / 3, 0.4, 2.2, 0.28
 _OWN_SHARE, _LEVEL_SHARE = 0.6, 0.3
 _BACKGROUND_SHARE = 0.15
 _FAINTEST, _LEAST_INK, _LEAST_INK_IN_VIEW, _MOST_INK = 0.42, 0.31, 0.15, 9.0
@@ -73,7 +73,8 @@ def find_markers(
     dark = np.asarray(cv2.bitwise_and(own, usual), np.uint8)
     background = cv2.convertScaleAbs(peaks, alpha=_BACKGROUND_SHARE)
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
-    spots = measured_spots(dark, weight, peaks, faintest=max(_FAINTEST * level, least * FULL))
+    faintest, rim = max(_FAINTEST * level, least * FULL), max(1, round(_RIM * size))
+    spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim)
     centres, cut = _marks(spots, pitch_px / scale[0], darkness.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), cut

@@ -15,7 +15,6 @@ Bool = NDArray[np.bool_]
 Float64 = NDArray[np.float64]
 UInt16 = NDArray[np.uint16]
 
-_RIM = np.ones((5, 5), np.uint8)
 _MOST = 2**16 - 1
 _LEAST_VARIANCE_PX2 = 1 / 12
 
@@ -62,8 +61,8 @@ class Spots:
         )
 
 
-def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float) -> Spots:
-    """Measure each connected spot with a rim of two pixels, which holds the blurred outline.
+def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float, rim: int) -> Spots:
+    """Measure each connected spot with a rim, which holds the blurred outline.
 
     Parameters
     ----------
@@ -75,10 +74,12 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float)
         The most of the darkness around each pixel.
     faintest : float
         Spots that are less dark anywhere are left out.
+    rim : int
+        Its width, px.
     """
     count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
     count = min(count, _MOST)
-    wide = np.asarray(cv2.dilate(labels, _RIM), np.uint16)
+    wide = np.asarray(cv2.dilate(labels, np.ones((2 * rim + 1,) * 2, np.uint8)), np.uint16)
     moments = _moments(wide, weight, count)
     cut = np.zeros((count, 4), np.bool_)
     for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):

@@ -18,9 +18,11 @@ Float64 = NDArray[np.float64]
 _SMOOTH, _OPEN, _AROUND, _RIM = 1 / 3, 0.4, 2.2, 0.28
 _OWN_SHARE, _LEVEL_SHARE = 0.6, 0.3
 _BACKGROUND_SHARE = 0.15
-_FAINTEST, _LEAST_INK, _LEAST_INK_IN_VIEW, _MOST_INK = 0.42, 0.31, 0.15, 9.0
+_FAINTEST, _LEAST_INK, _LEAST_INK_IN_VIEW, _MOST_INK = 0.31, 0.33, 0.15, 9.0
+_FAINTEST_INK = 0.11
+_PIECE_INK, _PIECES_APART, _MOST_INK_OF_PIECES = 0.75, 1.5, 1.35
 _LONGEST = 2.4
-_SPARSEST = 0.45
+_SPARSEST = 0.57
 _LEAST_INK_OF_BAR, _WIDEST_BAR, _SURE, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
 _SAMPLE_PX = 6
 
@@ -90,12 +92,13 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     ink = spots.ink / _middle(spots.ink[whole])
     area = long * wide
     filled = spots.ink > _SPARSEST * 4 * np.pi * area * spots.peak
-    mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK)
+    peak = spots.peak / _middle(spots.peak[whole])
+    mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK) & (ink * peak > _FAINTEST_INK)
     half_size = 1.85 * float(np.sqrt(_middle(area[whole])))
-    centres = [spots.centres[mark]]
+    centres = [_united(spots.centres[mark], ink[mark], half_size)]
     bar = ~cut & ~mark & filled & (ink > _LEAST_INK_OF_BAR) & (wide < _WIDEST_BAR * half_size)
     if bar.any():
-        bar &= spots.peak > _SURE * _middle(spots.peak[whole])
+        bar &= peak > _SURE
         centres += _taken_apart(spots.chosen(bar), ink[bar], pitch, half_size)
     cut &= ink > _LEAST_INK_IN_VIEW
     inside = sum(map(len, centres))
@@ -103,6 +106,18 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
         centres.append(_completed(spots.chosen(cut), half_size, shape))
     found = np.concatenate(centres)
     return found, np.arange(len(found)) >= inside
+
+
+def _united(centres: Float64, ink: Float64, half_size: float) -> Float64:
+    """Make one mark of two pieces that a highlight has left of it."""
+    pieces = np.flatnonzero(ink < _PIECE_INK)
+    apart = np.linalg.norm(centres[pieces, None] - centres[pieces], axis=2)
+    alike = ink[pieces, None] + ink[pieces] < _MOST_INK_OF_PIECES
+    one, other = pieces[np.argwhere(np.triu(alike & (apart < _PIECES_APART * half_size), 1))].T
+    share = (ink[other] / (ink[one] + ink[other]))[:, None]
+    united = centres.copy()
+    united[one] += share * (centres[other] - centres[one])
+    return np.delete(united, other, axis=0)
 
 
 def _completed(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float64:

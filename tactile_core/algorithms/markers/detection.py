@@ -19,8 +19,9 @@ _SMOOTH, _OPEN, _AROUND, _RIM = 1 / 3, 0.4, 2.2, 0.28
 _OWN_SHARE, _LEVEL_SHARE = 0.6, 0.3
 _BACKGROUND_SHARE = 0.15
 _FAINTEST, _LEAST_INK, _LEAST_INK_IN_VIEW, _MOST_INK = 0.31, 0.33, 0.15, 9.0
-_FAINTEST_INK = 0.11
-_PIECE_INK, _PIECES_APART, _MOST_INK_OF_PIECES = 0.75, 1.5, 1.35
+_FAINTEST_INK, _FAINTER = 0.11, 0.5
+_LEAST_PIECE, _LARGEST_PIECE, _PIECES_APART = 0.12, 0.75, 1.5
+_LEAST_INK_OF_PIECES, _MOST_INK_OF_PIECES = 0.5, 1.35
 _LONGEST = 2.4
 _SPARSEST = 0.57
 _LEAST_INK_OF_BAR, _WIDEST_BAR, _SURE, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
@@ -61,8 +62,8 @@ def find_markers(
     centres_px : (N, 2) float32
         x and y.
     cut : (N,) bool
-        The border cuts the mark; where its centre would be is told from its part in view and the
-        size of the others. A mark whose centre is out of view is left out.
+        The border cuts the mark. Where its centre is, perhaps just out of view, is told from its
+        part in view and the size of the others.
     """
     scale = shape[1] / darkness.shape[1], shape[0] / darkness.shape[0]
     size = diameter_px / scale[0]
@@ -94,8 +95,16 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     filled = spots.ink > _SPARSEST * 4 * np.pi * area * spots.peak
     peak = spots.peak / _middle(spots.peak[whole])
     mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK) & (ink * peak > _FAINTEST_INK)
+    if mark.any():
+        # an even print has no faint marks: what looks like one is shading
+        mark &= peak > _FAINTER * _lowest(peak[mark], 0.05)
     half_size = 1.85 * float(np.sqrt(_middle(area[whole])))
-    centres = [_united(spots.centres[mark], ink[mark], half_size)]
+    piece = np.flatnonzero(~cut & filled & (ink > _LEAST_PIECE) & (ink < _LARGEST_PIECE))
+    centres = list[Float64]()
+    if piece.size > 1:
+        centres, united = _united(spots.chosen(piece), ink[piece], _PIECES_APART * half_size)
+        mark[piece[united]] = False
+    centres.append(spots.centres[mark])
     bar = ~cut & ~mark & filled & (ink > _LEAST_INK_OF_BAR) & (wide < _WIDEST_BAR * half_size)
     if bar.any():
         bar &= peak > _SURE
@@ -108,20 +117,25 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     return found, np.arange(len(found)) >= inside
 
 
-def _united(centres: Float64, ink: Float64, half_size: float) -> Float64:
-    """Make one mark of two pieces that a highlight has left of it."""
-    pieces = np.flatnonzero(ink < _PIECE_INK)
-    apart = np.linalg.norm(centres[pieces, None] - centres[pieces], axis=2)
-    alike = ink[pieces, None] + ink[pieces] < _MOST_INK_OF_PIECES
-    one, other = pieces[np.argwhere(np.triu(alike & (apart < _PIECES_APART * half_size), 1))].T
-    share = (ink[other] / (ink[one] + ink[other]))[:, None]
-    united = centres.copy()
-    united[one] += share * (centres[other] - centres[one])
-    return np.delete(united, other, axis=0)
+def _united(spots: Spots, ink: Float64, near: float) -> tuple[list[Float64], NDArray[np.intp]]:
+    """Centres (1, 2) of marks of which a highlight has left two pieces, and which spots these are.
+
+    Each piece belongs to one mark, the nearest two first.
+    """
+    apart = np.linalg.norm(spots.centres[:, None] - spots.centres, axis=2)
+    total = ink[:, None] + ink
+    fit = (apart < near) & (total > _LEAST_INK_OF_PIECES) & (total < _MOST_INK_OF_PIECES)
+    pairs = np.argwhere(np.triu(fit, 1))
+    centres, used = [], list[int]()
+    for pair in pairs[np.argsort(apart[pairs[:, 0], pairs[:, 1]])]:
+        if not set(used) & set(pair.tolist()):
+            used += pair.tolist()
+            centres.append(np.average(spots.centres[pair], axis=0, weights=ink[pair])[None])
+    return centres, np.array(used, np.intp)
 
 
 def _completed(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float64:
-    """Centres of marks that the border cuts, if they are in view.
+    """Centres of marks that the border cuts; they may lie beyond it.
 
     The part in view is as deep as twice the distance of its centroid from the border.
     """
@@ -170,7 +184,13 @@ def _usual(peaks: UInt8) -> float:
 
 
 def _middle(values: NDArray[Any]) -> float:
-    return float(np.partition(values, len(values) // 2)[len(values) // 2])
+    return _lowest(values, 0.5)
+
+
+def _lowest(values: NDArray[Any], share: float) -> float:
+    """The value below which this share of them lies."""
+    rank = int(share * len(values))
+    return float(np.partition(values, rank)[rank])
 
 
 def _odd(length: float) -> int:

@@ -49,7 +49,7 @@ class Spots:
     def __len__(self) -> int:
         return len(self.ink)
 
-    def chosen(self, which: Bool) -> Spots:
+    def chosen(self, which: Bool | NDArray[np.intp]) -> Spots:
         """Return some of them."""
         return Spots(
             self.ink[which],

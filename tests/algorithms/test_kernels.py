@@ -17,6 +17,7 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.drift import channel_gains
+from tactile_core.algorithms.markers.darkness import brightness_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.photometric import fill_marks
 from tactile_core.algorithms.poisson import PoissonSolver
@@ -205,3 +206,14 @@ def test_spots_agree(
     for name in ("ink", "centres", "spread", "peak", "cut"):
         a, b = getattr(fast, name), getattr(plain, name)
         assert a == pytest.approx(b, rel=AGREES, abs=AGREES)
+
+
+@needs_kernels
+@given(shape=shapes, seed=seeds)
+@several
+def test_brightness_agrees_to_the_byte(
+    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int
+) -> None:
+    image = np.random.default_rng(seed).integers(0, 256, (*shape, 3)).astype(np.uint8)
+    fast, plain = both_ways(lambda: brightness_of(image, 2))
+    np.testing.assert_array_equal(fast, plain)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -71,6 +72,11 @@ def check_image(pixels: Array) -> None:
 
 def brightness_of(pixels: Array, times: int) -> Array:
     """(h, w) mean of the channels, shrunk by a whole factor."""
+    compiled = kernels.ready()
+    height, width, *channels = pixels.shape
+    even = times == 2 and height % 2 == width % 2 == 0 and channels == [3]
+    if compiled is not None and even and pixels.dtype == np.uint8:
+        return np.asarray(compiled.halved_brightness(pixels.reshape(height, -1)))
     if times > 1:
         size = tuple(max(1, side // times) for side in pixels.shape[1::-1])
         pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)

@@ -113,7 +113,10 @@ def _moments(labels: UInt16, weight: UInt8, count: int) -> Float64:
         return np.zeros((6, count))
     # Pixels side by side are added up first: a tenth as many numbers are left to be sorted out.
     of = labels.ravel()[places]
-    starts = np.flatnonzero((np.diff(places, prepend=-2) != 1) | (np.diff(of, prepend=of[0]) != 0))
+    fresh = (np.diff(places, prepend=-2) != 1) | (np.diff(of, prepend=of[0]) != 0)
+    rows = np.searchsorted(places, np.arange(0, labels.size, labels.shape[1]))
+    fresh[rows[rows < len(fresh)]] = True
+    starts = np.flatnonzero(fresh)
     at = places.astype(np.float64)
     w = weight.ravel()[places].astype(np.float64)
     w_at = w * at

@@ -15,16 +15,23 @@ Bool = NDArray[np.bool_]
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
+# Lengths in diameters of a mark: smoothing, what is opened, the neighbourhood of a peak, the rim.
 _SMOOTH, _OPEN, _AROUND, _RIM = 1 / 3, 0.4, 2.2, 0.28
-_OWN_SHARE, _LEVEL_SHARE = 0.6, 0.3
-_BACKGROUND_SHARE = 0.15
-_FAINTEST, _LEAST_INK, _LEAST_INK_IN_VIEW, _MOST_INK = 0.31, 0.33, 0.15, 9.0
-_FAINTEST_INK, _FAINTER = 0.11, 0.5
-_LEAST_PIECE, _LARGEST_PIECE, _PIECES_APART = 0.12, 0.75, 1.5
-_LEAST_INK_OF_PIECES, _MOST_INK_OF_PIECES = 0.5, 1.35
-_LONGEST = 2.4
-_SPARSEST = 0.57
-_LEAST_INK_OF_BAR, _WIDEST_BAR, _SURE, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
+# Shares of a peak: what belongs to a mark, and what its rim is weighed from.
+_OWN_SHARE, _BACKGROUND_SHARE = 0.6, 0.15
+# Shares of the usual darkness: what may belong to a mark, and the faintest mark; the latter also
+# as a share of nearly the faintest mark of the print.
+_LEVEL_SHARE, _FAINTEST, _FAINTER = 0.3, 0.28, 0.45
+# In marks of usual ink. A mark that is faint and small is dirt (ink times darkness).
+_SPECK, _LEAST_INK, _MOST_INK, _LEAST_IN_VIEW, _LEAST_FAINT_INK = 0.2, 0.33, 9.0, 0.12, 0.11
+# Longest over widest spread; ink over that of an even ellipse as dark as the peak.
+_LONGEST, _SPARSEST = 2.4, 0.57
+# Two pieces of one mark: ink of each and of both, and how many half sizes they are apart.
+_PIECE_INK, _PIECES_INK, _PIECES_APART = (0.12, 0.75), (0.5, 1.35), 1.5
+# Several marks in one: ink, half sizes of spread across, darkness, and how even the pitch is.
+_BAR_INK, _BAR_WIDTH, _BAR_PEAK, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
+# Half the side of a square, and half the diameter of a disc, in standard deviations: about.
+_HALF_SIZE = 1.85
 _SAMPLE_PX = 6
 
 
@@ -90,26 +97,27 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     whole = (long < _LONGEST * wide) & ~cut
     if not whole.any():
         return np.zeros((0, 2)), np.zeros(0, np.bool_)
-    ink = spots.ink / _middle(spots.ink[whole])
+    usual = whole & (spots.ink > _SPECK * _heavy(spots.ink[whole]))
+    ink = spots.ink / _middle(spots.ink[usual])
     area = long * wide
     filled = spots.ink > _SPARSEST * 4 * np.pi * area * spots.peak
-    peak = spots.peak / _middle(spots.peak[whole])
-    mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK) & (ink * peak > _FAINTEST_INK)
+    peak = spots.peak / _middle(spots.peak[usual])
+    mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK) & (ink * peak > _LEAST_FAINT_INK)
     if mark.any():
         # an even print has no faint marks: what looks like one is shading
         mark &= peak > _FAINTER * _lowest(peak[mark], 0.05)
-    half_size = 1.85 * float(np.sqrt(_middle(area[whole])))
-    piece = np.flatnonzero(~cut & filled & (ink > _LEAST_PIECE) & (ink < _LARGEST_PIECE))
+    half_size = _HALF_SIZE * float(np.sqrt(_middle(area[usual])))
+    piece = np.flatnonzero(~cut & filled & (ink > _PIECE_INK[0]) & (ink < _PIECE_INK[1]))
     centres = list[Float64]()
     if piece.size > 1:
         centres, united = _united(spots.chosen(piece), ink[piece], _PIECES_APART * half_size)
         mark[piece[united]] = False
     centres.append(spots.centres[mark])
-    bar = ~cut & ~mark & filled & (ink > _LEAST_INK_OF_BAR) & (wide < _WIDEST_BAR * half_size)
+    bar = ~cut & ~mark & filled & (ink > _BAR_INK) & (wide < _BAR_WIDTH * half_size)
     if bar.any():
-        bar &= peak > _SURE
+        bar &= peak > _BAR_PEAK
         centres += _taken_apart(spots.chosen(bar), ink[bar], pitch, half_size)
-    cut &= ink > _LEAST_INK_IN_VIEW
+    cut &= ink > _LEAST_IN_VIEW
     inside = sum(map(len, centres))
     if cut.any():
         centres.append(_completed(spots.chosen(cut), half_size, shape))
@@ -124,7 +132,7 @@ def _united(spots: Spots, ink: Float64, near: float) -> tuple[list[Float64], NDA
     """
     apart = np.linalg.norm(spots.centres[:, None] - spots.centres, axis=2)
     total = ink[:, None] + ink
-    fit = (apart < near) & (total > _LEAST_INK_OF_PIECES) & (total < _MOST_INK_OF_PIECES)
+    fit = (apart < near) & (total > _PIECES_INK[0]) & (total < _PIECES_INK[1])
     pairs = np.argwhere(np.triu(fit, 1))
     centres, used = [], list[int]()
     for pair in pairs[np.argsort(apart[pairs[:, 0], pairs[:, 1]])]:
@@ -181,6 +189,13 @@ def _usual(peaks: UInt8) -> float:
     counts = np.bincount(peaks[::_SAMPLE_PX, ::_SAMPLE_PX].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * np.arange(FULL + 1) ** 2)
     return float(np.searchsorted(weight, weight[-1] / 2))
+
+
+def _heavy(ink: Float64) -> float:
+    """Ink of the spot that holds the middle of all ink: a mark, however many specks there are."""
+    ordered = np.sort(ink)
+    total = np.cumsum(ordered)
+    return float(ordered[np.searchsorted(total, total[-1] / 2)])
 
 
 def _middle(values: NDArray[Any]) -> float:

@@ -49,9 +49,9 @@ def find_markers(
     The threshold follows each mark: what is 0.6 times as dark as the darkest pixel of its
     neighbourhood belongs to it, so that faint and strong marks, blurred and sharp ones are cut at
     the same height of their flanks. Ridges and grain of the object are thinner or fainter than
-    marks, specks of dirt smaller. The print itself tells what is usual: sizes from a quarter to
-    nine times the median pass. Marks that have run into a neighbour, a bar about a pitch long, are
-    taken apart.
+    marks, specks of dirt smaller. The print itself tells what is usual: marks of a third to nine
+    times the median ink pass. Two pieces that a highlight has left of a mark are one; marks that
+    have run into their neighbours, a bar of a pitch or two, are taken apart.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.markers import marker_mask
+from tactile_core.algorithms.markers import darkness_of, find_markers, marker_mask
 from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
 from tactile_core.algorithms.poisson.laplacian import Boundary, CosineLaplacian, DftLaplacian
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
@@ -51,9 +51,9 @@ def slopes(shape: tuple[int, int]) -> tuple[Array, Array]:
     return gx + noise[0], gy + noise[1]
 
 
-def dots(shape: tuple[int, int]) -> Array:
+def dots(shape: tuple[int, int], pitch: int = 57) -> Array:
     y, x = np.mgrid[: shape[0], : shape[1]]
-    return np.asarray(np.hypot(x % 57 - 28, y % 57 - 28) < 7)
+    return np.asarray(np.hypot(x % pitch - pitch // 2, y % pitch - pitch // 2) < 7)
 
 
 @sizes
@@ -101,3 +101,14 @@ def test_contact_mask(benchmark: Any, shape: tuple[int, int]) -> None:
 def test_marker_mask(benchmark: Any, shape: tuple[int, int]) -> None:
     image = np.where(dots(shape)[..., None], 40, np.array([120, 150, 100])).astype(np.uint8)
     benchmark(marker_mask, image, diameter_px=14)
+
+
+@sizes
+def test_find_markers(benchmark: Any, shape: tuple[int, int]) -> None:
+    image = np.where(dots(shape, 40)[..., None], 40, np.array([120, 150, 100])).astype(np.uint8)
+
+    def both() -> Any:
+        darkness = darkness_of(image, diameter_px=14)
+        return find_markers(darkness, shape, diameter_px=14, pitch_px=40)
+
+    benchmark(both)

@@ -115,7 +115,7 @@ class Pipeline:
         if in_turn(frame):
             self._verify(frame)
         if self._marks is not None and frame.marks is None:
-            frame = replace(frame, marks=self._marks.find(frame.pixels))
+            frame = self._marks.marked(frame)
         given: dict[type[Quantity], Quantity] = {Frame: frame}
         if self.reference is not None:
             given[Reference] = self.reference
@@ -154,7 +154,10 @@ class Pipeline:
         self._chain.reset()
 
     def _build_chain(self) -> Chain:
-        context = SensorContext(self.profile.image, self.profile.gel, self.reference)
+        image, gel = self.profile.image, self.profile.gel
+        if self._marks is not None:
+            gel = self._marks.told(gel, image.mm_per_px)
+        context = SensorContext(image, gel, self.reference)
         steps = {}
         for name, component in self.profile.estimators.items():
             kind = resolve("estimator", component.use)

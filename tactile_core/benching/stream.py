@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from itertools import cycle
 from time import perf_counter
 
@@ -81,7 +80,7 @@ class Stream:
                 verify(frame, expected, WHOLE)
         if self._marks is not None:
             with _timed(times, MARKS):
-                frame = replace(frame, marks=self._marks.find(frame.pixels))
+                frame = self._marks.marked(frame)
         calibration = self._bundle.calibration
         with _timed(times, SLOPES):
             lit = frame if calibration.follows_drift else self._drift.followed(frame)

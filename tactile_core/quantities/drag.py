@@ -26,7 +26,7 @@ class MarkerDetections(Quantity):
     centres_px : (N, 2) float32
         x and y of each mark's centroid, in the image.
     cut : (N,) bool
-        The image's border cuts the mark, so that its centre is an estimate.
+        The image's border cuts the mark, so that its centre is an estimate, perhaps out of view.
     """
 
     centres_px: Float32

@@ -55,6 +55,9 @@ class Frame(Quantity):
         The intensity at which a channel saturates (255 for 8 bits).
     marks : (H, W) bool or None
         Pixels that show a printed marker instead of the coating; None for a gel without any.
+    darkness : (h, w) uint8 or None
+        What tells the marks: the share of the light of its surroundings that each pixel lacks, 255
+        for all of it, shrunk by a whole factor. None where the marks are not looked for yet.
     timestamp_s, wall_time_s : float
         Host monotonic and wall-clock time at mid-observation.
     exposure_times_s : tuple of float
@@ -74,6 +77,7 @@ class Frame(Quantity):
     source: str = ""
     exposure_times_s: tuple[float, ...] = ()
     raw: tuple[Image, ...] = ()
+    darkness: NDArray[np.uint8] | None = None
 
     @cached_property
     def saturated(self) -> Bool:

@@ -17,6 +17,8 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.drift import channel_gains
+from tactile_core.algorithms.markers.darkness import brightness_of
+from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.photometric import fill_marks
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest import rest_plane
@@ -189,3 +191,29 @@ def test_numba_is_imported_only_by_who_asks_for_it() -> None:
 
 def test_the_environment_turns_the_kernels_off() -> None:
     assert not ready_in_a_fresh_process(switch="0", before="kernels.load()")
+
+
+@needs_kernels
+@given(shape=shapes, seed=seeds, share=st.floats(0, 1))
+@several
+def test_spots_agree(
+    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int, share: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    dark = (rng.random(shape) < share).astype(np.uint8)
+    weight = rng.integers(0, 256, shape).astype(np.uint8)
+    fast, plain = both_ways(lambda: measured_spots(dark, weight, weight, faintest=20, rim=1))
+    for name in ("ink", "centres", "spread", "peak", "cut"):
+        a, b = getattr(fast, name), getattr(plain, name)
+        assert a == pytest.approx(b, rel=AGREES, abs=AGREES)
+
+
+@needs_kernels
+@given(shape=shapes, seed=seeds)
+@several
+def test_brightness_agrees_to_the_byte(
+    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int
+) -> None:
+    image = np.random.default_rng(seed).integers(0, 256, (*shape, 3)).astype(np.uint8)
+    fast, plain = both_ways(lambda: brightness_of(image, 2))
+    np.testing.assert_array_equal(fast, plain)

@@ -210,8 +210,9 @@ def test_what_an_estimator_needs_is_made_by_the_plugins_others() -> None:
     bench, rig = suite_of("not_json").bench, generic_rig()
     truth = rig.scenes[0].truth
     made = completed(truth, [Temperature], bench, rig.context, without="not_json.y")
-    assert made.keys() == truth.keys() | {Temperature}
-    assert completed(truth, [Temperature], bench, rig.context, without="not_json.x") == truth
+    assert made.keys() >= truth.keys() | {Temperature}
+    without = completed(truth, [Temperature], bench, rig.context, without="not_json.x")
+    assert Temperature not in without
 
 
 def stall(suite: PluginConformance, camera: Any) -> bool:

@@ -9,14 +9,17 @@ from tactile_core.algorithms.kernels.integration import (
 )
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.touching import steepness
 
 __all__ = [
     "divergence",
     "from_dft_order",
+    "halved_brightness",
     "in_dft_order",
     "lower",
     "means_of_bytes",
+    "moments_of_labels",
     "rest_plane",
     "resting_gain",
     "sines_of_bytes",

@@ -1,0 +1,71 @@
+"""Which pixels show a printed mark instead of the skin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.markers.darkness import FULL, UInt8, darkness_of
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+_LEAST_DARKNESS = 0.12
+
+
+def marker_mask(pixels: Array, *, diameter_px: float, darkness: float = _LEAST_DARKNESS) -> Bool:
+    """Mask dark dots, with a rim of one pixel.
+
+    Parameters
+    ----------
+    pixels : (H, W) or (H, W, K) uint8, uint16 or float32
+        The image.
+    diameter_px : float
+        Size of a dot.
+    darkness : float
+        Share of light that a dot takes away, at least.
+
+    Returns
+    -------
+    (H, W) bool
+
+    Raises
+    ------
+    InputError
+        The image is not (H, W, K), or the diameter is not positive.
+    """
+    return mask_of(darkness_of(pixels, diameter_px=diameter_px), pixels.shape[:2], least=darkness)
+
+
+def mask_of(darkness: UInt8, shape: tuple[int, ...], *, least: float = _LEAST_DARKNESS) -> Bool:
+    """Mask what lacks light, with a rim of one pixel.
+
+    Parameters
+    ----------
+    darkness : (h, w) uint8
+        From :func:`darkness_of`.
+    shape : (H, W)
+        Of the image.
+    least : float
+        Share of light that a dot takes away, at least.
+
+    Returns
+    -------
+    (H, W) bool
+    """
+    _, dark = cv2.threshold(darkness, least * FULL, FULL, cv2.THRESH_BINARY)
+    dark = _enlarged(dark, shape)
+    return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)) > 0)
+
+
+def _enlarged(dark: Array, shape: tuple[int, ...]) -> Array:
+    """Repeat each pixel of a shrunk (h, w) uint8 image, up to an (H, W) shape."""
+    times = shape[0] // dark.shape[0]
+    if (dark.shape[0] * times, dark.shape[1] * times) != shape:
+        return np.asarray(cv2.resize(dark, shape[::-1], interpolation=cv2.INTER_NEAREST))
+    # much faster than any interpolation: channels that are all alike are pixels side by side
+    wide = np.asarray(cv2.merge([dark] * times)).reshape(len(dark), -1)
+    return np.repeat(wide, times, axis=0)

@@ -1,0 +1,235 @@
+"""The marks of one frame are found to a tenth of a pixel, whatever their shape and the light."""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from tactile_core.algorithms.markers import darkness_of, find_marker_diameter, find_markers
+from tactile_core.sim import VirtualStage
+from tactile_core.sim.optics.faults import Faults
+
+Array = NDArray[Any]
+
+SHAPE = (240, 320)
+FINER = 5
+
+
+def found(pixels: Array, size_px: float, pitch_px: float) -> tuple[Array, Array]:
+    darkness = darkness_of(pixels, diameter_px=size_px)
+    return find_markers(darkness, pixels.shape[:2], diameter_px=size_px, pitch_px=pitch_px)
+
+
+def lattice(pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE) -> Array:
+    """Centres a pitch apart, each displaced by up to an eighth of it; none near the border."""
+    rng = np.random.default_rng(seed)
+    axes = (np.arange(pitch_px, side - 0.8 * pitch_px, pitch_px) for side in shape[::-1])
+    centres = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
+    return np.asarray(centres + rng.uniform(-pitch_px / 8, pitch_px / 8, centres.shape))
+
+
+def photograph(centres: Array, size_px: float, outline: str, *, seed: int = 0) -> Array:
+    """Marks of one outline, each turned by chance, blurred, under uneven light and noise."""
+    rng = np.random.default_rng(seed)
+    fine = np.zeros((SHAPE[0] * FINER, SHAPE[1] * FINER), np.uint8)
+    for x, y in centres:
+        if outline == "round":
+            corners = np.linspace(0, 2 * np.pi, 40)
+            radius = size_px / 2
+        else:
+            count = 4 if outline == "square" else 3
+            corners = rng.uniform(0, 7) + 2 * np.pi * np.arange(count) / count
+            radius = size_px / (2 * np.sin(np.pi / count))
+        points = np.stack([x + radius * np.cos(corners), y + radius * np.sin(corners)], 1)
+        cv2.fillPoly(fine, [np.rint(((points + 0.5) * FINER - 0.5) * 16).astype(int)], 255, 8, 4)
+    ink = cv2.resize(fine, SHAPE[::-1], interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    ink = cv2.GaussianBlur(ink, (0, 0), 1.0)
+    v, u = np.mgrid[: SHAPE[0], : SHAPE[1]] / np.array(SHAPE)[:, None, None]
+    light = np.stack([90 + 90 * u, 180 - 110 * v, 150 - 80 * u + 40 * v], axis=2)
+    seen = light * (1 - 0.75 * ink[..., None]) + rng.normal(0, 1.5, light.shape)
+    return np.asarray(np.clip(np.rint(seen), 0, 255), np.uint8)
+
+
+def misses(truth: Array, centres: Array) -> Array:
+    """Distance of each true centre from the nearest that was found."""
+    return np.asarray(KDTree(centres).query(truth)[0])
+
+
+@settings(max_examples=20)
+@given(
+    st.sampled_from(["round", "square", "triangle"]),
+    st.floats(8, 20),
+    st.floats(2.6, 3.5),
+    st.integers(0, 2**32 - 1),
+)
+def test_every_mark_is_found_where_it_is_and_nothing_else(
+    outline: str, size_px: float, ratio: float, seed: int
+) -> None:
+    truth = lattice(ratio * size_px, seed)
+    image = photograph(truth, size_px, outline, seed=seed)
+    centres, cut = found(image, size_px, ratio * size_px)
+    assert centres.dtype == np.float32
+    assert len(centres) == len(truth)
+    assert not cut.any()
+    assert np.sqrt((misses(truth, centres) ** 2).mean()) < 0.15
+
+
+@pytest.mark.parametrize("gain", [0.4, 1.3])
+def test_drifting_light_moves_no_mark(gain: float) -> None:
+    image = photograph(lattice(36, 1), 12, "square").astype(np.float32)
+    centres, _ = found(image, 12, 36)
+    drifted, _ = found(image * np.array([gain, 1, 1], np.float32), 12, 36)
+    assert misses(centres, drifted).max() < 0.1
+
+
+@pytest.mark.parametrize("told", [0.7, 0.85, 1.2])
+def test_the_size_needs_to_be_known_only_roughly(told: float) -> None:
+    truth = lattice(40, 2)
+    centres, _ = found(photograph(truth, 13, "round"), told * 13, 40)
+    assert len(centres) == len(truth)
+    assert misses(truth, centres).max() < 0.4
+
+
+def test_specks_and_thin_lines_are_no_marks() -> None:
+    truth = lattice(40, 3)
+    image = photograph(truth, 13, "square")
+    for x, y in truth[:5]:
+        cv2.circle(image, (int(x + 20), int(y + 20)), 2, (20, 20, 20), -1)
+    cv2.line(image, (0, 20), (319, 25), (40, 40, 40), 2)
+    centres, _ = found(image, 13, 40)
+    assert len(centres) == len(truth)
+
+
+def test_a_highlight_across_a_mark_leaves_it_one() -> None:
+    truth = lattice(50, 4)
+    image = photograph(truth, 17, "round", seed=4)
+    x, y = np.rint(truth[9])
+    cv2.line(image, (int(x) - 14, int(y)), (int(x) + 14, int(y)), (150, 150, 150), 3)
+    centres, _ = found(image, 17, 50)
+    assert len(centres) == len(truth)
+    assert misses(truth[9:10], centres)[0] < 2
+
+
+def test_a_mark_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> None:
+    truth = np.array([[60.0 + 40 * k, y] for y in (1.0, 40.0, 80.0, 120.0) for k in range(6)])
+    for outline in ("round", "square"):
+        centres, cut = found(photograph(truth, 14, outline), 14, 40)
+        assert cut.sum() == 6
+        assert misses(truth[:6], centres[cut]).max() < 14 / 5
+        assert misses(truth[6:], centres[~cut]).max() < 0.4
+
+
+@pytest.mark.parametrize("level", [0, 5, 128, 255])
+def test_a_skin_without_marks_shows_none(level: int) -> None:
+    noise = np.random.default_rng(0).normal(0, 1, (*SHAPE, 3))
+    centres, cut = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12, 36)
+    assert centres.shape == (0, 2)
+    assert cut.shape == (0,)
+
+
+def in_view(stage: VirtualStage, size_px: float, border_px: float) -> Array:
+    shape = stage.profile.image.height_px, stage.profile.image.width_px
+    marks = stage.truth().markers_px
+    inside = (marks > border_px).all(1) & (marks < np.array(shape[::-1]) - border_px).all(1)
+    return np.asarray(marks[inside])
+
+
+@pytest.mark.parametrize("outline", ["round", "square", "triangle"])
+@pytest.mark.parametrize("layout", ["grid", "quasi_random"])
+def test_virtual_marks_are_found_at_rest_and_under_a_press(outline: str, layout: str) -> None:
+    look = {"optics": {"marks": {"shape": outline, "layout": layout}}}
+    stage = VirtualStage("hex_fingertip", seed=11, overrides=look)
+    size_px, pitch_px = 0.4 / 0.0276, 1.1 / 0.0276
+    for depth_mm, limit_px in ((0.0, 0.1), (0.6, 0.15)):
+        if depth_mm:
+            stage.indenter("sphere", diameter_mm=8, x_mm=1.3, y_mm=-0.7)
+            stage.press(depth_mm=depth_mm)
+            stage.shear(0.3, 0.2, steps=2)
+        centres, cut = found(stage.frame().pixels, size_px, pitch_px)
+        truth = in_view(stage, size_px, size_px)
+        apart = misses(truth, centres)
+        assert np.sqrt((apart**2).mean()) < limit_px
+        assert apart.max() < 1
+        assert misses(centres[~cut], in_view(stage, size_px, 0)).max() < 1
+
+
+def test_worn_marks_are_absent_and_merged_ones_are_two() -> None:
+    faults = Faults(missing_markers=0.08, merged_markers=0.05)
+    stage = VirtualStage("hex_fingertip", seed=4, faults=faults)
+    size_px, pitch_px = 0.4 / 0.0276, 1.1 / 0.0276
+    pixels = stage.frame().pixels
+    centres, cut = found(pixels, size_px, pitch_px)
+    truth = in_view(stage, size_px, size_px)
+    far = misses(truth, centres) > 2
+    printed = np.array([pixels[round(y), round(x)].mean() for x, y in truth])
+    worn = printed > 0.5 * np.median(printed[far]) if far.any() else far
+    assert (far & ~worn).mean() < 0.02
+    assert misses(centres[~cut], truth).max() < size_px
+
+
+def read(path: Path) -> Array:
+    image = cv2.imread(str(path))
+    assert image is not None, path
+    return np.asarray(image[..., ::-1])
+
+
+def of_recording(path: Path) -> list[tuple[Array, Array]]:
+    """The marks of each frame of a folder, size and pitch found in the first."""
+    frames = [read(file) for file in sorted(path.iterdir())]
+    layout = find_marker_diameter(frames[0])
+    assert layout is not None
+    return [found(frame, *layout) for frame in frames]
+
+
+@pytest.mark.recordings
+def test_all_dots_of_a_real_fingertip_are_found_and_no_dirt(recordings: Path) -> None:
+    folder = recordings / "three_colour" / "hex_fingertip"
+    layout = find_marker_diameter(read(folder / "frame0.jpg"))
+    assert layout is not None
+    centres, _ = found(read(folder / "frame0.jpg"), *layout)
+    assert len(centres) == 88  # counted by eye: nine rows of ten, of the last one eight
+    nearest = KDTree(centres).query(centres, k=2)[0][:, 1]
+    assert nearest == pytest.approx(layout[1], rel=0.15)
+    for name in ("Im_235_1336917.jpg", "Im_335_1337253.jpg"):
+        pressed, _ = found(read(folder / name), *layout)
+        assert 85 <= len(pressed) <= 88
+
+
+@pytest.mark.recordings
+def test_marks_agree_with_the_labels_of_another_tracker(recordings: Path) -> None:
+    folder = recordings / "markers" / "mini"
+    labels = defaultdict(list)
+    with (folder / "markers.csv").open() as file:
+        for row in csv.DictReader(file):
+            labels[int(row["frame"]) + 9].append((float(row["x_px"]), float(row["y_px"])))
+    seen = of_recording(folder / "frames")
+    apart = np.concatenate(
+        [misses(np.array(labels[k]), seen[k][0]) for k in labels if k < len(seen)]
+    )
+    assert (apart < 5).mean() > 0.995
+    assert apart.mean() < 0.30
+    assert np.percentile(apart, 95) < 0.55
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize("trial", ["object001/067_00_mm", "object003/052_050_mm"])
+def test_faint_and_speckled_marks_stay_found_through_a_lift(recordings: Path, trial: str) -> None:
+    seen = of_recording(recordings / "slip" / "grasp_lift" / trial)
+    before = seen[0][0][~seen[0][1]]
+    assert len(before) > 60
+    kept, places = np.ones(len(before), bool), before
+    for centres, _ in seen:
+        apart, nearest = KDTree(centres).query(places)
+        kept &= apart < 15
+        places = centres[nearest]
+    assert kept.mean() > 0.98

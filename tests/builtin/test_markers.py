@@ -1,0 +1,65 @@
+"""The step that finds marks: from the frame alone, or from what its mask was told by."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_core import Pipeline
+from tactile_core.builtin.markers import Markers
+from tactile_core.errors import InputError
+from tactile_core.estimator import SensorContext
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Gel, Profile
+from tactile_core.quantities import Frame, MarkerDetections, Reference
+from tactile_core.sim.optics import RigOptics
+
+CHAIN = {"estimators": {"markers": {"use": "core.markers"}, "height": None, "contact": None}}
+
+
+def rig(**overrides: object) -> tuple[Profile, Frame]:
+    profile = load_profile("hex_fingertip", sim=True, overrides=CHAIN | overrides)
+    shape = (profile.image.height_px, profile.image.width_px)
+    optics = RigOptics(profile, seed=2)
+    pixels = optics.expose(np.zeros(shape))
+    return profile, Frame(pixels, optics.channels, profile.image.mm_per_px, timestamp_s=3.5)
+
+
+def reference_of(frame: Frame) -> Reference:
+    return Reference(np.asarray(frame.pixels, np.float32), frame.channels)
+
+
+def test_the_pipeline_finds_marks_without_looking_twice() -> None:
+    profile, frame = rig()
+    reading = Pipeline(profile).process(frame)
+    marks = reading[MarkerDetections]
+    assert len(marks.centres_px) == 192
+    assert marks.timestamp_s == 3.5
+    alone = Markers(Markers.Options(), SensorContext(profile.image, profile.gel)).estimate(frame)
+    np.testing.assert_array_equal(marks.centres_px, alone.centres_px)
+    assert reading.frame.darkness is not None
+    erased = replace(reading.frame, darkness=np.zeros_like(reading.frame.darkness))
+    context = SensorContext(profile.image, profile.gel)
+    assert not len(Markers(Markers.Options(), context).estimate(erased).centres_px)
+
+
+def test_pitch_and_size_are_found_where_the_profile_says_auto() -> None:
+    profile, frame = rig(gel={"markers": "auto"})
+    reading = Pipeline(profile, reference=reference_of(frame)).process(frame)
+    assert len(reading[MarkerDetections].centres_px) == 14 * 10
+
+
+def test_a_gel_without_marks_shows_none() -> None:
+    profile, frame = rig()
+    step = Markers(Markers.Options(), SensorContext(profile.image, Gel()))
+    assert step.estimate(frame).centres_px.shape == (0, 2)
+
+
+def test_marks_that_cannot_be_found_are_asked_for() -> None:
+    profile, frame = rig()
+    bare = replace(reference_of(frame), pixels=np.full((480, 640, 3), 90, np.float32))
+    context = SensorContext(profile.image, Gel(markers="auto"), bare)
+    with pytest.raises(InputError, match="finds no lattice of marks in the reference; say their"):
+        Markers(Markers.Options(), context)

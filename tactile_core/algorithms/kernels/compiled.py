@@ -7,6 +7,7 @@ from tactile_core.algorithms.kernels.integration import (
     in_dft_order,
     solve_columns,
 )
+from tactile_core.algorithms.kernels.neighbours import mutual_nearest, neighbours_plane
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.touching import steepness
@@ -17,6 +18,8 @@ __all__ = [
     "in_dft_order",
     "lower",
     "means_of_bytes",
+    "mutual_nearest",
+    "neighbours_plane",
     "rest_plane",
     "resting_gain",
     "sines_of_bytes",

@@ -1,0 +1,125 @@
+"""From a sure beginning outwards: each mark is looked for where its known neighbours expect it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+FEWEST_MARKS = 4
+"""With fewer there is no telling which is which."""
+
+_SUPPORT = 3
+_TEAR = 0.45
+"""Neighbours that part by more pitches from one frame to the next belong to two interpretations."""
+
+_TEAR_BEYOND = 1.3
+_OPEN_GATE = 0.4
+_WIDEST, _NARROWEST = 0.3, 0.06
+_FREE_FLOOR = 0.2
+"""How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One frame's detections, to be explained from where the marks are thought to be.
+
+    Attributes
+    ----------
+    around : Neighbourhood
+    found_px : (M, 2) float64
+        Detections.
+    in_view : (N,) bool
+        Marks that the image could show.
+    """
+
+    around: Neighbourhood
+    found_px: Array
+    in_view: Bool
+
+    def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
+        """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
+        known = owner >= 0
+        step = np.zeros_like(base_px)
+        step[known] = self.found_px[owner[known]] - base_px[known]
+        return step, known
+
+    def tolerance(self, distance: Array, known: Bool) -> Array:
+        """How far each mark may deviate from what its neighbours let expect, (N,) px.
+
+        As far as others around it do, and further while no detections are left over: where there
+        are many impostors and many gaps, one falls into a gap the more easily the wider it is.
+        """
+        around = self.around
+        nearest = around.nearest_px
+        typical = 1.4826 * float(np.median(distance[known])) if known.any() else 0.0
+        counted = known[around.index]
+        nearby = (np.minimum(distance, nearest / 4)[around.index] * counted).sum(axis=1)
+        nearby /= np.maximum(counted.sum(axis=1), 1)
+        left_over = max(len(self.found_px) - int(known.sum()), 0)
+        missing = int((self.in_view & ~known).sum())
+        floor = _FREE_FLOOR / (1 + 0.5 * missing * left_over / len(known))
+        allowed = np.maximum(3.5 * typical, 2.5 * nearby) + 0.02 * around.pitch_px
+        return np.clip(allowed, max(floor, _NARROWEST) * nearest, _WIDEST * nearest)
+
+    def grown(self, base_px: Array, owner: Intp, *, rounds: int, boldly: bool) -> Intp:
+        """Add marks beside known ones, and drop those that do not fit, until nothing changes.
+
+        Parameters
+        ----------
+        base_px : (N, 2) float64
+            Where each mark was, or was thought to be: motion from there is smooth.
+        owner : (N,) intp
+            Detection of each mark that is known, -1 of the others.
+        rounds : int
+            At most.
+        boldly : bool
+            Accept what lies near enough at first; the tolerance judges it in the next round.
+        """
+        around = self.around
+        for _ in range(rounds):
+            step, known = self.moved(base_px, owner)
+            if known.sum() < FEWEST_MARKS:
+                return np.full_like(owner, NOBODY)
+            expected, distance = around.deviation(step, known, rounds=1)
+            tolerance = self.tolerance(distance, known)
+            misfit = known & (distance > tolerance) & (around.supporters(known) >= _SUPPORT)
+            kept = np.where(misfit, NOBODY, owner)
+            free = np.ones(len(self.found_px), np.bool_)
+            free[kept[kept >= 0]] = False
+            left = np.flatnonzero(free)
+            gate = _OPEN_GATE * around.nearest_px
+            if not boldly:
+                gate = np.minimum(gate, tolerance)
+            wanted = (kept < 0) & (around.supporters(kept >= 0) >= _SUPPORT)
+            new = paired(base_px + expected, self.found_px[left], np.where(wanted, gate, -1.0))
+            added = new >= 0
+            kept[added] = left[new[added]]
+            if np.array_equal(kept, owner):
+                break
+            owner = kept
+        return owner
+
+    def whole(self, base_px: Array, owner: Intp) -> Intp:
+        """Keep the largest piece of skin that holds together; what is torn off it is not sure."""
+        step, known = self.moved(base_px, owner)
+        if not known.any():
+            return owner
+        bonds = self.around.agreeing(step, known, _TEAR, _TEAR_BEYOND)
+        one, other = self.around.pairs.T
+        if (
+            np.array_equal(bonds, known[one] & known[other])
+            and (self.around.supporters(known)[known] >= _SUPPORT).all()
+        ):
+            return owner
+        piece = self.around.pieces(bonds)
+        largest = np.bincount(piece[known]).argmax()
+        return np.where(known & (piece == largest), owner, NOBODY)

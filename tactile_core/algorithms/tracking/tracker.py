@@ -1,0 +1,144 @@
+"""Follows the marks of the resting skin from frame to frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, Scene
+from tactile_core.algorithms.tracking.hypotheses import best_explanation
+from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+_GATE = 0.5
+_MOMENTUM = 0.7
+_FRESH_FRAMES = 4
+_FEW_MISFITS, _MISFITS = 3, 0.05
+_ENOUGH = 0.3
+_LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
+_WHISPER = 0.02
+"""Say of a mark that is not seen, heard only where nobody is."""
+
+_FADING = 0.8
+_FADED_FRAMES = 20
+_SMALL_MOTION = 0.1
+
+
+class MarkTracker:
+    """Keeps the identity of marks.
+
+    Each mark is expected where it was, moved on by its momentum, and paired with the detection
+    that is mutually nearest. Its neighbours on the resting skin then say where it should be: a
+    plane through their motions, in which those that deviate lose their say. Marks that do not fit
+    are dropped and looked for anew where the plane has them. When many do not fit, or the motion
+    tears, the frame is explained in several ways, and only what the best of them have in common
+    counts: a mark whose identity is not sure is not seen. Its place is then the plane's, with what
+    set it off from its neighbours when it was last seen.
+
+    Parameters
+    ----------
+    reference_px : (N, 2) float
+        The marks on the resting skin.
+
+    Attributes
+    ----------
+    reference_px, px : (N, 2) float64
+        Where each mark was on the resting skin, and where it is now.
+    seen : (N,) bool
+        False where ``px`` is inferred from neighbours.
+    lost : bool
+        So few were found that none can be told apart; ``px`` stays as it was.
+    began_displaced : bool or None
+        Whether the first frame showed the marks away from the reference or could not be matched to
+        it; None before that frame.
+    """
+
+    def __init__(self, reference_px: Array) -> None:
+        self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
+        count = len(self.reference_px)
+        self._around = Neighbourhood.of(self.reference_px) if count >= FEWEST_MARKS else None
+        self.px = self.reference_px.copy()
+        self.seen = np.zeros(count, np.bool_)
+        self.lost = False
+        self.began_displaced: bool | None = None
+        self._momentum_px = np.zeros((count, 2))
+        self._own_px = np.zeros((count, 2))
+        self._unseen_frames = np.zeros(count, np.intp)
+
+    def follow(self, found_px: Array) -> None:
+        """Find the marks among (M, 2) detections; any may be missing, others too many."""
+        found_px = np.asarray(found_px, np.float64).reshape(-1, 2)
+        if self._around is None:
+            self.lost = True
+            return
+        scene = Scene(self._around, found_px, self._in_view(self._around.pitch_px))
+        owner = self._explained(scene)
+        known = owner >= 0
+        share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
+        self.lost = bool(known.sum() < max(FEWEST_MARKS, share * scene.in_view.sum()))
+        if self.lost:
+            self.seen = np.zeros(len(self.px), np.bool_)
+            self._unseen_frames += 1
+            self._momentum_px[:] = 0
+        else:
+            self._accept(scene, self._around, owner)
+        if self.began_displaced is None:
+            self.began_displaced = self.lost or self._displaced(self._around)
+
+    def _explained(self, scene: Scene) -> Intp:
+        count = len(self.px)
+        if len(scene.found_px) < FEWEST_MARKS:
+            return np.full(count, NOBODY, np.intp)
+        fresh = (self._unseen_frames <= _FRESH_FRAMES) | self.lost
+        owner = None if self.lost else self._continued(scene, fresh)
+        if owner is None:
+            owner = best_explanation(scene, self.px, self._momentum_px, self.reference_px, fresh)
+        return owner
+
+    def _continued(self, scene: Scene, fresh: Bool) -> Intp | None:
+        """The frame as a small step from the one before; None where it is not."""
+        around = scene.around
+        base_px = self.px + self._momentum_px
+        gate = np.where(fresh, _GATE * around.nearest_px, -1.0)
+        owner = paired(base_px, scene.found_px, gate)
+        step, known = scene.moved(base_px, owner)
+        if known.sum() < max(FEWEST_MARKS, _ENOUGH * fresh.sum()):
+            return None
+        _, distance = around.deviation(step, known)
+        misfit = known & (distance > scene.tolerance(distance, known))
+        if misfit.sum() > max(_FEW_MISFITS, _MISFITS * known.sum()):
+            return None
+        owner = np.where(misfit, NOBODY, owner)
+        held = scene.whole(base_px, owner)
+        if (held != owner).sum() > _FEW_MISFITS:
+            return None
+        return scene.whole(base_px, scene.grown(base_px, held, rounds=4, boldly=False))
+
+    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
+        seen = owner >= 0
+        moved_px = self.px - self.reference_px
+        moved_px[seen] = scene.found_px[owner[seen]] - self.reference_px[seen]
+        trust = np.where(seen, 1.0, _WHISPER)
+        age = np.minimum(self._unseen_frames[~seen] + 1, _FADED_FRAMES)
+        own_px = self._own_px[~seen] * (_FADING**age)[:, None]
+        for _ in range(2):
+            moved_px[~seen] = around.fit(moved_px, trust)[~seen] + own_px
+        self._own_px[seen] = (moved_px - around.fit(moved_px, trust))[seen]
+        px = self.reference_px + moved_px
+        self._momentum_px = _MOMENTUM * (px - self.px)
+        self.px, self.seen = px, seen
+        self._unseen_frames = np.where(seen, 0, self._unseen_frames + 1)
+
+    def _in_view(self, pitch_px: float) -> Bool:
+        low, high = self.reference_px.min(axis=0), self.reference_px.max(axis=0)
+        near = (self.px > low - pitch_px / 2) & (self.px < high + pitch_px / 2)
+        return np.asarray(near.all(axis=1))
+
+    def _displaced(self, around: Neighbourhood) -> bool:
+        smooth_px = around.fit(self.px - self.reference_px, self.seen.astype(np.float64))
+        return bool(np.hypot(*smooth_px.T).max() > _SMALL_MOTION * around.pitch_px)

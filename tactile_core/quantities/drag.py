@@ -50,7 +50,9 @@ class MarkerField(Quantity):
         False where the position is inferred.
     mm_per_px : float
     started_in_contact : bool
-        The reference already shows a contact, so that displacements tell the change since then.
+        The marks were away from rest when following began: the reference shows a contact, and
+        displacements tell the change since then, or the first frame did, and identities rest on
+        how the skin deforms and not on having watched it.
     """
 
     ids: Int32
@@ -79,6 +81,15 @@ class MarkerField(Quantity):
     def summary(self) -> Mapping[str, Any]:
         """How many marks are seen, of how many."""
         return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
+
+    def warnings(self) -> tuple[str, ...]:
+        """Say so where no mark can be told apart."""
+        if self.seen.any():
+            return ()
+        return (
+            f"none of the {len(self.ids)} marks can be told apart in this frame; their places are "
+            f"those of the last frame in which they could",
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,11 +39,14 @@ class Scene:
         Detections.
     in_view : (N,) bool
         Marks that the image could show.
+    room_px : (N,) float64
+        Distance of the nearest other mark, on the resting skin or now, whichever is less.
     """
 
     around: Neighbourhood
     found_px: Array
     in_view: Bool
+    room_px: Array
 
     def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
@@ -59,16 +62,16 @@ class Scene:
         are many impostors and many gaps, one falls into a gap the more easily the wider it is.
         """
         around = self.around
-        nearest = around.nearest_px
+        room = self.room_px
         typical = 1.4826 * float(np.median(distance[known])) if known.any() else 0.0
         counted = known[around.index]
-        nearby = (np.minimum(distance, nearest / 4)[around.index] * counted).sum(axis=1)
+        nearby = (np.minimum(distance, room / 4)[around.index] * counted).sum(axis=1)
         nearby /= np.maximum(counted.sum(axis=1), 1)
         left_over = max(len(self.found_px) - int(known.sum()), 0)
         missing = int((self.in_view & ~known).sum())
         floor = _FREE_FLOOR / (1 + 0.5 * missing * left_over / len(known))
         allowed = np.maximum(3.5 * typical, 2.5 * nearby) + 0.02 * around.pitch_px
-        return np.clip(allowed, max(floor, _NARROWEST) * nearest, _WIDEST * nearest)
+        return np.clip(allowed, max(floor, _NARROWEST) * room, _WIDEST * room)
 
     def grown(self, base_px: Array, owner: Intp, *, rounds: int, boldly: bool) -> Intp:
         """Add marks beside known ones, and drop those that do not fit, until nothing changes.
@@ -96,7 +99,7 @@ class Scene:
             free = np.ones(len(self.found_px), np.bool_)
             free[kept[kept >= 0]] = False
             left = np.flatnonzero(free)
-            gate = _OPEN_GATE * around.nearest_px
+            gate = _OPEN_GATE * self.room_px
             if not boldly:
                 gate = np.minimum(gate, tolerance)
             wanted = (kept < 0) & (around.supporters(kept >= 0) >= _SUPPORT)

@@ -82,7 +82,7 @@ def best_explanation(
 
 def _seeds(scene: Scene, base_px: Array, guess_px: Array, seeking: Bool) -> Iterator[Intp]:
     """Large pieces of skin whose marks, paired with what is nearest, move alike."""
-    gate = np.where(seeking, _FIRST_GATE * scene.around.nearest_px, -1.0)
+    gate = np.where(seeking, _FIRST_GATE * scene.room_px, -1.0)
     owner = paired(base_px + guess_px, scene.found_px, gate)
     step, known = scene.moved(base_px, owner)
     if not known.any():

@@ -73,6 +73,11 @@ class Neighbourhood:
             np.minimum(distance[:, 0], pitch),
         )
 
+    def room_px(self, places_px: Array) -> Array:
+        """Distance of each mark's nearest neighbour, at rest or at (N, 2) places, the lesser."""
+        x, y = np.moveaxis(places_px[self.index] - places_px[:, None], -1, 0)
+        return np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=1)))
+
     def fit(self, values: Array, trust: Array) -> Array:
         """What its neighbours let expect of each mark: a plane through theirs, at its place.
 

@@ -24,8 +24,9 @@ _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
 
-_FADING = 0.8
-_FADED_FRAMES = 20
+_PULL = 0.03
+"""Of an inferred mark towards what its neighbours' displacements say, against drift."""
+
 _SMALL_MOTION = 0.1
 
 
@@ -67,7 +68,6 @@ class MarkTracker:
         self.lost = False
         self.began_displaced: bool | None = None
         self._momentum_px = np.zeros((count, 2))
-        self._own_px = np.zeros((count, 2))
         self._unseen_frames = np.zeros(count, np.intp)
 
     def follow(self, found_px: Array) -> None:
@@ -76,7 +76,12 @@ class MarkTracker:
         if self._around is None:
             self.lost = True
             return
-        scene = Scene(self._around, found_px, self._in_view(self._around.pitch_px))
+        scene = Scene(
+            self._around,
+            found_px,
+            self._in_view(self._around.pitch_px),
+            self._around.room_px(self.px),
+        )
         owner = self._explained(scene)
         known = owner >= 0
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
@@ -104,7 +109,7 @@ class MarkTracker:
         """The frame as a small step from the one before; None where it is not."""
         around = scene.around
         base_px = self.px + self._momentum_px
-        gate = np.where(fresh, _GATE * around.nearest_px, -1.0)
+        gate = np.where(fresh, _GATE * scene.room_px, -1.0)
         owner = paired(base_px, scene.found_px, gate)
         step, known = scene.moved(base_px, owner)
         if known.sum() < max(FEWEST_MARKS, _ENOUGH * fresh.sum()):
@@ -121,15 +126,13 @@ class MarkTracker:
 
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
         seen = owner >= 0
-        moved_px = self.px - self.reference_px
-        moved_px[seen] = scene.found_px[owner[seen]] - self.reference_px[seen]
+        step_px, _ = scene.moved(self.px, owner)
         trust = np.where(seen, 1.0, _WHISPER)
-        age = np.minimum(self._unseen_frames[~seen] + 1, _FADED_FRAMES)
-        own_px = self._own_px[~seen] * (_FADING**age)[:, None]
-        for _ in range(2):
-            moved_px[~seen] = around.fit(moved_px, trust)[~seen] + own_px
-        self._own_px[seen] = (moved_px - around.fit(moved_px, trust))[seen]
-        px = self.reference_px + moved_px
+        step_px[~seen] = around.fit(step_px, trust)[~seen]
+        step_px[~seen] = around.fit(step_px, trust)[~seen]
+        px = self.px + step_px
+        smooth_px = self.reference_px + around.fit(px - self.reference_px, trust)
+        px[~seen] += _PULL * (smooth_px - px)[~seen]
         self._momentum_px = _MOMENTUM * (px - self.px)
         self.px, self.seen = px, seen
         self._unseen_frames = np.where(seen, 0, self._unseen_frames + 1)

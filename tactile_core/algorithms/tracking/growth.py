@@ -17,12 +17,15 @@ Bool = NDArray[np.bool_]
 FEWEST_MARKS = 4
 """With fewer there is no telling which is which."""
 
-_SUPPORT = 3
+SUPPORT = 3
+"""So many neighbours are needed to say where a mark is."""
+
 _TEAR = 0.45
 """Neighbours that part by more pitches from one frame to the next belong to two interpretations."""
 
 _TEAR_BEYOND = 1.3
 _OPEN_GATE = 0.4
+_BEYOND_DOUBT, _RIVALRY = 0.1, 0.5
 _WIDEST, _NARROWEST = 0.3, 0.06
 _FREE_FLOOR = 0.2
 """How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
@@ -64,16 +67,16 @@ class Scene:
         around = self.around
         room = self.room_px
         typical = 1.4826 * float(np.median(distance[known])) if known.any() else 0.0
-        counted = known[around.index]
-        nearby = (np.minimum(distance, room / 4)[around.index] * counted).sum(axis=1)
-        nearby /= np.maximum(counted.sum(axis=1), 1)
+        nearby = around.nearby(np.minimum(distance, room / 4), known)
         left_over = max(len(self.found_px) - int(known.sum()), 0)
         missing = int((self.in_view & ~known).sum())
         floor = _FREE_FLOOR / (1 + 0.5 * missing * left_over / len(known))
         allowed = np.maximum(3.5 * typical, 2.5 * nearby) + 0.02 * around.pitch_px
         return np.clip(allowed, max(floor, _NARROWEST) * room, _WIDEST * room)
 
-    def grown(self, base_px: Array, owner: Intp, *, rounds: int, boldly: bool) -> Intp:
+    def grown(
+        self, base_px: Array, owner: Intp, sought: Bool, *, rounds: int, boldly: bool
+    ) -> Intp:
         """Add marks beside known ones, and drop those that do not fit, until nothing changes.
 
         Parameters
@@ -82,6 +85,8 @@ class Scene:
             Where each mark was, or was thought to be: motion from there is smooth.
         owner : (N,) intp
             Detection of each mark that is known, -1 of the others.
+        sought : (N,) bool
+            Marks that may be added.
         rounds : int
             At most.
         boldly : bool
@@ -94,7 +99,7 @@ class Scene:
                 return np.full_like(owner, NOBODY)
             expected, distance = around.deviation(step, known, rounds=1)
             tolerance = self.tolerance(distance, known)
-            misfit = known & (distance > tolerance) & (around.supporters(known) >= _SUPPORT)
+            misfit = known & (distance > tolerance) & (around.supporters(known) >= SUPPORT)
             kept = np.where(misfit, NOBODY, owner)
             free = np.ones(len(self.found_px), np.bool_)
             free[kept[kept >= 0]] = False
@@ -102,13 +107,34 @@ class Scene:
             gate = _OPEN_GATE * self.room_px
             if not boldly:
                 gate = np.minimum(gate, tolerance)
-            wanted = (kept < 0) & (around.supporters(kept >= 0) >= _SUPPORT)
+            wanted = sought & (kept < 0) & (around.supporters(kept >= 0) >= SUPPORT)
             new = paired(base_px + expected, self.found_px[left], np.where(wanted, gate, -1.0))
             added = new >= 0
             kept[added] = left[new[added]]
             if np.array_equal(kept, owner):
                 break
             owner = kept
+        return owner
+
+    def sure(self, base_px: Array, owner: Intp, fresh: Bool) -> Intp:
+        """Drop the marks whose detection might as well show another one.
+
+        A mark that lies off what its neighbours let expect has to lie much nearer to it than its
+        detection lies to any other mark's expected place, even that of one that is known.
+        """
+        from scipy.spatial import KDTree
+
+        step, known = self.moved(base_px, owner)
+        expected, distance = self.around.deviation(step, known, rounds=1)
+        doubted = np.flatnonzero(known & (~fresh | (distance > _BEYOND_DOUBT * self.room_px)))
+        if not doubted.size:
+            return owner
+        places = KDTree(base_px + expected)
+        rival, whose = places.query(self.found_px[owner[doubted]], k=2)
+        nearest_rival = np.where(whose[:, 0] == doubted, rival[:, 1], rival[:, 0])
+        unsure = doubted[distance[doubted] > _RIVALRY * nearest_rival]
+        owner = owner.copy()
+        owner[unsure] = NOBODY
         return owner
 
     def whole(self, base_px: Array, owner: Intp) -> Intp:
@@ -120,7 +146,7 @@ class Scene:
         one, other = self.around.pairs.T
         if (
             np.array_equal(bonds, known[one] & known[other])
-            and (self.around.supporters(known)[known] >= _SUPPORT).all()
+            and (self.around.supporters(known)[known] >= SUPPORT).all()
         ):
             return owner
         piece = self.around.pieces(bonds)

@@ -30,7 +30,12 @@ _TOO_CLOSE = 0.05
 
 
 def best_explanation(
-    scene: Scene, last_px: Array, momentum_px: Array, rest_px: Array, fresh: Bool
+    scene: Scene,
+    last_px: Array,
+    momentum_px: Array,
+    rest_px: Array,
+    sought: Bool,
+    certain: Bool,
 ) -> Intp:
     """Explain a frame in several ways and take what the best ones have in common.
 
@@ -46,8 +51,10 @@ def best_explanation(
         By how much they should have moved on.
     rest_px : (N, 2) float64
         Where they are on the resting skin.
-    fresh : (N,) bool
-        Marks that were seen of late.
+    sought : (N,) bool
+        Marks whose last place is known well enough to look for them around it.
+    certain : (N,) bool
+        Marks that were seen in the last frame.
 
     Returns
     -------
@@ -56,20 +63,20 @@ def best_explanation(
     """
     beginnings: list[Intp] = []
     explanations: list[tuple[float, Intp]] = []
-    everyone = np.ones_like(fresh)
+    everyone = np.ones_like(sought)
     still = np.zeros_like(last_px)
-    tried = [(last_px + momentum_px, still, fresh), (last_px, still, fresh)]
-    tried += [(last_px, still + shift, fresh) for shift in _shared_shifts(scene, last_px)]
+    tried = [(last_px + momentum_px, still, sought), (last_px, still, sought)]
+    tried += [(last_px, still + shift, sought) for shift in _shared_shifts(scene, last_px)]
     tried += [(rest_px, still, everyone)]
     for base_px, guess_px, seeking in tried:
         for seed in _seeds(scene, base_px, guess_px, seeking):
             if any((seed == other).mean() > _SAME_SEED for other in beginnings):
                 continue
             beginnings.append(seed)
-            owner = scene.grown(base_px, seed, rounds=_GROWTH_ROUNDS, boldly=True)
-            owner = scene.grown(base_px, owner, rounds=_TIDYING_ROUNDS, boldly=False)
-            owner = scene.whole(base_px, owner)
-            explanations.append((_score(scene, owner, last_px + momentum_px), owner))
+            owner = scene.grown(base_px, seed, seeking, rounds=_GROWTH_ROUNDS, boldly=True)
+            owner = scene.grown(base_px, owner, seeking, rounds=_TIDYING_ROUNDS, boldly=False)
+            owner = scene.sure(base_px, scene.whole(base_px, owner), certain)
+            explanations.append((_score(scene, owner, last_px, momentum_px), owner))
     if not explanations:
         return np.full(len(last_px), NOBODY, np.intp)
     best, agreed = max(explanations, key=lambda each: each[0])
@@ -94,18 +101,21 @@ def _seeds(scene: Scene, base_px: Array, guess_px: Array, seeking: Bool) -> Iter
             yield np.where(known & (piece == number), owner, NOBODY)
 
 
-def _score(scene: Scene, owner: Intp, expected_px: Array) -> float:
-    """Many marks explained, by a motion that is even and close to what was expected."""
-    surprise, known = scene.moved(expected_px, owner)
+def _score(scene: Scene, owner: Intp, last_px: Array, momentum_px: Array) -> float:
+    """Many marks explained, by a small motion that is even, or that goes on evenly."""
+    step, known = scene.moved(last_px, owner)
     if known.sum() < FEWEST_MARKS:
         return -np.inf
-    surprise /= scene.around.pitch_px
     one, other = scene.around.pairs.T
     both = known[one] & known[other]
-    uneven = np.hypot(*(surprise[one] - surprise[other])[both].T)
-    uneven = np.minimum((uneven / np.maximum(scene.around.apart[both], 0.7)) ** 2, 1)
-    step = np.minimum(np.hypot(*surprise[known].T), 1.5)
-    return float(known.mean() - 0.25 * uneven.sum() / known.sum() - 0.3 * step.mean())
+    cost = np.inf
+    for surprise in (step, step - momentum_px):
+        surprise = surprise / scene.around.pitch_px
+        uneven = np.hypot(*(surprise[one] - surprise[other])[both].T)
+        uneven = np.minimum((uneven / np.maximum(scene.around.apart[both], 0.7)) ** 2, 1)
+        size = np.minimum(np.hypot(*surprise[known].T), 1.5)
+        cost = min(cost, 0.25 * uneven.sum() / known.sum() + 0.3 * size.mean())
+    return float(known.mean() - cost)
 
 
 def _shared_shifts(scene: Scene, last_px: Array) -> list[Array]:

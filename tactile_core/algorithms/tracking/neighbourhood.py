@@ -123,6 +123,12 @@ class Neighbourhood:
             trust = known / (1 + (distance / (3 * scale)) ** 2)
         return expected, distance
 
+    def nearby(self, distance: Array, known: Bool) -> Array:
+        """Mean (N,) of what is told of the known marks around each; 0 where none is known."""
+        counted = known[self.index]
+        total = (distance[self.index] * counted).sum(axis=1)
+        return np.asarray(total / np.maximum(counted.sum(axis=1), 1))
+
     def supporters(self, known: Bool) -> NDArray[np.intp]:
         """How many neighbours of each mark are known."""
         return np.asarray(known[self.index].sum(axis=1))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, Scene
+from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
 from tactile_core.algorithms.tracking.hypotheses import best_explanation
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
@@ -17,16 +17,16 @@ Bool = NDArray[np.bool_]
 
 _GATE = 0.5
 _MOMENTUM = 0.7
-_FRESH_FRAMES = 4
 _FEW_MISFITS, _MISFITS = 3, 0.05
 _ENOUGH = 0.3
 _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
 
-_PULL = 0.03
-"""Of an inferred mark towards what its neighbours' displacements say, against drift."""
+_DOUBTFUL = 0.25
+"""Of the room around a mark: it is not looked for where its place is less certain."""
 
+_UNSUPPORTED = 0.1
 _SMALL_MOTION = 0.1
 
 
@@ -68,7 +68,7 @@ class MarkTracker:
         self.lost = False
         self.began_displaced: bool | None = None
         self._momentum_px = np.zeros((count, 2))
-        self._unseen_frames = np.zeros(count, np.intp)
+        self._doubt_px = np.zeros(count)
 
     def follow(self, found_px: Array) -> None:
         """Find the marks among (M, 2) detections; any may be missing, others too many."""
@@ -88,7 +88,6 @@ class MarkTracker:
         self.lost = bool(known.sum() < max(FEWEST_MARKS, share * scene.in_view.sum()))
         if self.lost:
             self.seen = np.zeros(len(self.px), np.bool_)
-            self._unseen_frames += 1
             self._momentum_px[:] = 0
         else:
             self._accept(scene, self._around, owner)
@@ -99,20 +98,23 @@ class MarkTracker:
         count = len(self.px)
         if len(scene.found_px) < FEWEST_MARKS:
             return np.full(count, NOBODY, np.intp)
-        fresh = (self._unseen_frames <= _FRESH_FRAMES) | self.lost
-        owner = None if self.lost else self._continued(scene, fresh)
+        sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
+        owner = None if self.lost else self._continued(scene, sought)
         if owner is None:
-            owner = best_explanation(scene, self.px, self._momentum_px, self.reference_px, fresh)
+            owner = best_explanation(scene, self.px, self._momentum_px, self.reference_px, sought, self.seen)
         return owner
 
-    def _continued(self, scene: Scene, fresh: Bool) -> Intp | None:
+    def _continued(self, scene: Scene, sought: Bool) -> Intp | None:
         """The frame as a small step from the one before; None where it is not."""
         around = scene.around
         base_px = self.px + self._momentum_px
-        gate = np.where(fresh, _GATE * scene.room_px, -1.0)
+        gate = np.where(sought, _GATE * scene.room_px, -1.0)
         owner = paired(base_px, scene.found_px, gate)
+        still = paired(self.px, scene.found_px, gate)
+        if ((still != owner) & (still >= 0) & (owner >= 0)).sum() > _FEW_MISFITS:
+            return None
         step, known = scene.moved(base_px, owner)
-        if known.sum() < max(FEWEST_MARKS, _ENOUGH * fresh.sum()):
+        if known.sum() < max(FEWEST_MARKS, _ENOUGH * sought.sum()):
             return None
         _, distance = around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
@@ -122,20 +124,34 @@ class MarkTracker:
         held = scene.whole(base_px, owner)
         if (held != owner).sum() > _FEW_MISFITS:
             return None
-        return scene.whole(base_px, scene.grown(base_px, held, rounds=4, boldly=False))
+        owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
+        return scene.sure(base_px, owner, self.seen)
 
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
         seen = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
         trust = np.where(seen, 1.0, _WHISPER)
-        step_px[~seen] = around.fit(step_px, trust)[~seen]
-        step_px[~seen] = around.fit(step_px, trust)[~seen]
+        for _ in range(2):
+            step_px[~seen] = around.fit(step_px, trust)[~seen]
         px = self.px + step_px
-        smooth_px = self.reference_px + around.fit(px - self.reference_px, trust)
-        px[~seen] += _PULL * (smooth_px - px)[~seen]
+        doubt_px = self._doubt_px + 2 * self._strangeness(around, step_px, trust)
+        moved_px = px - self.reference_px
+        smooth_px = self.reference_px + around.fit(moved_px, trust)
+        smooth_doubt_px = 3 * self._strangeness(around, moved_px, trust)
+        better = ~seen & (smooth_doubt_px < doubt_px)
+        px[better] = smooth_px[better]
+        self._doubt_px = np.where(seen, 0.0, np.minimum(doubt_px, smooth_doubt_px))
         self._momentum_px = _MOMENTUM * (px - self.px)
         self.px, self.seen = px, seen
-        self._unseen_frames = np.where(seen, 0, self._unseen_frames + 1)
+
+    @staticmethod
+    def _strangeness(around: Neighbourhood, values: Array, trust: Array) -> Array:
+        """How badly the seen marks around each one are told by their own neighbours, (N,) px."""
+        seen = trust == 1
+        distance = np.hypot(*(values - around.fit(values, trust)).T)
+        supported = around.supporters(seen) >= SUPPORT
+        unknown = _UNSUPPORTED * around.pitch_px
+        return np.where(supported, around.nearby(distance, seen), unknown)
 
     def _in_view(self, pitch_px: float) -> Bool:
         low, high = self.reference_px.min(axis=0), self.reference_px.max(axis=0)

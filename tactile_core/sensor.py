@@ -156,9 +156,7 @@ class Sensor:
             raise CameraLost("the recording has come to its end")
         return self.pipeline.process(frame)
 
-    def stream(
-        self, timeout_s: float = 1.0, *, tare_frame: int | None = None
-    ) -> Iterator[Reading]:
+    def stream(self, timeout_s: float = 1.0, *, tare_frame: int | None = None) -> Iterator[Reading]:
         """Yield readings until the recording ends; without end on a live camera.
 
         ``tare_frame`` is the sequence number of the frame whose load is taken for zero, from there

@@ -1,4 +1,4 @@
-"""Marks on a virtual skin that is pressed, dragged, twisted and let go, as a detector finds them."""
+"""Marks on a virtual skin that is pressed, dragged, twisted and let go, as they are detected."""
 
 from __future__ import annotations
 
@@ -101,9 +101,7 @@ def detected(
     """Return shuffled detections, and the mark that each one shows; -1 for none."""
     marks = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= missing))
     others = rng.uniform(0, 1, (rng.poisson(spurious * len(marks)), 2)) * SIZE_PX
-    found = np.concatenate(
-        [places_px[marks] + rng.normal(0, noise_px, (len(marks), 2)), others]
-    )
+    found = np.concatenate([places_px[marks] + rng.normal(0, noise_px, (len(marks), 2)), others])
     whose = np.concatenate([marks, np.full(len(others), -1)])
     order = rng.permutation(len(found))
     return found[order], whose[order]

@@ -13,6 +13,11 @@ from tactile_core.errors import InputError
 from tactile_core.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 
+_IN_CONTACT = (
+    "the {} shows the marks of a skin that is touched; for displacements since the skin was "
+    "untouched, begin with nothing on it"
+)
+
 
 class Tracking(Estimator):
     """Follows the marks of the reference from frame to frame.
@@ -50,7 +55,19 @@ class Tracking(Estimator):
             The reference shows no marks to follow.
         """
         tracker = self._tracker or self._begin(reference)
+        first = tracker.began_displaced is None
         tracker.follow(detections.centres_px)
+        started_in_contact = self._contact_in_reference or bool(tracker.began_displaced)
+        notes = []
+        if tracker.lost:
+            notes.append(
+                f"none of the {len(self._reported)} marks can be told apart in this frame, which "
+                f"shows {len(detections.centres_px)}; their places are those of an earlier one"
+            )
+        if first and started_in_contact:
+            notes.append(
+                _IN_CONTACT.format("reference" if self._contact_in_reference else "first frame")
+            )
         return MarkerField(
             ids=np.arange(len(self._reported), dtype=np.int32),
             reference_px=self._zero_px,
@@ -58,7 +75,8 @@ class Tracking(Estimator):
             seen=tracker.seen[self._reported],
             mm_per_px=self.context.image.mm_per_px,
             timestamp_s=detections.timestamp_s,
-            started_in_contact=self._contact_in_reference or bool(tracker.began_displaced),
+            started_in_contact=started_in_contact,
+            notes=tuple(notes),
         )
 
     def _begin(self, reference: Reference) -> MarkTracker:

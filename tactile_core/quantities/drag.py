@@ -53,6 +53,8 @@ class MarkerField(Quantity):
         The marks were away from rest when following began: the reference shows a contact, and
         displacements tell the change since then, or the first frame did, and identities rest on
         how the skin deforms and not on having watched it.
+    notes : tuple of str
+        Sentences for the user about this frame.
     """
 
     ids: Int32
@@ -62,6 +64,7 @@ class MarkerField(Quantity):
     mm_per_px: float
     timestamp_s: float = 0.0
     started_in_contact: bool = False
+    notes: tuple[str, ...] = ()
 
     @property
     def displacement_mm(self) -> Float32:
@@ -83,13 +86,8 @@ class MarkerField(Quantity):
         return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
 
     def warnings(self) -> tuple[str, ...]:
-        """Say so where no mark can be told apart."""
-        if self.seen.any():
-            return ()
-        return (
-            f"none of the {len(self.ids)} marks can be told apart in this frame; their places are "
-            f"those of the last frame in which they could",
-        )
+        """The notes."""
+        return self.notes
 
 
 @dataclass(frozen=True, eq=False)

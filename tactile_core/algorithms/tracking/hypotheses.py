@@ -40,7 +40,8 @@ def best_explanation(
     """Explain a frame in several ways and take what the best ones have in common.
 
     The skin goes on as it moved, stands still, moves by a shift that many detections share, or
-    is back at rest. Each is tried on every large piece of skin that it explains, and grows from there.
+    is back at rest. Each is tried on every large piece of skin that it explains, and grows from
+    there.
 
     Parameters
     ----------

@@ -101,7 +101,9 @@ class MarkTracker:
         sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
         owner = None if self.lost else self._continued(scene, sought)
         if owner is None:
-            owner = best_explanation(scene, self.px, self._momentum_px, self.reference_px, sought, self.seen)
+            owner = best_explanation(
+                scene, self.px, self._momentum_px, self.reference_px, sought, self.seen
+            )
         return owner
 
     def _continued(self, scene: Scene, sought: Bool) -> Intp | None:

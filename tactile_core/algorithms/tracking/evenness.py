@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.tracking.nearest import nearest
+
 _FEWEST = 25
 _UNEVEN = 0.006
 _NEIGHBOURS = 5
@@ -31,7 +33,7 @@ def shows_contact(places_px: NDArray[Any]) -> bool:
     if len(places_px) < _FEWEST:
         return False
     tree = KDTree(places_px)
-    distance, _ = tree.query(places_px, k=_NEIGHBOURS)
+    distance, _ = nearest(places_px, places_px, _NEIGHBOURS)
     pitch = float(np.median(distance[:, 1]))
     low, high = places_px.min(axis=0) + _BORDER * pitch, places_px.max(axis=0) - _BORDER * pitch
     inner = np.asarray(((places_px > low) & (places_px < high)).all(axis=1))

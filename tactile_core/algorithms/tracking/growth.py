@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
 
@@ -122,15 +123,12 @@ class Scene:
         A mark that lies off what its neighbours let expect has to lie much nearer to it than its
         detection lies to any other mark's expected place, even that of one that is known.
         """
-        from scipy.spatial import KDTree
-
         step, known = self.moved(base_px, owner)
         expected, distance = self.around.deviation(step, known, rounds=1)
         doubted = np.flatnonzero(known & (~fresh | (distance > _BEYOND_DOUBT * self.room_px)))
         if not doubted.size:
             return owner
-        places = KDTree(base_px + expected)
-        rival, whose = places.query(self.found_px[owner[doubted]], k=2)
+        rival, whose = nearest(self.found_px[owner[doubted]], base_px + expected, 2)
         nearest_rival = np.where(whose[:, 0] == doubted, rival[:, 1], rival[:, 0])
         unsure = doubted[distance[doubted] > _RIVALRY * nearest_rival]
         owner = owner.copy()

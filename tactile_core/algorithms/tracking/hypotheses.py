@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, Scene
+from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
 
 Array = NDArray[Any]
@@ -121,16 +122,12 @@ def _score(scene: Scene, owner: Intp, last_px: Array, momentum_px: Array) -> flo
 
 def _shared_shifts(scene: Scene, last_px: Array) -> list[Array]:
     """The (2,) shifts by which most detections lie beside some mark."""
-    from scipy.spatial import KDTree
-
     pitch = scene.around.pitch_px
     reach = _FARTHEST_SHIFT * pitch
     wanted = min(_CANDIDATES, len(scene.found_px))
-    distance, nearest = KDTree(scene.found_px).query(
-        last_px, k=list(range(1, wanted + 1)), distance_upper_bound=reach
-    )
+    distance, index = nearest(last_px, scene.found_px, wanted, reach)
     mark, rank = np.nonzero(np.isfinite(distance))
-    shift = scene.found_px[nearest[mark, rank]] - last_px[mark]
+    shift = scene.found_px[index[mark, rank]] - last_px[mark]
     bins = np.floor((shift + reach) / pitch * _BINS_PER_PITCH).astype(np.intp) + 1
     side = int(2 * _FARTHEST_SHIFT * _BINS_PER_PITCH) + 4
     votes = np.zeros((side, side))

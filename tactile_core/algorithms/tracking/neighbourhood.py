@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.tracking.nearest import nearest
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
@@ -49,11 +50,9 @@ class Neighbourhood:
     @classmethod
     def of(cls, places_px: Array) -> Neighbourhood:
         """Return the neighbourhood of (N, 2) marks; N at least 2."""
-        from scipy.spatial import KDTree
-
         count = len(places_px)
         wanted = min(_NEIGHBOURS, count - 1)
-        distance, index = KDTree(places_px).query(places_px, k=wanted + 1)
+        distance, index = nearest(places_px, places_px, wanted + 1)
         distance, index = distance[:, 1:], index[:, 1:]
         pitch = float(np.median(distance[:, 0]))
         reach = _REACH * distance.max(axis=1, keepdims=True)
@@ -76,7 +75,7 @@ class Neighbourhood:
     def room_px(self, places_px: Array) -> Array:
         """Distance of each mark's nearest neighbour, at rest or at (N, 2) places, the lesser."""
         x, y = np.moveaxis(places_px[self.index] - places_px[:, None], -1, 0)
-        return np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=1)))
+        return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=1))))
 
     def fit(self, values: Array, trust: Array) -> Array:
         """What its neighbours let expect of each mark: a plane through theirs, at its place.

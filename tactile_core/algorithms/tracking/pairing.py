@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.tracking.nearest import nearest
 
 Array = NDArray[Any]
 Intp = NDArray[np.intp]
@@ -39,12 +40,11 @@ def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
     compiled = kernels.ready()
     if compiled is not None:
         return np.asarray(compiled.mutual_nearest(expected_px, found_px, within_px))
-    from scipy.spatial import KDTree
-
-    distance, nearest = KDTree(found_px).query(expected_px[seeking])
+    distances, indices = nearest(expected_px[seeking], found_px, 1)
+    distance, closest = distances[:, 0], indices[:, 0]
     favourite = np.full(len(found_px), NOBODY, np.intp)
     far_first = np.argsort(-distance, kind="stable")
-    favourite[nearest[far_first]] = far_first
-    good = (distance <= within_px[seeking]) & (favourite[nearest] == np.arange(len(seeking)))
-    result[seeking[good]] = nearest[good]
+    favourite[closest[far_first]] = far_first
+    good = (distance <= within_px[seeking]) & (favourite[closest] == np.arange(len(seeking)))
+    result[seeking[good]] = closest[good]
     return result

@@ -4,7 +4,7 @@ ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test lint bench docs wheels try-wheels clean
+.PHONY: demo test soak lint bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -13,6 +13,10 @@ demo: .venv/installed
 test: .venv/installed
 	$(BIN)/python -m pytest
 	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/test_pipeline.py plugins/tactile-desktop-six-led
+
+# Marks of virtual skin, pressed, dragged and twisted through 10,000 frames.
+soak: .venv/installed
+	TACTILE_SOAK_FRAMES=10000 $(ONE_CORE) $(BIN)/python -m pytest tests/algorithms/test_tracking.py -k strokes -s
 
 lint: .venv/installed
 	$(BIN)/ruff check .

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ Array = NDArray[Any]
 SIZE_PX = np.array([640, 480])
 PITCH_PX = 1.1 / 0.0276
 _BORDER_PX = 6
-_FARTHEST, _FASTEST = 2.0, 0.7
+_CALM, _FIERCE = (1.0, 0.35), (2.0, 0.7)
 """In pitches: how far skin is dragged in all, and from one frame to the next."""
 
 
@@ -31,17 +30,17 @@ class Strokes:
         return np.asarray(self.px[0])
 
 
-def strokes(seed: int) -> Strokes:
+def strokes(seed: int, *, fierce: bool) -> Strokes:
     """Press an object, drag it to and fro, twist it, drag it again, and lift it."""
+    farthest, fastest_pitches = _FIERCE if fierce else _CALM
     rng = np.random.default_rng(seed)
     gel = {"friction": float(rng.uniform(0.5, 2)), "thickness_mm": float(rng.uniform(2, 3.5))}
-    layout = ("square", "quasi_random")[seed % 2]
     overrides: dict[str, Any] = {"gel": gel}
-    if layout == "quasi_random":
-        overrides["optics"] = {"marks": {"layout": layout}}
+    if seed % 2:
+        overrides["optics"] = {"marks": {"layout": "quasi_random"}}
     stage = VirtualStage("hex_fingertip", seed=seed, overrides=overrides)
     frames = [stage.truth().markers_px]
-    fastest = rng.uniform(0.1, _FASTEST) * PITCH_PX
+    fastest = rng.uniform(0.1, fastest_pitches) * PITCH_PX
     kind, options = [
         ("sphere", {"diameter_mm": rng.uniform(6, 16)}),
         ("flat", {"diameter_mm": rng.uniform(5, 12)}),
@@ -66,14 +65,14 @@ def strokes(seed: int) -> Strokes:
     direction = rng.uniform(0, 2 * np.pi)
     for turn in range(2):
         for _ in range(8):
-            if dragged() > _FARTHEST - 0.4:
+            if dragged() > farthest - 0.4:
                 break
             stage.shear(0.35 * np.cos(direction), 0.35 * np.sin(direction))
             take()
         direction += rng.uniform(2, 4)
         sign = rng.choice([-1, 1])
         for _ in range(4 if turn == 0 else 0):
-            if dragged() > _FARTHEST - 0.2:
+            if dragged() > farthest - 0.2:
                 break
             stage.twist(sign * rng.uniform(2, 5))
             take()
@@ -105,11 +104,3 @@ def detected(
     whose = np.concatenate([marks, np.full(len(others), -1)])
     order = rng.permutation(len(found))
     return found[order], whose[order]
-
-
-def frames(first_seed: int = 0) -> Iterator[tuple[int, Strokes]]:
-    """Yield strokes without end."""
-    seed = first_seed
-    while True:
-        yield seed, strokes(seed)
-        seed += 1

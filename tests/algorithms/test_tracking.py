@@ -17,7 +17,7 @@ from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import paired
 
 PITCH = 30.0
-SOAK_FRAMES = int(os.environ.get("TACTILE_SOAK_FRAMES", "1000"))
+SOAK_FRAMES = int(os.environ.get("TACTILE_SOAK_FRAMES", "200"))
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -79,7 +79,7 @@ def test_marks_that_leave_the_view_come_back_as_themselves() -> None:
     right = rest[:, 0].max() + PITCH / 2
     tracker = MarkTracker(rest)
     for pitches in [*np.linspace(0, 1.5, 8), *np.linspace(1.5, 0, 8)]:
-        truth = rest + [pitches * PITCH, 0.0]
+        truth = rest + np.array([pitches * PITCH, 0.0])
         # skin from beyond the other side comes into view with marks of its own
         strangers = truth[::14] - [PITCH, 0.0]
         shown = np.concatenate([truth, strangers])
@@ -161,21 +161,31 @@ def test_kernels_and_numpy_find_the_same_neighbours(seed: int) -> None:
 
 
 @pytest.mark.timeout(3600)
-def test_virtual_strokes_swap_no_mark() -> None:
-    """A tenth of what ``make soak`` does, which sets TACTILE_SOAK_FRAMES."""
-    done, wrong, squares, seen, seed = 0, [], 0.0, 0, 0
+@pytest.mark.parametrize(
+    ("fierce", "share"),
+    [
+        pytest.param(False, 0.0, id="one pitch, by a third at a time"),
+        # where skin is strained by half and more, gaps hide what is whose (docs/adr/0026)
+        pytest.param(True, 2e-4, id="two pitches, by two thirds at a time"),
+    ],
+)
+def test_virtual_strokes_swap_no_mark(fierce: bool, share: float) -> None:
+    """A sample of what ``make soak`` does, which sets TACTILE_SOAK_FRAMES."""
+    done, wrong, squares, seen, seed = 0, 0, 0.0, 0, 0
     while done < SOAK_FRAMES:
-        places = strokes(seed).px
+        places = strokes(seed, fierce=fierce).px
         rng, marks = np.random.default_rng([seed, 0]), np.flatnonzero(visible(places[0]))
         tracker = MarkTracker(places[0][marks])
-        for number, truth in enumerate(places):
+        for truth in places:
             tracker.follow(detected(truth, rng)[0])
             error = np.hypot(*(tracker.px - truth[marks]).T)
             off = tracker.seen & (error > 0.3 * PITCH_PX)
-            if off.any():
-                wrong.append(f"stroke {seed}, frame {number}: {int(off.sum())}")
             right = tracker.seen & ~off
+            wrong += int(off.sum())
             squares, seen = squares + float(np.square(error[right]).sum()), seen + int(right.sum())
         done, seed = done + len(places), seed + 1
-    assert not wrong, f"{len(wrong)} of {done} frames: {'; '.join(wrong[:10])}"
-    assert np.sqrt(squares / seen) < 0.25
+    print(
+        f"{done} frames, {wrong} of {seen} seen marks wrong, {np.sqrt(squares / seen):.3f} px RMS"
+    )
+    assert wrong <= share * seen
+    assert np.sqrt(squares / seen) < 0.2

@@ -25,8 +25,8 @@ _TEAR = 0.45
 """Neighbours that part by more pitches from one frame to the next belong to two interpretations."""
 
 _TEAR_BEYOND = 1.3
-_OPEN_GATE = 0.4
-_BEYOND_DOUBT, _RIVALRY = 0.1, 0.5
+_OPEN_GATE = 0.3
+_BEYOND_DOUBT, _RIVALRY, _RIVALRY_OF_LOST = 0.1, 0.5, 0.3
 _WIDEST, _NARROWEST = 0.3, 0.06
 _FREE_FLOOR = 0.2
 """How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
@@ -130,7 +130,8 @@ class Scene:
             return owner
         rival, whose = nearest(self.found_px[owner[doubted]], base_px + expected, 2)
         nearest_rival = np.where(whose[:, 0] == doubted, rival[:, 1], rival[:, 0])
-        unsure = doubted[distance[doubted] > _RIVALRY * nearest_rival]
+        granted = np.where(fresh[doubted], _RIVALRY, _RIVALRY_OF_LOST)
+        unsure = doubted[distance[doubted] > granted * nearest_rival]
         owner = owner.copy()
         owner[unsure] = NOBODY
         return owner

@@ -85,7 +85,7 @@ def best_explanation(
     agreed = agreed.copy()
     for score, owner in explanations:
         if score > best - _TOO_CLOSE:
-            agreed[(owner >= 0) & (owner != agreed)] = NOBODY
+            agreed[owner != agreed] = NOBODY
     return agreed
 
 

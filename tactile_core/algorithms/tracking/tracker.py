@@ -17,13 +17,13 @@ Bool = NDArray[np.bool_]
 
 _GATE = 0.5
 _MOMENTUM = 0.7
-_FEW_MISFITS, _MISFITS = 3, 0.05
+_FEW_MISFITS, _MISFITS = 3, 0.12
 _ENOUGH = 0.3
 _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
 
-_DOUBTFUL = 0.25
+_DOUBTFUL = 0.12
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1

@@ -117,6 +117,19 @@ class Scene:
             owner = kept
         return owner
 
+    def calm(self, step: Array, known: Bool) -> bool:
+        """Whether every known mark is where its neighbours have it, and none could be added."""
+        around = self.around
+        expected = around.fit(step, known.astype(np.float64))
+        off = np.hypot(step[:, 0] - expected[:, 0], step[:, 1] - expected[:, 1])
+        if (off > _BEYOND_DOUBT * self.room_px)[known].any():
+            return False
+        if known.all():
+            return True
+        if known.sum() < len(self.found_px):
+            return False
+        return bool((around.supporters(known)[known] >= SUPPORT).all())
+
     def sure(self, base_px: Array, owner: Intp, fresh: Bool) -> Intp:
         """Drop the marks whose detection might as well show another one.
 

@@ -23,7 +23,7 @@ _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
 
-_DOUBTFUL = 0.12
+_DOUBTFUL = 0.25
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
@@ -118,6 +118,8 @@ class MarkTracker:
         step, known = scene.moved(base_px, owner)
         if known.sum() < max(FEWEST_MARKS, _ENOUGH * sought.sum()):
             return None
+        if scene.calm(step, known):
+            return owner
         _, distance = around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
         if misfit.sum() > max(_FEW_MISFITS, _MISFITS * known.sum()):
@@ -132,25 +134,32 @@ class MarkTracker:
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
         seen = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
-        trust = np.where(seen, 1.0, _WHISPER)
-        for _ in range(2):
-            step_px[~seen] = around.fit(step_px, trust)[~seen]
         px = self.px + step_px
-        doubt_px = self._doubt_px + 2 * self._strangeness(around, step_px, trust)
-        moved_px = px - self.reference_px
-        smooth_px = self.reference_px + around.fit(moved_px, trust)
-        smooth_doubt_px = 3 * self._strangeness(around, moved_px, trust)
-        better = ~seen & (smooth_doubt_px < doubt_px)
-        px[better] = smooth_px[better]
-        self._doubt_px = np.where(seen, 0.0, np.minimum(doubt_px, smooth_doubt_px))
+        self._doubt_px = np.where(seen, 0.0, self._doubt_px)
+        if not seen.all():
+            self._infer(around, px, step_px, seen)
         self._momentum_px = _MOMENTUM * (px - self.px)
         self.px, self.seen = px, seen
 
+    def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
+        """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""
+        trust = np.where(seen, 1.0, _WHISPER)
+        for _ in range(2):
+            expected_px = around.fit(step_px, trust)
+            step_px[~seen] = expected_px[~seen]
+        doubt_px = self._doubt_px + 2 * self._strangeness(around, step_px - expected_px, seen)
+        px[~seen] = (self.px + step_px)[~seen]
+        moved_px = px - self.reference_px
+        smooth_px = around.fit(moved_px, trust)
+        smooth_doubt_px = 3 * self._strangeness(around, moved_px - smooth_px, seen)
+        better = ~seen & (smooth_doubt_px < doubt_px)
+        px[better] = (self.reference_px + smooth_px)[better]
+        self._doubt_px = np.where(seen, 0.0, np.minimum(doubt_px, smooth_doubt_px))
+
     @staticmethod
-    def _strangeness(around: Neighbourhood, values: Array, trust: Array) -> Array:
+    def _strangeness(around: Neighbourhood, deviation: Array, seen: Bool) -> Array:
         """How badly the seen marks around each one are told by their own neighbours, (N,) px."""
-        seen = trust == 1
-        distance = np.hypot(*(values - around.fit(values, trust)).T)
+        distance = np.hypot(deviation[:, 0], deviation[:, 1])
         supported = around.supporters(seen) >= SUPPORT
         unknown = _UNSUPPORTED * around.pitch_px
         return np.where(supported, around.nearby(distance, seen), unknown)

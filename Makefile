@@ -20,9 +20,9 @@ lint: .venv/installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# What runs for minutes: thousands of frames in flat memory.
+# What runs for minutes: thousands of frames, in flat memory and without a mark mistaken.
 soak: .venv/installed
-	$(ONE_CORE) $(BIN)/python -m pytest -m soak tests plugins
+	$(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
 
 bench: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)

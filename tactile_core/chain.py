@@ -124,13 +124,15 @@ class Chain:
                     f"it before {step.name!r}, or remove {step.name!r}"
                 )
 
-    def run(self, given: Mapping[Kind, Quantity]) -> ChainResult:
+    def run(self, given: Mapping[Kind, Quantity], *, tare: bool = False) -> ChainResult:
         """Run every step whose needs are met.
 
         Parameters
         ----------
         given : mapping of type to Quantity
             What came with the frame.
+        tare : bool
+            Take this frame's load for zero, already in what is returned.
 
         Raises
         ------
@@ -153,13 +155,22 @@ class Chain:
                     f"{step} gives {step.gives.__name__}, which this sensor's calibration gives "
                     f"already; remove the step"
                 )
-            by_type[step.gives] = results[step.name] = _estimate(step, by_type)
+            result = _estimate(step, by_type)
+            if tare and type(step.estimator).tare is not Estimator.tare:
+                step.estimator.tare()
+                result = _estimate(step, by_type)
+            by_type[step.gives] = results[step.name] = result
         return ChainResult(by_type, results, left_out)
 
     def reset(self) -> None:
         """Let every step forget earlier frames."""
         for step in self.steps:
             step.estimator.reset()
+
+    def tare(self) -> None:
+        """Let every step take the load of the last frame for zero."""
+        for step in self.steps:
+            step.estimator.tare()
 
 
 def declared_step(name: str, estimator: Estimator) -> Step:
@@ -194,6 +205,21 @@ def declared_step(name: str, estimator: Estimator) -> Step:
     if optional:
         raise PluginError(f"{title}: the result of estimate() must be one quantity, never None")
     return Step(name, estimator, tuple(takes), tuple(needs), gives)
+
+
+def without_marks(steps: Mapping[str, Estimator]) -> list[str]:
+    """Return the steps that are of no use on a gel without marks.
+
+    Those that need marks, and those that need what only these would give.
+    """
+    declared = [declared_step(name, estimator) for name, estimator in steps.items()]
+    useless = [step for step in declared if step.estimator.needs_marks]
+    while True:
+        lost = {s.gives for s in useless} - {s.gives for s in declared if s not in useless}
+        more = [s for s in declared if s not in useless and lost & set(s.needs)]
+        if not more:
+            return [step.name for step in declared if step in useless]
+        useless += more
 
 
 def _estimate(step: Step, by_type: Mapping[Kind, Quantity]) -> Quantity:

@@ -61,6 +61,9 @@ class Estimator(ABC):
     stateful: ClassVar[bool] = False
     """True for tracking and slip: readings depend on those before, so the steps are never split
     over workers."""
+    needs_marks: ClassVar[bool] = False
+    """True for a step that makes sense only where marks are printed on the gel: it is left out,
+    with a note, where a revision says ``gel.markers: null``."""
 
     estimate: Any
 
@@ -70,3 +73,6 @@ class Estimator(ABC):
 
     def reset(self) -> None:  # noqa: B027  (only stateful steps have something to forget)
         """Forget everything about earlier frames."""
+
+    def tare(self) -> None:  # noqa: B027  (only steps that tell a load have one to subtract)
+        """Take the load of the last frame for zero from now on, until :meth:`reset`."""

@@ -12,7 +12,7 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundle import Bundle
 from tactile_core.calibration import Calibration
-from tactile_core.chain import Chain, Step
+from tactile_core.chain import Chain, Step, without_marks
 from tactile_core.drift import DriftFollower
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
@@ -21,7 +21,14 @@ from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
+from tactile_core.quantities import (
+    Frame,
+    Gradients,
+    HeightMap,
+    MarkerDetections,
+    Quantity,
+    Reference,
+)
 from tactile_core.reading import Reading
 
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
@@ -79,26 +86,25 @@ class Pipeline:
         self.reference = self._prepared(reference)
         self._drift = None if self.reference is None else DriftFollower(self.reference)
         self._expected: Pattern | None = None
-        self._chain = self._build_chain()
+        self._chain, markless = self._build_chain()
+        self.reference = self._with_detections(self.reference)
         self._used = False
-        left_out = self._left_out()
-        if left_out:
-            why, remedy = (
-                ("no bundle", "make one with 'tactile calibrate' and give it with --bundle")
-                if self.bundle is None
-                else ("no reference", "give --reference, a recording of the untouched sensor")
+        if markless:
+            notes.append(
+                f"the gel carries no marks, so these steps are left out: {', '.join(markless)}"
             )
-            steps = ", ".join(left_out)
-            notes.append(f"{why}, so these steps are left out: {steps}; {remedy}")
+        notes += self._notes_of_left_out()
         self.notes = tuple(notes)
 
-    def process(self, frame: Frame) -> Reading:
+    def process(self, frame: Frame, *, tare: bool = False) -> Reading:
         """Measure one frame.
 
         Parameters
         ----------
         frame : Frame
             (H, W, K) as the profile describes it.
+        tare : bool
+            Take this frame's load for zero, in this reading and in those after it.
 
         Raises
         ------
@@ -122,10 +128,12 @@ class Pipeline:
         if self._calibration is not None and (self.reference is not None or self.bundle is None):
             measured = self._measured(self._calibration, frame)
             given[type(measured)] = measured
-        result = self._chain.run(given)
+        result = self._chain.run(given, tare=tare)
         measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
         latency_ms = 1e3 * (perf_counter() - start)
         warnings = [*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)]
+        for quantity in measured_only.values():
+            warnings += quantity.warnings()
         if plain and kernels.ready() is not None and latency_ms > _COMPILING_MS:
             warnings.append(
                 f"this frame took {latency_ms / 1e3:.0f} s, in which the extra 'fast' compiled its "
@@ -141,6 +149,11 @@ class Pipeline:
         )
 
     @property
+    def used(self) -> bool:
+        """Whether any frame was measured."""
+        return self._used
+
+    @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the profile's chain, in order."""
         return self._chain.steps
@@ -153,7 +166,12 @@ class Pipeline:
         """Forget everything about earlier frames."""
         self._chain.reset()
 
-    def _build_chain(self) -> Chain:
+    def tare(self) -> None:
+        """Take the load of the last frame for zero from now on, until :meth:`reset`."""
+        self._chain.tare()
+
+    def _build_chain(self) -> tuple[Chain, list[str]]:
+        """The chain, and the steps left out of it since the gel carries no marks."""
         image, gel = self.profile.image, self.profile.gel
         if self._marks is not None:
             gel = self._marks.told(gel, image.mm_per_px)
@@ -162,9 +180,30 @@ class Pipeline:
         for name, component in self.profile.estimators.items():
             kind = resolve("estimator", component.use)
             steps[name] = kind(kind.Options.model_validate(component.options), context)
-        chain = Chain(steps)
+        markless = without_marks(steps) if self.profile.gel.markers is None else []
+        chain = Chain({name: step for name, step in steps.items() if name not in markless})
         chain.check(_EVER_GIVEN)
-        return chain
+        return chain, markless
+
+    def _with_detections(self, reference: Reference | None) -> Reference | None:
+        """Add the marks of the untouched skin, found by the very step that finds a frame's."""
+        step = next((s for s in self._chain.steps if s.gives is MarkerDetections), None)
+        if reference is None or step is None or reference.detections is not None:
+            return reference
+        dtype = np.uint8 if reference.full_scale <= np.iinfo(np.uint8).max else np.uint16
+        shown = Frame(
+            np.rint(reference.pixels).astype(dtype),
+            reference.channels,
+            self.profile.image.mm_per_px,
+            reference.full_scale,
+            reference.marks,
+        )
+        given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
+        found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
+        step.estimator.reset()
+        detections = None if found is None else found.by_type[MarkerDetections]
+        assert detections is None or isinstance(detections, MarkerDetections)
+        return replace(reference, detections=detections)
 
     def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
         if self.reference is None or self._drift is None:
@@ -184,13 +223,36 @@ class Pipeline:
             [float(light["elevation_deg"]) for light in lights],
         )
 
-    def _left_out(self) -> list[str]:
+    def _notes_of_left_out(self) -> list[str]:
+        left_out = self._left_out()
+        unreferenced = [name for name, kind in left_out.items() if kind is Reference]
+        others = [name for name in left_out if name not in unreferenced]
+        no_reference = "no reference", "give --reference, a recording of the untouched sensor"
+        no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
+        reasons = [
+            (unreferenced, no_reference),
+            (others, no_bundle if self.bundle is None else no_reference),
+        ]
+        return [
+            f"{why}, so these steps are left out: {', '.join(steps)}; {remedy}"
+            for steps, (why, remedy) in reasons
+            if steps
+        ]
+
+    def _left_out(self) -> dict[str, type[Quantity]]:
+        """The steps that cannot run, each with the first thing of those given that is missing."""
         given: set[type[Quantity]] = {Frame}
         if self.reference is not None:
             given.add(Reference)
         if self._calibration is not None and (self.reference is not None or self.bundle is None):
             given |= {Gradients, HeightMap}
-        return list(self._chain.left_out(given))
+        left_out = self._chain.left_out(given)
+        giver = {step.gives: step.name for step in self._chain.steps}
+        for name, kind in left_out.items():
+            while giver.get(kind) in left_out:
+                kind = left_out[giver[kind]]
+            left_out[name] = kind
+        return left_out
 
     def _prepared(self, reference: Reference | None) -> Reference | None:
         if reference is None:

@@ -168,10 +168,26 @@ class Sensor:
             raise CameraLost("the recording has come to its end")
         return self.pipeline.process(frame)
 
-    def stream(self, timeout_s: float = 1.0) -> Iterator[Reading]:
-        """Yield readings until the recording ends; without end on a live camera."""
+    def stream(self, timeout_s: float = 1.0, *, tare_frame: int | None = None) -> Iterator[Reading]:
+        """Yield readings until the recording ends; without end on a live camera.
+
+        ``tare_frame`` is the sequence number of the frame whose load is taken for zero, from there
+        on.
+        """
         while (frame := self._next(timeout_s)) is not None:
-            yield self.pipeline.process(frame)
+            yield self.pipeline.process(frame, tare=frame.sequence == tare_frame)
+
+    def tare(self) -> None:
+        """Take the load of the last reading for zero: later ones tell the change since then.
+
+        Raises
+        ------
+        InputError
+            Nothing was read yet.
+        """
+        if not self.pipeline.used:
+            raise InputError("there is no load to tare before the first reading; call read() first")
+        self.pipeline.tare()
 
     def capture_reference(self, frames: int = 10) -> Reference:
         """Take the mean of the next ``frames`` observations as the untouched sensor.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy as np
 import pytest
 
-from tactile_core.chain import Chain, declared_step
+from tactile_core.chain import Chain, declared_step, without_marks
 from tactile_core.device import Options
 from tactile_core.errors import InputError, PluginError, ProfileError
 from tactile_core.estimator import Estimator, SensorContext
@@ -305,3 +305,58 @@ def test_a_chain_pickles_with_what_it_has_seen() -> None:
     steps.run(everything())
     copy = pickle.loads(pickle.dumps(steps))
     assert copy.run(everything()).by_type[Area].mm2 == 2
+
+
+@dataclass(frozen=True, eq=False)
+class Load(Quantity):
+    newtons: float
+
+
+class Scale(Estimator):
+    """Tells the frame's exposure time as a load."""
+
+    needs_marks = True
+    zero = last = 0.0
+
+    def estimate(self, frame: Frame) -> Load:
+        self.last = frame.timestamp_s
+        return Load(self.last - self.zero)
+
+    def tare(self) -> None:
+        self.zero = self.last
+
+    def reset(self) -> None:
+        self.zero = self.last = 0.0
+
+
+class Heavy(Estimator):
+    def estimate(self, load: Load) -> Area:
+        return Area(2 * load.newtons)
+
+
+def weighed(chain: Chain, time_s: float, *, tare: bool = False) -> float:
+    frame = Frame(FRAME.pixels, FRAME.channels, 0.1, timestamp_s=time_s)
+    area = chain.run({Frame: frame}, tare=tare).by_type[Area]
+    assert isinstance(area, Area)
+    return area.mm2
+
+
+def test_a_tare_subtracts_the_last_frames_load_until_reset() -> None:
+    chain = Chain({"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)})
+    assert weighed(chain, 3.0) == 6.0
+    chain.tare()
+    assert weighed(chain, 4.0) == 2.0
+    chain.reset()
+    assert weighed(chain, 4.0) == 8.0
+
+
+def test_a_frame_that_is_tared_reads_zero_itself_in_all_steps() -> None:
+    chain = Chain({"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)})
+    assert weighed(chain, 5.0, tare=True) == 0.0
+    assert weighed(chain, 6.0) == 2.0
+
+
+def test_steps_that_live_on_marks_go_with_those_that_need_them() -> None:
+    steps = {"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)}
+    assert without_marks(steps) == ["scale", "heavy"]
+    assert without_marks({"height": Height(Options(), CONTEXT)}) == []

@@ -62,3 +62,11 @@ def test_one_frame_gives_a_reference_of_unknown_noise(lab: VirtualLab) -> None:
         assert sensor.pipeline.reference is not None
         assert sensor.pipeline.reference.noise == 0
         assert np.isfinite(sensor.pipeline.reference.pixels).all()
+
+
+def test_there_is_nothing_to_tare_before_the_first_reading(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        with pytest.raises(InputError, match=r"call read\(\) first"):
+            sensor.tare()
+        sensor.read()
+        sensor.tare()

@@ -42,8 +42,9 @@ def tactile_estimators() -> Mapping[str, str]:
     return {
         "contact": "tactile_core.builtin.contact:Contact",
         "displacement": "tactile_core.builtin.displacement:Displacement",
-        "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "markers": "tactile_core.builtin.markers:Markers",
+        "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
+        "tracking": "tactile_core.builtin.tracking:Tracking",
     }

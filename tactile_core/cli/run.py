@@ -27,6 +27,9 @@ def run(
         str | None, typer.Option(help="The untouched sensor: a path, or 'first'.")
     ] = None,
     bundle: Annotated[Path | None, typer.Option(help="The calibration bundle.")] = None,
+    tare_frame: Annotated[
+        int | None, typer.Option(min=0, help="Sequence number of the frame whose load is zero.")
+    ] = None,
     frames: Annotated[int | None, typer.Option(min=1, help="Stop after so many.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
     save: Annotated[str, typer.Option(help="What to write: npz,tmd,png,ply.")] = "npz",
@@ -62,11 +65,18 @@ def run(
     ) as sensor:
         for note in sensor.notes:
             typer.echo(f"note: {note}", err=True)
-        for reading in islice(sensor.stream(), frames):
+        tared = tare_frame is None
+        for reading in islice(sensor.stream(tare_frame=tare_frame), frames):
+            tared |= reading.frame.sequence == tare_frame
             if out is not None:
                 write_reading(reading, out, formats)
             line = reading.summary()
             typer.echo(json.dumps(line) if as_json else _words(reading, line))
+    if not tared:
+        raise InputError(
+            f"--tare-frame {tare_frame}: no frame of this number was measured, so nothing was "
+            f"subtracted; frames are counted from 0"
+        )
 
 
 def _words(reading: Reading, line: dict[str, Any]) -> str:

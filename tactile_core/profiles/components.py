@@ -48,10 +48,20 @@ def check_components(source: Source) -> Checked:
     for keys, kind, node in _named(tree):
         use = node.value["use"]
         try:
-            model = _options_model(kind, use.value)
+            part = _component(kind, use.value)
+            model: type[BaseModel] = part.Options
         except PluginError as error:
             problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
             continue
+        if kind == "estimator" and _lacks_marks(source, use, part):
+            problems.append(
+                Problem.at(
+                    use.place,
+                    (*keys, "use"),
+                    f"{use.value} follows printed marks and 'gel.markers' says that there are "
+                    f"none; say pitch and size there (or auto), or remove the step",
+                )
+            )
         options = {
             key: _with_paths(value, _declared(model, key))
             for key, value in node.value.items()
@@ -88,11 +98,20 @@ def _names_a_component(node: Node | None) -> bool:
     return use is not None and isinstance(use.value, str) and "." in use.value.strip(".")
 
 
-def _options_model(kind: Kind, use: str) -> type[BaseModel]:
+def _component(kind: Kind, use: str) -> Any:
     from tactile_core.plugins import resolve
 
-    options: type[BaseModel] = resolve(kind, use).Options
-    return options
+    return resolve(kind, use)
+
+
+def _lacks_marks(source: Source, use: Node, part: Any) -> bool:
+    """Whether a step needs marks and was named where there are none; one inherited is left out."""
+    if not getattr(part, "needs_marks", False):
+        return False
+    markers: Keys = ("gel", "markers")
+    if source.settings.at(markers) is not None:
+        return False
+    return not source.inherits(use.place, source.origin(*markers))
 
 
 def _declared(model: type[BaseModel], key: str) -> Any:

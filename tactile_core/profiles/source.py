@@ -29,6 +29,8 @@ class Source:
         Merged; each value knows the file, line and column that it came from, and ``null`` is kept.
     problems : tuple of Problem
         Mistakes found while reading.
+    lineage : tuple of Path
+        The files that it was merged from, the oldest first.
     whole : bool
         False when something that it extends could not be read, so that a missing key means nothing.
     """
@@ -36,6 +38,7 @@ class Source:
     tree: Node
     problems: tuple[Problem, ...] = ()
     whole: bool = True
+    lineage: tuple[Path, ...] = ()
 
     @property
     def settings(self) -> Node:
@@ -45,6 +48,13 @@ class Source:
     def origin(self, *keys: str | int) -> Place:
         """Return where the value at a path was written, or the deepest part of the path."""
         return self.tree.origin(keys)
+
+    def inherits(self, one: Place, other: Place) -> bool:
+        """Whether what stands at ``one`` is older than the file in which ``other`` stands."""
+        return self._generation(one.file) < self._generation(other.file)
+
+    def _generation(self, file: Path) -> int:
+        return self.lineage.index(file) if file in self.lineage else len(self.lineage)
 
     def under(self, overlay: Node) -> Source:
         """Lay a tree over the profile."""
@@ -72,7 +82,7 @@ def read_source(path: Path, find: Find) -> Source:
 def _read(path: Path, find: Find, below: tuple[Path, ...]) -> Source:
     tree, problems = read_yaml(path)
     extends = tree.get("extends")
-    own = Source(tree.without("extends"), tuple(problems))
+    own = Source(tree.without("extends"), tuple(problems), lineage=(path,))
     if extends is None or extends.value is None:
         return own
     try:
@@ -81,7 +91,7 @@ def _read(path: Path, find: Find, below: tuple[Path, ...]) -> Source:
     except ProfileError as error:
         return replace(own, problems=(*own.problems, *error.problems), whole=False)
     problems = [*base.problems, *own.problems]
-    return Source(merge(base.tree, own.tree), tuple(problems), base.whole)
+    return Source(merge(base.tree, own.tree), tuple(problems), base.whole, (*base.lineage, path))
 
 
 def _parent(extends: Node, find: Find, chain: tuple[Path, ...]) -> Path:

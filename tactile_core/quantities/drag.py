@@ -50,7 +50,11 @@ class MarkerField(Quantity):
         False where the position is inferred.
     mm_per_px : float
     started_in_contact : bool
-        The reference already shows a contact, so that displacements tell the change since then.
+        The marks were away from rest when following began: the reference shows a contact, and
+        displacements tell the change since then, or the first frame did, and identities rest on
+        how the skin deforms and not on having watched it.
+    notes : tuple of str
+        Sentences for the user about this frame.
     """
 
     ids: Int32
@@ -60,6 +64,7 @@ class MarkerField(Quantity):
     mm_per_px: float
     timestamp_s: float = 0.0
     started_in_contact: bool = False
+    notes: tuple[str, ...] = ()
 
     @property
     def displacement_mm(self) -> Float32:
@@ -79,6 +84,10 @@ class MarkerField(Quantity):
     def summary(self) -> Mapping[str, Any]:
         """How many marks are seen, of how many."""
         return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
+
+    def warnings(self) -> tuple[str, ...]:
+        """The notes."""
+        return self.notes
 
 
 @dataclass(frozen=True, eq=False)

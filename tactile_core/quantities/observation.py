@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.quantities.quantity import Bool, Float32, Quantity
+
+if TYPE_CHECKING:
+    from tactile_core.quantities.drag import MarkerDetections
 
 Pixels = NDArray[Any]
 """uint8, uint16 or float32 intensities."""
@@ -120,6 +123,9 @@ class Reference(Quantity):
     relative : bool
         True when it is merely the first frame of what is measured, so that readings tell the
         change since then.
+    detections : MarkerDetections or None
+        The marks of the untouched skin, as the profile's own detector finds them; the pipeline
+        adds them. None where no step detects marks.
     """
 
     pixels: Float32
@@ -129,6 +135,7 @@ class Reference(Quantity):
     noise: float = 0.0
     frames: int = 1
     relative: bool = False
+    detections: MarkerDetections | None = None
 
 
 def _some(pixels: Pixels) -> Pixels:

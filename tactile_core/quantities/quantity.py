@@ -35,3 +35,7 @@ class Quantity:
     def summary(self) -> Mapping[str, Any]:
         """A few JSON-ready numbers for a line of ``tactile run --json``."""
         return {}
+
+    def warnings(self) -> tuple[str, ...]:
+        """Plain sentences that a reading passes on to the user."""
+        return ()

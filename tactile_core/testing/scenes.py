@@ -19,11 +19,15 @@ from tactile_core.marks import MarkFinder
 from tactile_core.profiles.model import Markers, Profile
 from tactile_core.quantities import (
     ContactMask,
+    DisplacementField,
     Frame,
     Gradients,
     HeightMap,
+    MarkerDetections,
+    MarkerField,
     Quantity,
     Reference,
+    SlipState,
 )
 from tactile_core.sim.ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
@@ -34,6 +38,10 @@ SMALL_PX = 160
 PRESSES, PIXELS, SCENES = 7, 300, 4
 _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
+
+_MARKS_A_SIDE = 10
+_DRAG, _DRAG_REACH = 0.03, 0.4
+"""How far the last press drags the skin and how wide around, over the shorter side of the view."""
 
 _GENERIC = {
     "schema": 1,
@@ -101,6 +109,7 @@ class Rig:
             self.optics.full_scale,
             self.untouched.marks,
             noise=1.0,
+            detections=self._detections(self._marks_px),
         )
 
     @cached_property
@@ -148,6 +157,50 @@ class Rig:
             )
         return tuple(made)
 
+    @cached_property
+    def _marks_px(self) -> NDArray[np.float32]:
+        """(N, 2) where marks are printed; a gel without any has some that are not rendered."""
+        height, width = self.shape
+        told = self.profile.gel.markers
+        pitch = min(self.shape) / _MARKS_A_SIDE
+        if isinstance(told, Markers):
+            pitch = told.pitch_mm / self.profile.image.mm_per_px
+        x, y = (np.arange(pitch, side - pitch / 2, pitch) for side in (width, height))
+        return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(np.float32)
+
+    def _detections(self, places_px: NDArray[np.float32], time_s: float = 0.0) -> MarkerDetections:
+        return MarkerDetections(_frozen(places_px), np.zeros(len(places_px), np.bool_), time_s)
+
+    def _dragged_px(
+        self, centre: tuple[float, float], number: int, places_px: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(…, 2) by how much the skin now at these places is dragged: most where it is touched."""
+        far = np.square(places_px - np.array(centre)).sum(axis=-1, keepdims=True)
+        reach = _DRAG_REACH * min(self.shape)
+        drag = np.array([1.0, 0.4]) * _DRAG * (number + 1) / SCENES * min(self.shape)
+        return np.asarray(np.exp(-far / reach**2) * drag)
+
+    def _dragged(
+        self, centre: tuple[float, float], number: int, time_s: float
+    ) -> dict[type[Quantity], Quantity]:
+        """What is true of the marks and the skin that an object at ``centre`` drags, sticking."""
+        scale, count = self.profile.image.mm_per_px, len(self._marks_px)
+        marks = rest = self._marks_px.astype(np.float64)
+        for _ in range(10):
+            marks = rest + self._dragged_px(centre, number, marks)
+        px = _frozen(marks.astype(np.float32))
+        grid = np.moveaxis(np.indices(self.shape)[::-1], 0, -1).astype(np.float64)
+        field_mm = (self._dragged_px(centre, number, grid) * scale).astype(np.float32)
+        everywhere = _frozen(np.ones(self.shape, np.bool_))
+        everyone = np.ones(count, np.bool_)
+        ids = np.arange(count, dtype=np.int32)
+        return {
+            MarkerDetections: self._detections(px, time_s),
+            MarkerField: MarkerField(ids, self._marks_px, px, everyone, scale, time_s),
+            DisplacementField: DisplacementField(_frozen(field_mm), everywhere, scale, time_s),
+            SlipState: SlipState("stick", 0.0, timestamp_s=time_s),
+        }
+
     def _scene(
         self, centre: tuple[float, float], ball: float, depth: float, seed: int, number: int
     ) -> Scene:
@@ -167,6 +220,7 @@ class Rig:
             Gradients: Gradients(x, y, sure, scale, time_s),
             HeightMap: HeightMap(z, sure, scale, time_s, rest_mm),
             ContactMask: ContactMask(contact, scale, time_s),
+            **self._dragged(centre, number, time_s),
         }
         return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 

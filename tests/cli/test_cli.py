@@ -172,3 +172,13 @@ def test_presses_that_show_nothing_are_refused(lab: VirtualLab, tmp_path: Path) 
 def test_debug_shows_the_traceback() -> None:
     done = tactile("run", "no_such_profile", "--debug")
     assert "Traceback" in done.stderr
+
+
+def test_a_tare_frame_that_never_comes_is_said(lab: VirtualLab, tmp_path: Path) -> None:
+    lab.save(tmp_path / "in" / "rest.png", None)
+    done = tactile(
+        *("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path / "in"),
+        *("--tare-frame", 7, "--json"),
+    )
+    assert done.returncode == 2
+    assert "--tare-frame 7" in done.stderr

@@ -7,6 +7,7 @@ from tactile_core.algorithms.kernels.integration import (
     in_dft_order,
     solve_columns,
 )
+from tactile_core.algorithms.kernels.neighbours import mutual_nearest, neighbours_plane
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
@@ -20,6 +21,8 @@ __all__ = [
     "lower",
     "means_of_bytes",
     "moments_of_labels",
+    "mutual_nearest",
+    "neighbours_plane",
     "rest_plane",
     "resting_gain",
     "sines_of_bytes",

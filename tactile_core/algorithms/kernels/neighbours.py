@@ -1,0 +1,90 @@
+"""Kernels of :mod:`tactile_core.algorithms.tracking`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tactile_core.algorithms.kernels.options import LOOP
+
+
+@njit(**LOOP)
+def neighbours_plane(index: Any, moments: Any, values: Any, trust: Any) -> Any:
+    """At each mark, a weighted plane through its neighbours' (N, 2) values."""
+    count, neighbours = index.shape
+    out = np.zeros((count, 2))
+    for i in range(count):
+        one = x = y = xx = xy = yy = 0.0
+        for k in range(neighbours):
+            t = trust[index[i, k]]
+            one += t * moments[i, k, 0]
+            x += t * moments[i, k, 1]
+            y += t * moments[i, k, 2]
+            xx += t * moments[i, k, 3]
+            xy += t * moments[i, k, 4]
+            yy += t * moments[i, k, 5]
+        a, b, c = xx * yy - xy * xy, xy * y - x * yy, x * xy - xx * y
+        determinant = max(one * a + x * b + y * c, 1e-12)
+        for k in range(neighbours):
+            j = index[i, k]
+            share = trust[j] * (a * moments[i, k, 0] + b * moments[i, k, 1] + c * moments[i, k, 2])
+            out[i, 0] += share * values[j, 0]
+            out[i, 1] += share * values[j, 1]
+        out[i, 0] /= determinant
+        out[i, 1] /= determinant
+    return out
+
+
+@njit(**LOOP)
+def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
+    """Index of the detection that is each mark's nearest and whose nearest the mark is; or -1.
+
+    Detections are sorted into squares as wide as the widest gate, so that only nine are searched.
+    """
+    count, others = len(expected), len(found)
+    side = max(within.max(), 1e-6)
+    left, top = found[:, 0].min(), found[:, 1].min()
+    columns = min(int((found[:, 0].max() - left) / side) + 1, 1024)
+    rows = min(int((found[:, 1].max() - top) / side) + 1, 1024)
+    start = np.zeros(rows * columns + 1, np.int64)
+    cell = np.empty(others, np.int64)
+    for j in range(others):
+        column = min(int((found[j, 0] - left) / side), columns - 1)
+        row = min(int((found[j, 1] - top) / side), rows - 1)
+        cell[j] = row * columns + column
+        start[cell[j] + 1] += 1
+    for c in range(rows * columns):
+        start[c + 1] += start[c]
+    order, filled = np.empty(others, np.int64), start[:-1].copy()
+    for j in range(others):
+        order[filled[cell[j]]] = j
+        filled[cell[j]] += 1
+    nearest = np.full(count, -1, np.int64)
+    favourite = np.full(others, -1, np.int64)
+    shortest = np.full(others, np.inf)
+    for i in range(count):
+        if within[i] < 0:
+            continue
+        best = np.inf
+        column = int(np.floor((expected[i, 0] - left) / side))
+        row = int(np.floor((expected[i, 1] - top) / side))
+        for r in range(max(row - 1, 0), min(row + 2, rows)):
+            for c in range(max(column - 1, 0), min(column + 2, columns)):
+                for k in range(start[r * columns + c], start[r * columns + c + 1]):
+                    j = order[k]
+                    x, y = found[j, 0] - expected[i, 0], found[j, 1] - expected[i, 1]
+                    squared = x * x + y * y
+                    if squared < best:
+                        best, nearest[i] = squared, j
+        j = nearest[i]
+        if j >= 0:
+            if best < shortest[j]:
+                shortest[j], favourite[j] = best, i
+            if best > within[i] * within[i]:
+                nearest[i] = -1
+    for i in range(count):
+        if nearest[i] >= 0 and favourite[nearest[i]] != i:
+            nearest[i] = -1
+    return nearest

@@ -1,0 +1,166 @@
+"""From a sure beginning outwards: each mark is looked for where its known neighbours expect it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.tracking.nearest import nearest
+from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+FEWEST_MARKS = 4
+"""With fewer there is no telling which is which."""
+
+SUPPORT = 3
+"""So many neighbours are needed to say where a mark is."""
+
+_TEAR = 0.45
+"""Neighbours that part by more pitches from one frame to the next belong to two interpretations."""
+
+_TEAR_BEYOND = 1.3
+_OPEN_GATE = 0.3
+_BEYOND_DOUBT, _RIVALRY, _RIVALRY_OF_LOST = 0.1, 0.5, 0.3
+_WIDEST, _NARROWEST = 0.3, 0.06
+_FREE_FLOOR = 0.2
+"""How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One frame's detections, to be explained from where the marks are thought to be.
+
+    Attributes
+    ----------
+    around : Neighbourhood
+    found_px : (M, 2) float64
+        Detections.
+    in_view : (N,) bool
+        Marks that the image could show.
+    room_px : (N,) float64
+        Distance of the nearest other mark, on the resting skin or now, whichever is less.
+    """
+
+    around: Neighbourhood
+    found_px: Array
+    in_view: Bool
+    room_px: Array
+
+    def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
+        """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
+        known = owner >= 0
+        step = np.zeros_like(base_px)
+        step[known] = self.found_px[owner[known]] - base_px[known]
+        return step, known
+
+    def tolerance(self, distance: Array, known: Bool) -> Array:
+        """How far each mark may deviate from what its neighbours let expect, (N,) px.
+
+        As far as others around it do, and further while no detections are left over: where there
+        are many impostors and many gaps, one falls into a gap the more easily the wider it is.
+        """
+        around = self.around
+        room = self.room_px
+        typical = 1.4826 * float(np.median(distance[known])) if known.any() else 0.0
+        nearby = around.nearby(np.minimum(distance, room / 4), known)
+        left_over = max(len(self.found_px) - int(known.sum()), 0)
+        missing = int((self.in_view & ~known).sum())
+        floor = _FREE_FLOOR / (1 + 0.5 * missing * left_over / len(known))
+        allowed = np.maximum(3.5 * typical, 2.5 * nearby) + 0.02 * around.pitch_px
+        return np.clip(allowed, max(floor, _NARROWEST) * room, _WIDEST * room)
+
+    def grown(
+        self, base_px: Array, owner: Intp, sought: Bool, *, rounds: int, boldly: bool
+    ) -> Intp:
+        """Add marks beside known ones, and drop those that do not fit, until nothing changes.
+
+        Parameters
+        ----------
+        base_px : (N, 2) float64
+            Where each mark was, or was thought to be: motion from there is smooth.
+        owner : (N,) intp
+            Detection of each mark that is known, -1 of the others.
+        sought : (N,) bool
+            Marks that may be added.
+        rounds : int
+            At most.
+        boldly : bool
+            Accept what lies near enough at first; the tolerance judges it in the next round.
+        """
+        around = self.around
+        for _ in range(rounds):
+            step, known = self.moved(base_px, owner)
+            if known.sum() < FEWEST_MARKS:
+                return np.full_like(owner, NOBODY)
+            expected, distance = around.deviation(step, known, rounds=1)
+            tolerance = self.tolerance(distance, known)
+            misfit = known & (distance > tolerance) & (around.supporters(known) >= SUPPORT)
+            kept = np.where(misfit, NOBODY, owner)
+            free = np.ones(len(self.found_px), np.bool_)
+            free[kept[kept >= 0]] = False
+            left = np.flatnonzero(free)
+            gate = _OPEN_GATE * self.room_px
+            if not boldly:
+                gate = np.minimum(gate, tolerance)
+            wanted = sought & (kept < 0) & (around.supporters(kept >= 0) >= SUPPORT)
+            new = paired(base_px + expected, self.found_px[left], np.where(wanted, gate, -1.0))
+            added = new >= 0
+            kept[added] = left[new[added]]
+            if np.array_equal(kept, owner):
+                break
+            owner = kept
+        return owner
+
+    def calm(self, step: Array, known: Bool) -> bool:
+        """Whether every known mark is where its neighbours have it, and none could be added."""
+        around = self.around
+        expected = around.fit(step, known.astype(np.float64))
+        off = np.hypot(step[:, 0] - expected[:, 0], step[:, 1] - expected[:, 1])
+        if (off > _BEYOND_DOUBT * self.room_px)[known].any():
+            return False
+        if known.all():
+            return True
+        if known.sum() < len(self.found_px):
+            return False
+        return bool((around.supporters(known)[known] >= SUPPORT).all())
+
+    def sure(self, base_px: Array, owner: Intp, fresh: Bool) -> Intp:
+        """Drop the marks whose detection might as well show another one.
+
+        A mark that lies off what its neighbours let expect has to lie much nearer to it than its
+        detection lies to any other mark's expected place, even that of one that is known.
+        """
+        step, known = self.moved(base_px, owner)
+        expected, distance = self.around.deviation(step, known, rounds=1)
+        doubted = np.flatnonzero(known & (~fresh | (distance > _BEYOND_DOUBT * self.room_px)))
+        if not doubted.size:
+            return owner
+        rival, whose = nearest(self.found_px[owner[doubted]], base_px + expected, 2)
+        nearest_rival = np.where(whose[:, 0] == doubted, rival[:, 1], rival[:, 0])
+        granted = np.where(fresh[doubted], _RIVALRY, _RIVALRY_OF_LOST)
+        unsure = doubted[distance[doubted] > granted * nearest_rival]
+        owner = owner.copy()
+        owner[unsure] = NOBODY
+        return owner
+
+    def whole(self, base_px: Array, owner: Intp) -> Intp:
+        """Keep the largest piece of skin that holds together; what is torn off it is not sure."""
+        step, known = self.moved(base_px, owner)
+        if not known.any():
+            return owner
+        bonds = self.around.agreeing(step, known, _TEAR, _TEAR_BEYOND)
+        one, other = self.around.pairs.T
+        if (
+            np.array_equal(bonds, known[one] & known[other])
+            and (self.around.supporters(known)[known] >= SUPPORT).all()
+        ):
+            return owner
+        piece = self.around.pieces(bonds)
+        largest = np.bincount(piece[known]).argmax()
+        return np.where(known & (piece == largest), owner, NOBODY)

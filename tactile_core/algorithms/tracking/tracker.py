@@ -1,0 +1,174 @@
+"""Follows the marks of the resting skin from frame to frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
+from tactile_core.algorithms.tracking.hypotheses import best_explanation
+from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+_GATE = 0.5
+_MOMENTUM = 0.7
+_FEW_MISFITS, _MISFITS = 3, 0.12
+_ENOUGH = 0.3
+_LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
+_WHISPER = 0.02
+"""Say of a mark that is not seen, heard only where nobody is."""
+
+_DOUBTFUL = 0.25
+"""Of the room around a mark: it is not looked for where its place is less certain."""
+
+_UNSUPPORTED = 0.1
+_SMALL_MOTION = 0.1
+
+
+class MarkTracker:
+    """Keeps the identity of marks.
+
+    Each mark is expected where it was, moved on by its momentum, and paired with the detection
+    that is mutually nearest. Its neighbours on the resting skin then say where it should be: a
+    plane through their motions, in which those that deviate lose their say. Marks that do not fit
+    are dropped and looked for anew where the plane has them. When many do not fit, or the motion
+    tears, the frame is explained in several ways, and only what the best of them have in common
+    counts: a mark whose identity is not sure is not seen. Its place is then the plane's, with what
+    set it off from its neighbours when it was last seen.
+
+    Parameters
+    ----------
+    reference_px : (N, 2) float
+        The marks on the resting skin.
+
+    Attributes
+    ----------
+    reference_px, px : (N, 2) float64
+        Where each mark was on the resting skin, and where it is now.
+    seen : (N,) bool
+        False where ``px`` is inferred from neighbours.
+    lost : bool
+        So few were found that none can be told apart; ``px`` stays as it was.
+    began_displaced : bool or None
+        Whether the first frame showed the marks away from the reference or could not be matched to
+        it; None before that frame.
+    """
+
+    def __init__(self, reference_px: Array) -> None:
+        self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
+        count = len(self.reference_px)
+        self._around = Neighbourhood.of(self.reference_px) if count >= FEWEST_MARKS else None
+        self.px = self.reference_px.copy()
+        self.seen = np.zeros(count, np.bool_)
+        self.lost = False
+        self.began_displaced: bool | None = None
+        self._momentum_px = np.zeros((count, 2))
+        self._doubt_px = np.zeros(count)
+
+    def follow(self, found_px: Array) -> None:
+        """Find the marks among (M, 2) detections; any may be missing, others too many."""
+        found_px = np.asarray(found_px, np.float64).reshape(-1, 2)
+        if self._around is None:
+            self.lost = True
+            return
+        scene = Scene(
+            self._around,
+            found_px,
+            self._in_view(self._around.pitch_px),
+            self._around.room_px(self.px),
+        )
+        owner = self._explained(scene)
+        known = owner >= 0
+        share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
+        self.lost = bool(known.sum() < max(FEWEST_MARKS, share * scene.in_view.sum()))
+        if self.lost:
+            self.seen = np.zeros(len(self.px), np.bool_)
+            self._momentum_px[:] = 0
+        else:
+            self._accept(scene, self._around, owner)
+        if self.began_displaced is None:
+            self.began_displaced = self.lost or self._displaced(self._around)
+
+    def _explained(self, scene: Scene) -> Intp:
+        count = len(self.px)
+        if len(scene.found_px) < FEWEST_MARKS:
+            return np.full(count, NOBODY, np.intp)
+        sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
+        owner = None if self.lost else self._continued(scene, sought)
+        if owner is None:
+            owner = best_explanation(
+                scene, self.px, self._momentum_px, self.reference_px, sought, self.seen
+            )
+        return owner
+
+    def _continued(self, scene: Scene, sought: Bool) -> Intp | None:
+        """The frame as a small step from the one before; None where it is not."""
+        around = scene.around
+        base_px = self.px + self._momentum_px
+        gate = np.where(sought, _GATE * scene.room_px, -1.0)
+        owner = paired(base_px, scene.found_px, gate)
+        still = paired(self.px, scene.found_px, gate)
+        if ((still != owner) & (still >= 0) & (owner >= 0)).sum() > _FEW_MISFITS:
+            return None
+        step, known = scene.moved(base_px, owner)
+        if known.sum() < max(FEWEST_MARKS, _ENOUGH * sought.sum()):
+            return None
+        if scene.calm(step, known):
+            return owner
+        _, distance = around.deviation(step, known)
+        misfit = known & (distance > scene.tolerance(distance, known))
+        if misfit.sum() > max(_FEW_MISFITS, _MISFITS * known.sum()):
+            return None
+        owner = np.where(misfit, NOBODY, owner)
+        held = scene.whole(base_px, owner)
+        if (held != owner).sum() > _FEW_MISFITS:
+            return None
+        owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
+        return scene.sure(base_px, owner, self.seen)
+
+    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
+        seen = owner >= 0
+        step_px, _ = scene.moved(self.px, owner)
+        px = self.px + step_px
+        self._doubt_px = np.where(seen, 0.0, self._doubt_px)
+        if not seen.all():
+            self._infer(around, px, step_px, seen)
+        self._momentum_px = _MOMENTUM * (px - self.px)
+        self.px, self.seen = px, seen
+
+    def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
+        """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""
+        trust = np.where(seen, 1.0, _WHISPER)
+        for _ in range(2):
+            expected_px = around.fit(step_px, trust)
+            step_px[~seen] = expected_px[~seen]
+        doubt_px = self._doubt_px + 2 * self._strangeness(around, step_px - expected_px, seen)
+        px[~seen] = (self.px + step_px)[~seen]
+        moved_px = px - self.reference_px
+        smooth_px = around.fit(moved_px, trust)
+        smooth_doubt_px = 3 * self._strangeness(around, moved_px - smooth_px, seen)
+        better = ~seen & (smooth_doubt_px < doubt_px)
+        px[better] = (self.reference_px + smooth_px)[better]
+        self._doubt_px = np.where(seen, 0.0, np.minimum(doubt_px, smooth_doubt_px))
+
+    @staticmethod
+    def _strangeness(around: Neighbourhood, deviation: Array, seen: Bool) -> Array:
+        """How badly the seen marks around each one are told by their own neighbours, (N,) px."""
+        distance = np.hypot(deviation[:, 0], deviation[:, 1])
+        supported = around.supporters(seen) >= SUPPORT
+        unknown = _UNSUPPORTED * around.pitch_px
+        return np.where(supported, around.nearby(distance, seen), unknown)
+
+    def _in_view(self, pitch_px: float) -> Bool:
+        low, high = self.reference_px.min(axis=0), self.reference_px.max(axis=0)
+        near = (self.px > low - pitch_px / 2) & (self.px < high + pitch_px / 2)
+        return np.asarray(near.all(axis=1))
+
+    def _displaced(self, around: Neighbourhood) -> bool:
+        smooth_px = around.fit(self.px - self.reference_px, self.seen.astype(np.float64))
+        return bool(np.hypot(*smooth_px.T).max() > _SMALL_MOTION * around.pitch_px)

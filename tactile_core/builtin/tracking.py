@@ -1,0 +1,98 @@
+"""Which mark of the untouched skin each detection is."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from tactile_core.algorithms.tracking import FEWEST_MARKS, MarkTracker, shows_contact
+from tactile_core.errors import InputError
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.quantities import MarkerDetections, MarkerField, Reference
+
+_IN_CONTACT = (
+    "the {} shows the marks of a skin that is touched; for displacements since the skin was "
+    "untouched, begin with nothing on it"
+)
+
+
+class Tracking(Estimator):
+    """Follows the marks of the reference from frame to frame.
+
+    A mark that is missing, or whose identity is not sure, is inferred from its neighbours and not
+    ``seen``; see :class:`tactile_core.algorithms.tracking.MarkTracker`. Marks that the border cuts
+    in the reference help to tell the others apart and are not reported.
+    """
+
+    stateful: ClassVar[bool] = True
+    needs_marks: ClassVar[bool] = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget where the marks were, and the tare."""
+        self._tracker: MarkTracker | None = None
+        self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
+        self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
+        self._contact_in_reference = False
+
+    def tare(self) -> None:
+        """Take the present places of the marks for those at rest."""
+        if self._tracker is not None:
+            self._zero_px = self._places_px()
+
+    def estimate(self, detections: MarkerDetections, reference: Reference) -> MarkerField:
+        """Return every mark of the reference where it is now.
+
+        Raises
+        ------
+        InputError
+            The reference shows no marks to follow.
+        """
+        tracker = self._tracker or self._begin(reference)
+        first = tracker.began_displaced is None
+        tracker.follow(detections.centres_px)
+        started_in_contact = self._contact_in_reference or bool(tracker.began_displaced)
+        notes = []
+        if tracker.lost:
+            notes.append(
+                f"none of the {len(self._reported)} marks can be told apart in this frame, which "
+                f"shows {len(detections.centres_px)}; their places are those of an earlier one"
+            )
+        if first and started_in_contact:
+            notes.append(
+                _IN_CONTACT.format("reference" if self._contact_in_reference else "first frame")
+            )
+        return MarkerField(
+            ids=np.arange(len(self._reported), dtype=np.int32),
+            reference_px=self._zero_px,
+            px=self._places_px(),
+            seen=tracker.seen[self._reported],
+            mm_per_px=self.context.image.mm_per_px,
+            timestamp_s=detections.timestamp_s,
+            started_in_contact=started_in_contact,
+            notes=tuple(notes),
+        )
+
+    def _begin(self, reference: Reference) -> MarkTracker:
+        untouched = reference.detections
+        count = 0 if untouched is None else len(untouched.centres_px)
+        if untouched is None or count < FEWEST_MARKS:
+            raise InputError(
+                f"the reference shows {count} marks, too few to follow; take it of the untouched "
+                f"skin in focus and evenly lit, or say 'gel.markers: null' for a gel without marks"
+            )
+        self._tracker = MarkTracker(untouched.centres_px)
+        self._reported = np.flatnonzero(~untouched.cut)
+        self._zero_px = self._places_px()
+        self._contact_in_reference = shows_contact(untouched.centres_px)
+        return self._tracker
+
+    def _places_px(self) -> NDArray[np.float32]:
+        assert self._tracker is not None
+        return self._tracker.px[self._reported].astype(np.float32)

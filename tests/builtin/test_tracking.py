@@ -1,0 +1,122 @@
+"""core.tracking: marks of the reference, tare, and what it says when something is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactile_core.builtin.tracking import Tracking
+from tactile_core.errors import InputError, ProfileError
+from tactile_core.estimator import SensorContext
+from tactile_core.pipeline import Pipeline
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.quantities import MarkerDetections, MarkerField, Reference
+
+PITCH = 20.0
+PLACES = PITCH * (1 + np.stack(np.meshgrid(np.arange(10), np.arange(8)), -1).reshape(-1, 2))
+CONTEXT = SensorContext(ImageSection(width_px=220, height_px=180, mm_per_px=0.05), Gel())
+
+
+def shown(places: np.ndarray, cut: np.ndarray | None = None) -> MarkerDetections:
+    cut = np.zeros(len(places), np.bool_) if cut is None else cut
+    return MarkerDetections(places.astype(np.float32), cut, 1.5)
+
+
+def reference(places: np.ndarray = PLACES, cut: np.ndarray | None = None) -> Reference:
+    pixels = np.zeros((180, 220, 3), np.float32)
+    return Reference(pixels, ("red", "green", "blue"), detections=shown(places, cut))
+
+
+@pytest.fixture
+def step() -> Tracking:
+    return Tracking(Tracking.Options(), CONTEXT)
+
+
+def test_displacement_is_in_millimetres_since_the_reference(step: Tracking) -> None:
+    field = step.estimate(shown(PLACES + np.array([4.0, -2.0])), reference())
+    assert field.displacement_mm == pytest.approx(np.tile([0.2, -0.1], (80, 1)), abs=1e-5)
+    assert field.seen.all()
+    assert field.timestamp_s == 1.5
+
+
+def test_after_a_tare_displacement_is_since_then(step: Tracking) -> None:
+    step.estimate(shown(PLACES), reference())
+    loaded = PLACES + np.array([5.0, 0.0])
+    step.estimate(shown(loaded), reference())
+    step.tare()
+    still = step.estimate(shown(loaded), reference())
+    moved = step.estimate(shown(loaded + np.array([0.0, 3.0])), reference())
+    assert np.abs(still.displacement_mm).max() < 1e-6
+    assert moved.displacement_mm == pytest.approx(np.tile([0.0, 0.15], (80, 1)), abs=1e-5)
+    step.reset()
+    again = step.estimate(shown(loaded), reference())
+    assert again.displacement_mm == pytest.approx(np.tile([0.25, 0.0], (80, 1)), abs=1e-5)
+
+
+def test_marks_cut_by_the_border_of_the_reference_are_not_reported(step: Tracking) -> None:
+    cut = PLACES[:, 0] == PLACES[:, 0].min()
+    assert len(step.estimate(shown(PLACES), reference(cut=cut)).ids) == 72
+
+
+def test_a_frame_that_shows_too_little_says_so(step: Tracking) -> None:
+    step.estimate(shown(PLACES), reference())
+    field = step.estimate(shown(PLACES[:2]), reference())
+    assert not field.seen.any()
+    assert any("none of the 80 marks" in warning for warning in field.warnings())
+    assert step.estimate(shown(PLACES), reference()).seen.all()
+
+
+def test_a_start_in_contact_is_said_once(step: Tracking) -> None:
+    far = np.square(PLACES - PLACES.mean(axis=0)).sum(axis=1, keepdims=True)
+    pressed = PLACES + 0.3 * (PLACES - PLACES.mean(axis=0)) * np.exp(-far / 40**2)
+    first = step.estimate(shown(pressed), reference())
+    second = step.estimate(shown(pressed), reference())
+    assert first.started_in_contact
+    assert second.started_in_contact
+    assert any("touched" in warning for warning in first.warnings())
+    assert not second.warnings()
+
+
+def test_a_reference_without_marks_is_refused(step: Tracking) -> None:
+    with pytest.raises(InputError, match="the reference shows 0 marks"):
+        step.estimate(shown(PLACES), reference(PLACES[:0]))
+
+
+def profile(folder: Path, name: str, text: str) -> Path:
+    path = folder / f"{name}.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_revision_without_marks_leaves_the_inherited_step_out(tmp_path: Path) -> None:
+    step = "estimators: {tracking: {use: core.tracking}}\n"
+    profile(tmp_path, "marked", f"extends: hex_fingertip\nname: marked\n{step}")
+    bare = "extends: marked.yaml\nname: bare\ngel: {markers: null}\n"
+    pipeline = Pipeline(load_profile(profile(tmp_path, "bare", bare)))
+    assert "tracking" not in [step.name for step in pipeline.steps]
+    assert any("no marks" in note and "tracking" in note for note in pipeline.notes)
+
+
+def test_a_step_named_beside_a_gel_without_marks_is_a_mistake(tmp_path: Path) -> None:
+    text = (
+        "extends: hex_fingertip\nname: bare\ngel: {markers: null}\n"
+        "estimators:\n  tracking: {use: core.tracking}\n"
+    )
+    with pytest.raises(ProfileError, match=r"bare\.yaml:5:14: estimators\.tracking\.use: .*marks"):
+        load_profile(profile(tmp_path, "bare", text))
+
+
+def test_quantities_of_a_field_are_saved_by_the_contracts_names(step: Tracking) -> None:
+    field = step.estimate(shown(PLACES), reference())
+    assert isinstance(field, MarkerField)
+    assert set(field.arrays()) == {
+        "markers_px",
+        "marker_ids",
+        "marker_reference_px",
+        "marker_displacement_mm",
+        "marker_seen",
+    }
+    assert field.summary() == {"markers": {"seen": 80, "expected": 80}}

@@ -26,6 +26,8 @@ _LEVEL_SHARE, _FAINTEST, _FAINTER = 0.3, 0.28, 0.45
 _SPECK, _LEAST_INK, _MOST_INK, _LEAST_IN_VIEW, _LEAST_FAINT_INK = 0.2, 0.33, 9.0, 0.12, 0.11
 # Longest over widest spread; ink over that of an even ellipse as dark as the peak.
 _LONGEST, _SPARSEST = 2.4, 0.57
+# Longest spread of what a border leaves of a mark, in half sizes.
+_SLIVER = 0.7
 # Two pieces of one mark: ink of each and of both, and how many half sizes they are apart.
 _PIECE_INK, _PIECES_INK, _PIECES_APART = (0.12, 0.75), (0.5, 1.35), 1.5
 # Several marks in one: ink, half sizes of spread across, darkness, and how even the pitch is.
@@ -94,7 +96,8 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     """Centres (N, 2) of the spots that are marks, and whether the border cuts them."""
     cut = spots.cut.any(1)
     long, wide = spots.spread.T
-    whole = (long < _LONGEST * wide) & ~cut
+    compact = long < _LONGEST * wide
+    whole = compact & ~cut
     if not whole.any():
         return np.zeros((0, 2)), np.zeros(0, np.bool_)
     usual = whole & (spots.ink > _SPECK * _heavy(spots.ink[whole]))
@@ -117,7 +120,8 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     if bar.any():
         bar &= peak > _BAR_PEAK
         centres += _taken_apart(spots.chosen(bar), ink[bar], pitch, half_size)
-    cut &= ink > _LEAST_IN_VIEW
+    # the sliver of a mark is long, but no longer than a mark
+    cut &= (ink > _LEAST_IN_VIEW) & (compact | (long < _SLIVER * half_size))
     inside = sum(map(len, centres))
     if cut.any():
         centres.append(_completed(spots.chosen(cut), half_size, shape))

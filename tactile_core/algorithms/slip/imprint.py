@@ -25,11 +25,10 @@ SLIP_SHARE = 0.4
 _MEMORY_S = 1.0
 """What was lost is forgotten: a grasp that held again is no longer slipping."""
 
-_STEP_SHARE = 0.05
+_STEP_SHARE = 0.07
 """Losses are added up in steps of this size, so that noise, which comes and goes, is not."""
 
 _GROWN = 1.02
-_GRASPED_ANEW = 2.0
 _TINY = 1e-12
 
 
@@ -46,8 +45,7 @@ class ImprintMotion:
     strength : float
         RMS of the pattern now, as a share of the light.
     moved_px : (float, float)
-        How far the imprint went over the skin since the object was grasped: +x right, +y down,
-        in pixels of the image.
+        How far the imprint went over the skin: +x right, +y down, in pixels of the image.
     turned_rad : float
         How far it turned on the skin, positive from x towards y.
     radius_px : float
@@ -106,8 +104,8 @@ class ImprintFollower:
     def reset(self) -> None:
         """Forget the object."""
         self._held: _Held | None = None
+        self._last: _Imprint | None = None
         self._noise = np.inf
-        self._weakest = np.inf
         self._lost = 0.0
         self._moved = np.zeros(3)
         self._time_s = 0.0
@@ -129,15 +127,15 @@ class ImprintFollower:
         ImprintMotion
         """
         now = _Imprint(*self._view.imprint(pixels, px))
-        self._lost *= np.exp(-max(timestamp_s - self._time_s, 0.0) / _MEMORY_S)
-        self._time_s = timestamp_s
-        self._weakest = min(self._weakest, now.energy)
-        if self._held is None or now.energy > _GRASPED_ANEW * self._weakest + _TINY:
-            self._grasp(now)
+        held, last, self._last = self._held, self._last, now
+        if held is None or last is None:
+            self._held, self._time_s = _Held(now), timestamp_s
             return self._motion(now, 0.0, np.zeros(3))
-        self._noise = min(self._noise, now.distance(self._last) / 2)
-        self._last = now
-        held, was = self._held, self._held.imprint.energy_within(now) - self._noise
+        fading = np.exp(-max(timestamp_s - self._time_s, 0.0) / _MEMORY_S)
+        self._lost, self._moved = self._lost * fading, self._moved * fading
+        self._time_s = timestamp_s
+        self._noise = min(self._noise, now.distance(last) / 2)
+        was = held.imprint.energy_within(now) - self._noise
         kept = held.imprint.product(now)
         lost = max(was - kept, 0.0) / max(was, _TINY)
         step = held.motion(now) if lost > _STEP_SHARE / 2 else np.zeros(3)
@@ -148,11 +146,6 @@ class ImprintFollower:
         elif lost == 0 and now.energy_within(held.imprint) > _GROWN * (was + self._noise):
             self._held = _Held(now)
         return self._motion(now, lost, step)
-
-    def _grasp(self, now: _Imprint) -> None:
-        self._held, self._last = _Held(now), now
-        self._weakest = now.energy
-        self._lost, self._moved = 0.0, np.zeros(3)
 
     def _motion(self, now: _Imprint, lost: float, step: Array) -> ImprintMotion:
         x, y, turned = self._moved + step

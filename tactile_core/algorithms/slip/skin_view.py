@@ -21,8 +21,8 @@ _NODE_PX = 8
 _REACH_PITCHES = 0.8
 _STIFFNESS = 0.05
 _RIM_DIAMETERS = 0.25
-_NEIGHBOURHOOD_DIAMETERS = 4.0
-_LEAST_NEIGHBOURHOOD_PX = 9
+_HIDDEN_SHARE = 0.25
+_NEIGHBOURHOOD_PITCHES = 1.5
 _DARKEST = 1.0
 _GRAIN_PX = 3
 _FEWEST_MARKS = 3
@@ -58,13 +58,13 @@ class SkinView:
         self._columns, self._rows = np.meshgrid(
             np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
         )
-        self._spread, self._nodes = _spread(self._marks_px, height, width)
+        pitch_px = _pitch(self._marks_px)
+        self._spread, self._nodes = _spread(self._marks_px, pitch_px, height, width)
         rim = 2 * int(np.ceil(_RIM_DIAMETERS * diameter_px)) + 1
-        dark = marker_mask(pixels, diameter_px=diameter_px * self.times).astype(np.uint8)
-        dark = cv2.resize(dark * 255, (width, height), interpolation=cv2.INTER_AREA)
-        self._hidden = cv2.dilate(dark, np.ones((rim, rim), np.uint8)) > 64
-        side = _NEIGHBOURHOOD_DIAMETERS * diameter_px
-        self._side = max(_LEAST_NEIGHBOURHOOD_PX, 2 * int(side / 2) + 1)
+        marks = marker_mask(pixels, diameter_px=diameter_px * self.times)
+        share = shrunk(marks.astype(np.float32), (width, height))
+        self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > _HIDDEN_SHARE
+        self._side = 2 * round(0.5 * _NEIGHBOURHOOD_PITCHES * pitch_px) + 1
 
     def imprint(self, pixels: Array, px: Array) -> tuple[Float32, Float32]:
         """Draw a frame back and leave what is finer than the spaces between the marks.
@@ -86,7 +86,7 @@ class SkinView:
         moved = self._spread @ (_at(px, self.times) - self._marks_px)
         moved = cv2.resize(moved.reshape(*self._nodes, 2), frame.shape[1::-1])
         x, y = self._columns + moved[..., 0], self._rows + moved[..., 1]
-        drawn = cv2.remap(frame, x, y, cv2.INTER_LINEAR)
+        drawn = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= frame.shape[1] - 1) & (y <= frame.shape[0] - 1)
         seen = (within & ~self._hidden).astype(np.float32)
         return _relief(drawn.reshape(*frame.shape[:2], -1), seen, self._side), seen
@@ -95,22 +95,31 @@ class SkinView:
 def _relief(drawn: Float32, seen: Float32, side: int) -> Float32:
     weight = seen[..., np.newaxis]
     count = cv2.blur(seen, (side, side))
-    mean = cv2.blur(drawn * weight, (side, side)).reshape(drawn.shape)
-    mean /= np.maximum(count, 1e-6)[..., np.newaxis]
-    relief = cv2.blur((drawn / np.maximum(mean, _DARKEST) - 1) * weight, (_GRAIN_PX, _GRAIN_PX))
-    return relief.reshape(drawn.shape) * weight
+    total = cv2.blur(drawn * weight, (side, side)).reshape(drawn.shape)
+    mean = total / np.maximum(count, 1e-6)[..., np.newaxis]
+    relief = (drawn / np.maximum(mean, _DARKEST) - 1) * weight
+    smooth = cv2.blur(relief, (_GRAIN_PX, _GRAIN_PX)).reshape(drawn.shape)
+    return np.asarray(smooth * weight, np.float32)
 
 
 def _reduced(pixels: Array, times: int) -> Float32:
     size = pixels.shape[1] // times, pixels.shape[0] // times
-    return shrunk(pixels, size).astype(np.float32)
+    return np.asarray(shrunk(pixels, size), np.float32)
 
 
 def _at(points_px: Array, times: int) -> Float32:
-    return (np.asarray(points_px, np.float32) + 0.5) / times - 0.5
+    return np.asarray((np.asarray(points_px) + 0.5) / times - 0.5, np.float32)
 
 
-def _spread(marks_px: Float32, height: int, width: int) -> tuple[Float32, tuple[int, int]]:
+def _pitch(marks_px: Float32) -> float:
+    between = np.linalg.norm(marks_px[:, np.newaxis] - marks_px, axis=-1)
+    np.fill_diagonal(between, np.inf)
+    return float(np.median(between.min(axis=1)))
+
+
+def _spread(
+    marks_px: Float32, pitch_px: float, height: int, width: int
+) -> tuple[Float32, tuple[int, int]]:
     """(G, N) weights that spread a value of each mark over a grid of nodes, locally linear."""
     rows, columns = -(-height // _NODE_PX), -(-width // _NODE_PX)
     x, y = np.meshgrid(
@@ -120,9 +129,6 @@ def _spread(marks_px: Float32, height: int, width: int) -> tuple[Float32, tuple[
     apart = np.stack(
         [marks_px[:, 0] - x.reshape(-1, 1), marks_px[:, 1] - y.reshape(-1, 1)], axis=-1
     )
-    between = np.linalg.norm(marks_px[:, np.newaxis] - marks_px, axis=-1)
-    np.fill_diagonal(between, np.inf)
-    pitch_px = float(np.median(between.min(axis=1)))
     near = np.exp(-np.square(apart).sum(-1) / (2 * (_REACH_PITCHES * pitch_px) ** 2)) + 1e-12
     basis = np.concatenate([np.ones((*near.shape, 1)), apart / pitch_px], axis=-1)
     weighted = basis * near[..., np.newaxis]

@@ -67,11 +67,19 @@ def scene(
 def follow(
     frames: Iterable[tuple[NDArray[np.uint8], NDArray[np.float64]]], step_s: float = 1 / 30
 ) -> list[ImprintMotion]:
-    follower = ImprintFollower(*scene(), MARK_PX)
+    follower = rested()
     return [
         follower.update(pixels, marks_px, number * step_s)
         for number, (pixels, marks_px) in enumerate(frames)
     ]
+
+
+def rested() -> ImprintFollower:
+    """A follower that has seen a moment's rest."""
+    follower = ImprintFollower(*scene(), MARK_PX)
+    for number in range(2):
+        follower.update(*scene(), (number - 2) / 30)
+    return follower
 
 
 @settings(max_examples=10)
@@ -111,7 +119,7 @@ def test_a_turn_on_the_skin_is_told_from_a_slide(turn_deg: float) -> None:
 
 
 def test_pressing_harder_is_no_slip() -> None:
-    told = follow(scene(depth=depth) for depth in np.linspace(0.2, 1.0, 12))
+    told = follow(scene(depth=depth) for depth in np.linspace(1.0, 2.5, 12))
     assert max(motion.lost for motion in told) < 0.05
 
 
@@ -136,7 +144,7 @@ def test_what_was_lost_does_not_depend_on_the_rate_of_the_camera() -> None:
 
 
 def test_a_grasp_that_holds_again_is_forgiven() -> None:
-    follower = ImprintFollower(*scene(), MARK_PX)
+    follower = rested()
     for number in range(8):
         slid = follower.update(*scene((3.0 * number, 0)), number / 30)
     held = follower.update(*scene((21.0, 0)), 10.0)
@@ -146,8 +154,8 @@ def test_a_grasp_that_holds_again_is_forgiven() -> None:
 
 def test_the_view_stands_still_and_hides_the_marks() -> None:
     view = SkinView(*scene(), MARK_PX)
-    still, seen, _ = view.imprint(*scene())
-    moved, both, _ = view.imprint(*scene((5, -3), skin_px=(5, -3)))
+    still, seen = view.imprint(*scene())
+    moved, both = view.imprint(*scene((5, -3), skin_px=(5, -3)))
     assert np.all(still[seen == 0] == 0)
     x, y = np.round(MARKS / 2 - 0.25).astype(int).T
     assert not seen[y, x].any()
@@ -163,8 +171,8 @@ def test_images_have_as_many_channels_as_the_camera(channels: int | None) -> Non
         return (grey if channels is None else np.dstack([grey] * channels)), marks_px
 
     follower = ImprintFollower(*shown(0), MARK_PX)
-    for number in range(8):
-        told = follower.update(*shown(3.0 * number), number / 30)
+    for number in range(10):
+        told = follower.update(*shown(3.0 * max(number - 1, 0)), number / 30)
     assert told.slips
 
 
@@ -176,7 +184,7 @@ def test_a_follower_goes_on_in_another_process() -> None:
 
 
 def test_reset_forgets_the_object() -> None:
-    follower = ImprintFollower(*scene(), MARK_PX)
+    follower = rested()
     for number in range(8):
         follower.update(*scene((3.0 * number, 0)), number / 30)
     follower.reset()

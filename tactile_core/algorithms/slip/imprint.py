@@ -19,14 +19,14 @@ from tactile_core.algorithms.slip.skin_view import SkinView
 Array = NDArray[Any]
 Float32 = NDArray[np.float32]
 
-SLIP_SHARE = 0.5
-"""Slip is where half of the imprint has left its place within about a second. Virtual contacts of
-which half or more sticks lose less (benchmarks/slip_imprint_threshold.py); no label entered."""
+SLIP_SHARE = 0.4
+"""Slip is where this much of the imprint has left its place within about a second: no virtual
+contact of which half or more sticks loses more (``benchmarks/slip_imprint_threshold.py``)."""
 
 _MEMORY_S = 1.0
 """What was lost is forgotten: a grasp that held again is no longer slipping."""
 
-_STEP_SHARE = 0.1
+_STEP_SHARE = 0.08
 """Losses are added up in steps of this size, so that noise, which comes and goes, is not."""
 
 _GROWN = 1.02
@@ -84,6 +84,8 @@ class ImprintFollower:
     The imprint is compared with the strongest one seen at its place. Once more of it than noise
     explains is gone, the present one takes over and the loss is added up, so that neither the
     camera's rate nor the speed of the slip matters, and a contact that only settles counts once.
+    Noise is what the two most alike neighbouring frames so far differ by, so a slip counts in full
+    once a moment's rest was seen.
 
     Parameters
     ----------
@@ -108,7 +110,7 @@ class ImprintFollower:
         """Forget the object."""
         self._held: _Imprint | None = None
         self._last: _Imprint | None = None
-        self._least = np.inf
+        self._noise = np.inf
         self._lost = 0.0
         self._moved = np.zeros(3)
         self._time_s = 0.0
@@ -137,11 +139,9 @@ class ImprintFollower:
         fading = float(np.exp(-max(timestamp_s - self._time_s, 0.0) / _MEMORY_S))
         self._lost, self._moved = self._lost * fading, self._moved * fading
         self._time_s = timestamp_s
-        self._least = min(self._least, now.distance(last) / 2)
-        noise = min(self._least, now.grain)
+        self._noise = noise = min(self._noise, now.distance(last) / 2)
         was = held.energy_within(now) - noise
-        kept = held.product(now)
-        lost = max(was - kept, 0.0) / max(was, noise, _TINY)
+        lost = min(max(was - held.product(now), 0.0) / max(was, noise, _TINY), 1.0)
         step = _motion(held, now) if lost > _STEP_SHARE / 2 else np.zeros(3)
         if lost > _STEP_SHARE:
             self._lost, self._moved = self._lost + lost, self._moved + step
@@ -166,8 +166,8 @@ class ImprintFollower:
 class _Imprint:
     """The pattern of light (h, w, K) that an object prints on the skin, where it is seen (h, w)."""
 
-    def __init__(self, pattern: Float32, seen: Float32, grain: float) -> None:
-        self.pattern, self.seen, self.grain = pattern, seen, grain
+    def __init__(self, pattern: Float32, seen: Float32) -> None:
+        self.pattern, self.seen = pattern, seen
         self.square = np.einsum("ijk,ijk->ij", pattern, pattern)
         self.energy = float(self.square.sum())
         self.count = float(seen.sum()) * pattern.shape[2]

@@ -66,7 +66,7 @@ class SkinView:
         self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > _HIDDEN_SHARE
         self._side = 2 * round(0.5 * _NEIGHBOURHOOD_PITCHES * pitch_px) + 1
 
-    def imprint(self, pixels: Array, px: Array) -> tuple[Float32, Float32, float]:
+    def imprint(self, pixels: Array, px: Array) -> tuple[Float32, Float32]:
         """Draw a frame back and leave what is finer than the spaces between the marks.
 
         Parameters
@@ -82,9 +82,6 @@ class SkinView:
             Light above or below its neighbourhood, as a share of it; 0 where nothing is seen.
         seen : (h, w) float32
             1 where something is.
-        grain : float
-            Energy of the noise in the pattern, told from what is finer than the pattern; an upper
-            bound where the object is as fine.
         """
         frame = _reduced(pixels, self.times)
         moved = self._spread @ (_at(px, self.times) - self._marks_px)
@@ -96,19 +93,14 @@ class SkinView:
         return _pattern(drawn.reshape(*frame.shape[:2], -1), seen, self._side)
 
 
-def _pattern(drawn: Float32, seen: Float32, side: int) -> tuple[Float32, Float32, float]:
+def _pattern(drawn: Float32, seen: Float32, side: int) -> tuple[Float32, Float32]:
     weight = seen[..., np.newaxis]
     count = cv2.blur(seen, (side, side))
     total = cv2.blur(drawn * weight, (side, side)).reshape(drawn.shape)
     mean = total / np.maximum(count, 1e-6)[..., np.newaxis]
     relief = (drawn / np.maximum(mean, _DARKEST) - 1) * weight
-    window = _GRAIN_PX, _GRAIN_PX
-    smooth = cv2.blur(relief, window).reshape(drawn.shape)
-    inner = cv2.erode(seen, np.ones(window))
-    rest = (relief - smooth) * inner[..., np.newaxis]
-    # white noise in a mean over n pixels has 1 / (n - 1) of the energy that the mean leaves
-    share = seen.sum() / max(float(inner.sum()), 1.0) / (_GRAIN_PX**2 - 1)
-    return np.asarray(smooth * weight, np.float32), seen, float(np.vdot(rest, rest) * share)
+    smooth = cv2.blur(relief, (_GRAIN_PX, _GRAIN_PX)).reshape(drawn.shape)
+    return np.asarray(smooth * weight, np.float32), seen
 
 
 def _reduced(pixels: Array, times: int) -> Float32:

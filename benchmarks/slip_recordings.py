@@ -1,0 +1,235 @@
+"""Slip on real recordings: ``python benchmarks/slip_recordings.py [DATA] [--only N] [--run P]``.
+
+Scores the degree of slip against the labels of ``slip/grasp_lift`` and ``slip/gripper_pair``, which
+nothing else sees. The control is how faint the first imprint is: whoever is held weakly will slip,
+so a cue that only knows this has seen no slip. Without ``--run`` the imprint is followed along
+marks that are associated from frame to frame; with it, a profile's whole chain tells the degree.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from scipy.stats import rankdata
+
+from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
+from tactile_core.algorithms.slip.imprint import ImprintFollower
+from tactile_core.recording import open_recording
+
+ROOT = Path(__file__).resolve().parents[1]
+LIFT_FRAME = 5
+"""The last before anything moves."""
+WINDOW = slice(6, 122)
+"""Videos of slips are shorter, and begin with frames of what was before."""
+ALARM = 0.5
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was told of one sensor of one trial."""
+
+    object: str
+    name: str
+    slipped: bool
+    degrees: NDArray[np.float64]
+    alarms: NDArray[np.bool_]
+    weakness: float
+
+
+def main() -> None:
+    """Print a table for each set of recordings."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", nargs="?", type=Path, default=ROOT.parent / "shared" / "data")
+    parser.add_argument("--only", choices=["grasp_lift", "gripper_pair"])
+    parser.add_argument("--run", metavar="PROFILE", help="score this profile's own chain")
+    options = parser.parse_args()
+    if options.only != "gripper_pair":
+        grasp_lift(options.data / "slip" / "grasp_lift", options.run)
+    if options.only != "grasp_lift":
+        gripper_pair(options.data / "slip" / "gripper_pair", options.run)
+
+
+def grasp_lift(folder: Path, profile: str | None) -> None:
+    """Print how well slip is told, how early, and that nothing is told before the lift."""
+    trials = []
+    for row in _labels(folder):
+        source = folder / row["object"] / f"{row['trial_folder']}_mm"
+        slipped = row["label_stable1_slip0"] == "0"
+        trials.append(_trial(row["object"], source.name, slipped, _images(source), 30.0, profile))
+    slipped = np.array([trial.slipped for trial in trials])
+    objects = np.array([trial.object for trial in trials])
+    degrees = np.array([trial.degrees for trial in trials])
+    print(f"grasp_lift: {len(trials)} lifts, {slipped.sum()} slips")
+    for name, told in (
+        ("degree", degrees),
+        ("largest yet", np.maximum.accumulate(degrees, axis=1)),
+    ):
+        for frame in (LIFT_FRAME, 9, 10, degrees.shape[1] - 1):
+            _print_areas(f"{name}, frame {frame}", slipped, told[:, frame], objects)
+    _print_areas("control", slipped, np.array([trial.weakness for trial in trials]), objects)
+    alarms = np.array([trial.alarms for trial in trials])
+    first = np.where(alarms.any(axis=1), alarms.argmax(axis=1), degrees.shape[1])
+    for name in ["all", *sorted(set(objects))]:
+        here = (objects == name) | (name == "all")
+        of_slips = first[here & slipped]
+        before_end = degrees.shape[1] - 1 - np.median(of_slips)
+        print(
+            f"  {name}: slips told {(of_slips < degrees.shape[1]).sum()} of {of_slips.size},"
+            f" false {(first[here & ~slipped] < degrees.shape[1]).sum()} of"
+            f" {(here & ~slipped).sum()}, {before_end:.0f} frames before the end (median),"
+            f" before the lift {(first[here] <= LIFT_FRAME).sum()}"
+        )
+
+
+def gripper_pair(folder: Path, profile: str | None) -> None:
+    """Print how well slip is told in a window that is the same for all, by either finger."""
+    fingers: dict[tuple[str, str], list[Trial]] = {}
+    for row in _labels(folder):
+        if int(row["n_frames"]) < WINDOW.stop:
+            continue
+        key = row["object"], row["trial"]
+        images = _images(folder / row["object"] / row["trial"] / row["video"])[WINDOW]
+        trial = _trial(*key, row["slip"] == "1", images, float(row["fps"]), profile)
+        fingers.setdefault(key, []).append(trial)
+    slipped = np.array([pair[0].slipped for pair in fingers.values()])
+    objects = np.array([pair[0].object for pair in fingers.values()])
+    print(f"gripper_pair, frames {WINDOW.start}-{WINDOW.stop}: {slipped.size} grasps,", end=" ")
+    print(f"{slipped.sum()} slips")
+    told = np.array([[trial.degrees.max() for trial in pair] for pair in fingers.values()])
+    weakness = np.array([[trial.weakness for trial in pair] for pair in fingers.values()])
+    _print_areas("larger of two fingers", slipped, told.max(axis=1), objects)
+    _print_areas("mean of two fingers", slipped, told.mean(axis=1), objects)
+    _print_areas("control", slipped, weakness.max(axis=1), objects)
+
+
+def area(slipped: NDArray[np.bool_], told: NDArray[np.float64]) -> float:
+    """Share of pairs of a slip and a hold that are in the right order."""
+    positive = int(slipped.sum())
+    above = rankdata(told)[slipped].sum() - positive * (positive + 1) / 2
+    return float(above / (positive * (slipped.size - positive)))
+
+
+def area_within(
+    slipped: NDArray[np.bool_], told: NDArray[np.float64], objects: NDArray[np.str_]
+) -> float:
+    """The same, of pairs of one object only."""
+    right = pairs = 0.0
+    for name in set(objects):
+        here = objects == name
+        if 0 < slipped[here].sum() < here.sum():
+            count = float(slipped[here].sum() * (~slipped[here]).sum())
+            right, pairs = right + count * area(slipped[here], told[here]), pairs + count
+    return right / pairs
+
+
+def _print_areas(
+    name: str,
+    slipped: NDArray[np.bool_],
+    told: NDArray[np.float64],
+    objects: NDArray[np.str_],
+) -> None:
+    within = area_within(slipped, told, objects)
+    print(f"  {name:24s} AUC {area(slipped, told):.3f}, within objects {within:.3f}")
+
+
+def _labels(folder: Path) -> list[dict[str, str]]:
+    with (folder / "labels.csv").open() as rows:
+        return list(csv.DictReader(rows))
+
+
+def _images(source: Path) -> list[NDArray[np.uint8]]:
+    return [observation.images[0].pixels for observation in open_recording(source)]
+
+
+def _trial(
+    object_: str,
+    name: str,
+    slipped: bool,
+    images: Sequence[NDArray[np.uint8]],
+    rate_hz: float,
+    profile: str | None,
+) -> Trial:
+    found = find_marker_diameter(images[0])
+    if found is None:
+        raise SystemExit(f"{object_} {name}: no marks found")
+    marks_px = _follow(images, *found)
+    follower = ImprintFollower(images[0], marks_px[0], found[0])
+    motions = [
+        follower.update(pixels, px, number / rate_hz)
+        for number, (pixels, px) in enumerate(zip(images, marks_px, strict=True))
+    ]
+    degrees = np.array([motion.degree for motion in motions])
+    alarms = np.array([motion.slips for motion in motions])
+    if profile is not None:
+        told = list(_run(images, profile))
+        degrees = np.array([slip["degree"] for slip in told])
+        alarms = np.array([slip["state"] == "slip" for slip in told])
+    return Trial(object_, name, slipped, degrees, alarms, -_relief(images[0], *found))
+
+
+def _run(images: Iterable[NDArray[np.uint8]], profile: str) -> Iterable[dict[str, object]]:
+    with tempfile.TemporaryDirectory() as folder:
+        for number, pixels in enumerate(images):
+            cv2.imwrite(f"{folder}/{number:04d}.png", pixels[..., ::-1])
+        command = [sys.executable, "-m", "tactile_core.cli", "run", profile, "--input", folder]
+        command += ["--reference", "first", "--json"]
+        lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    for line in lines.splitlines():
+        yield json.loads(line)["slip"]
+
+
+def _follow(
+    images: Sequence[NDArray[np.uint8]], diameter_px: float, pitch_px: float
+) -> list[NDArray[np.float64]]:
+    """Each mark of the first image in every image; as its neighbours where it is not seen."""
+    first = _spots(images[0], diameter_px)
+    around = KDTree(first).query(first, k=min(7, len(first)))[1]
+    places = [first]
+    for pixels in images[1:]:
+        spots, before = _spots(pixels, diameter_px), places[-1]
+        distance, nearest = KDTree(spots).query(before)
+        mutual = KDTree(before).query(spots)[1][nearest] == np.arange(len(before))
+        step = spots[nearest] - before
+        step[(distance > 0.45 * pitch_px) | ~mutual] = np.nan
+        common = np.nan_to_num(np.nanmedian(step, axis=0))
+        seen = np.isfinite(step[:, :1])
+        local = np.median(np.where(seen, step, common)[around], axis=1)
+        near = seen & (np.linalg.norm(step - local, axis=1) < 0.2 * pitch_px)[:, np.newaxis]
+        places.append(before + np.where(near, step, local))
+    return places
+
+
+def _relief(pixels: NDArray[np.uint8], diameter_px: float, pitch_px: float) -> float:
+    """RMS of the smooth pressed shape, as a share of the light."""
+    free = 1 - cv2.dilate(
+        marker_mask(pixels, diameter_px=diameter_px).astype(np.float32), np.ones((3, 3))
+    )
+    fine, coarse = (
+        cv2.GaussianBlur(pixels * free[..., np.newaxis], (0, 0), sigma)
+        / cv2.GaussianBlur(free, (0, 0), sigma)[..., np.newaxis]
+        for sigma in (0.4 * pitch_px, 1.7 * pitch_px)
+    )
+    return float(np.sqrt(np.mean(np.square(fine / coarse - 1))))
+
+
+def _spots(pixels: NDArray[np.uint8], diameter_px: float) -> NDArray[np.float64]:
+    dark = marker_mask(pixels, diameter_px=diameter_px).astype(np.uint8)
+    _, _, stats, centres = cv2.connectedComponentsWithStats(dark)
+    size = np.sqrt(4 * stats[:, cv2.CC_STAT_AREA] / np.pi) / diameter_px
+    return np.asarray(centres[1:][(size[1:] > 0.5) & (size[1:] < 2)], np.float64)
+
+
+if __name__ == "__main__":
+    main()

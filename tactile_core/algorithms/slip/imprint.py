@@ -1,0 +1,216 @@
+"""Whether the imprint of the object stays where it was printed on the skin.
+
+The 2015 paper compares the motion of the marks with that of the object's own texture: where they
+part, the object slips [Yuan 2015]. Here both are told from one image. It is drawn back along the
+marks, so that the skin stands still, and what then still moves has left its place on the skin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.slip.skin_view import SkinView
+
+Array = NDArray[Any]
+Float32 = NDArray[np.float32]
+
+SLIP_SHARE = 0.4
+"""Slip is where this much of the imprint has left its place within about a second: no virtual
+contact of which half or more sticks loses more (``benchmarks/slip_imprint_threshold.py``)."""
+
+_MEMORY_S = 1.0
+"""What was lost is forgotten: a grasp that held again is no longer slipping."""
+
+_STEP_SHARE = 0.08
+"""Losses are added up in steps of this size, so that noise, which comes and goes, is not."""
+
+_GROWN = 1.02
+_DAMPING = 1e-3
+_TINY = 1e-12
+
+
+@dataclass(frozen=True)
+class ImprintMotion:
+    """What the object's imprint did on the skin in the last second or so.
+
+    Attributes
+    ----------
+    lost : float
+        How much of the imprint has left the place where it was printed, as a share of the energy
+        of its pattern of light: 0 while the object sticks or is pressed harder, however the skin
+        is dragged; 1 where it all went; more where that goes on.
+    strength : float
+        RMS of the pattern now, as a share of the light.
+    moved_px : (float, float)
+        How far the imprint went over the skin: +x right, +y down, in pixels of the image. To be
+        compared rather than measured with: steps longer than the pattern is fine come out short.
+    turned_rad : float
+        How far it turned on the skin, positive from x towards y.
+    radius_px : float
+        Typical distance of the imprint from its own centre.
+    """
+
+    lost: float
+    strength: float
+    moved_px: tuple[float, float]
+    turned_rad: float
+    radius_px: float
+
+    @property
+    def degree(self) -> float:
+        """0…1, and 0.5 where it is called slip; never quite 1, so that more still tells more."""
+        return self.lost / (self.lost + SLIP_SHARE)
+
+    @property
+    def slips(self) -> bool:
+        """The imprint has left its place."""
+        return self.lost >= SLIP_SHARE
+
+    @property
+    def kind(self) -> Literal["translation", "rotation"]:
+        """Which of the two moved the imprint further."""
+        turned_px = abs(self.turned_rad) * self.radius_px
+        return "rotation" if turned_px > np.hypot(*self.moved_px) else "translation"
+
+
+class ImprintFollower:
+    """Follows one object's imprint from frame to frame, over the skin.
+
+    The imprint is compared with the strongest one seen at its place. Once more of it than noise
+    explains is gone, the present one takes over and the loss is added up, so that neither the
+    camera's rate nor the speed of the slip matters, and a contact that only settles counts once.
+    Noise is what the two most alike neighbouring frames so far differ by, so a slip counts in full
+    once a moment's rest was seen.
+
+    Parameters
+    ----------
+    pixels : (H, W) or (H, W, K)
+        The image in which the marks are at ``reference_px``.
+    reference_px : (N, 2)
+        x and y of every mark; at least three.
+    diameter_px : float
+        Size of a mark.
+
+    Raises
+    ------
+    InputError
+        There are too few marks, or the diameter is not positive.
+    """
+
+    def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
+        self._view = SkinView(pixels, reference_px, diameter_px)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the object."""
+        self._held: _Imprint | None = None
+        self._last: _Imprint | None = None
+        self._noise = np.inf
+        self._lost = 0.0
+        self._moved = np.zeros(3)
+        self._time_s = 0.0
+
+    def update(self, pixels: Array, px: Array, timestamp_s: float) -> ImprintMotion:
+        """Take the next frame.
+
+        Parameters
+        ----------
+        pixels : (H, W) or (H, W, K)
+            The frame, in the shape of the first.
+        px : (N, 2)
+            Where every mark is now, inferred ones included.
+        timestamp_s : float
+            When it was taken.
+
+        Returns
+        -------
+        ImprintMotion
+        """
+        now = _Imprint(*self._view.imprint(pixels, px))
+        held, last, self._last = self._held, self._last, now
+        if held is None or last is None:
+            self._held, self._time_s = now, timestamp_s
+            return self._told(now, 0.0, np.zeros(3))
+        fading = float(np.exp(-max(timestamp_s - self._time_s, 0.0) / _MEMORY_S))
+        self._lost, self._moved = self._lost * fading, self._moved * fading
+        self._time_s = timestamp_s
+        self._noise = noise = min(self._noise, now.distance(last) / 2)
+        was = held.energy_within(now) - noise
+        lost = min(max(was - held.product(now), 0.0) / max(was, noise, _TINY), 1.0)
+        step = _motion(held, now) if lost > _STEP_SHARE / 2 else np.zeros(3)
+        if lost > _STEP_SHARE:
+            self._lost, self._moved = self._lost + lost, self._moved + step
+            lost, step = 0.0, np.zeros(3)
+            self._held = now
+        elif lost == 0 and now.energy_within(held) > _GROWN * (was + noise):
+            self._held = now
+        return self._told(now, lost, step)
+
+    def _told(self, now: _Imprint, lost: float, step: Array) -> ImprintMotion:
+        x, y, turned = self._moved + step
+        times = self._view.times
+        return ImprintMotion(
+            self._lost + lost,
+            float(np.sqrt(now.energy / max(now.count, 1.0))),
+            (float(x * times), float(y * times)),
+            float(turned),
+            now.radius * times,
+        )
+
+
+class _Imprint:
+    """The pattern of light (h, w, K) that an object prints on the skin, where it is seen (h, w)."""
+
+    def __init__(self, pattern: Float32, seen: Float32) -> None:
+        self.pattern, self.seen = pattern, seen
+        self.square = np.einsum("ijk,ijk->ij", pattern, pattern)
+        self.energy = float(self.square.sum())
+        self.count = float(seen.sum()) * pattern.shape[2]
+
+    def product(self, other: _Imprint) -> float:
+        return float(np.vdot(self.pattern, other.pattern))
+
+    def energy_within(self, other: _Imprint) -> float:
+        """Energy of what the other sees as well."""
+        return float(np.vdot(self.square, other.seen))
+
+    def distance(self, other: _Imprint) -> float:
+        within = self.energy_within(other) + other.energy_within(self)
+        return within - 2 * self.product(other)
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        columns, rows = np.arange(self.square.shape[1]), np.arange(self.square.shape[0])
+        total = max(self.energy, _TINY)
+        x = float(self.square.sum(axis=0) @ columns) / total
+        return x, float(self.square.sum(axis=1) @ rows) / total
+
+    @property
+    def radius(self) -> float:
+        (x, y), total = self.centre, max(self.energy, _TINY)
+        columns, rows = np.arange(self.square.shape[1]), np.arange(self.square.shape[0])
+        spread = self.square.sum(axis=0) @ (columns - x) ** 2
+        spread += self.square.sum(axis=1) @ (rows - y) ** 2
+        return float(np.sqrt(spread / total))
+
+
+def _motion(before: _Imprint, now: _Imprint) -> Array:
+    """x, y and turn about the centre, small ones, that explain the change best."""
+    half = (before.pattern + now.pattern) / 2
+    across = cv2.Sobel(half, cv2.CV_32F, 1, 0, scale=1 / 8).reshape(half.shape)
+    down = cv2.Sobel(half, cv2.CV_32F, 0, 1, scale=1 / 8).reshape(half.shape)
+    x, y = before.centre
+    columns = np.arange(half.shape[1], dtype=np.float32)[:, np.newaxis] - x
+    rows = np.arange(half.shape[0], dtype=np.float32)[:, np.newaxis, np.newaxis] - y
+    slopes = np.stack([-across, -down, across * rows - down * columns]).astype(np.float32)
+    slopes *= (before.seen * now.seen)[..., np.newaxis]
+    slopes = slopes.reshape(3, -1)
+    normal = slopes @ slopes.T
+    normal += np.diag(np.diag(normal)) * _DAMPING + np.eye(3) * _TINY
+    change = (now.pattern - before.pattern).reshape(-1)
+    return np.asarray(np.linalg.solve(normal, slopes @ change), np.float64)

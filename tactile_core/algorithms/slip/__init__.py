@@ -1,0 +1,1 @@
+"""Whether the skin still follows the object that drags it."""

@@ -1,0 +1,200 @@
+"""One contact, followed from when its load has settled: how it is dragged, and what gives way."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.entropy import displacement_entropy
+from tactile_core.algorithms.quantile import quantile
+from tactile_core.algorithms.slip.core import NOISE_MM, Core, sticking_core
+from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
+
+Bool = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+_LOAD_GROWS = 1.15
+"""Shear alone changes the volume of a virtual contact by up to 13 %."""
+
+_ENOUGH_PLACES = 12
+_MOST_PLACES = 600
+_EARLIER = 16
+_SURE_NOISES, _MOVED_NOISES = 2.0, 5.0
+_FAR_QUANTILE = 0.95
+
+
+class Load(NamedTuple):
+    """How hard the object presses, in any unit; either part may grow alone.
+
+    Attributes
+    ----------
+    area, depth : float
+    """
+
+    area: float
+    depth: float
+
+
+@dataclass(frozen=True)
+class Cues:
+    """What the field tells of slip.
+
+    Attributes
+    ----------
+    following : float
+        Share of the contact that moved with its sticking core lately.
+    stalled : float
+        0 while the skin is carried along as fast as ever, 1 when it has come to a halt.
+    motion_mm, turned_mm : float
+        Root mean square over the contact of the core's motion since the load settled, and of its
+        turn alone.
+    turn_rad : float
+        By which the core has turned since then, from x towards y.
+    entropy_bits : float
+        Of the size of the displacement since then [Yuan 2015].
+    """
+
+    following: float = 1.0
+    stalled: float = 0.0
+    motion_mm: float = 0.0
+    turned_mm: float = 0.0
+    turn_rad: float = 0.0
+    entropy_bits: float = 0.0
+
+    @property
+    def degree(self) -> float:
+        """0 where all of the contact follows its core; 1 where little does, and that halts.
+
+        Less than a third of the contact that follows cannot be told from none by the field
+        alone, since even the middle of a wholly slipping contact is hardly strained; that the
+        skin stops while it was just being dragged can. An object that halts while it is held
+        well has all of the contact following.
+        """
+        lost = min(1.0, 1.5 * (1 - self.following))
+        return lost * (1 + self.stalled) / 2
+
+
+class DraggedContact:
+    """Remembers the displacement fields of one contact.
+
+    Parameters
+    ----------
+    spacing_mm : float
+        Distance of neighbouring places of the fields.
+    window_mm : float
+        "Lately" is since the skin moved by so much.
+    tolerance : float
+        A place follows if it falls short of the core's motion by less than this share of it.
+    noise_mm : float
+        Of a displacement.
+    """
+
+    def __init__(
+        self,
+        spacing_mm: float,
+        *,
+        window_mm: float = 0.06,
+        tolerance: float = 0.2,
+        noise_mm: float = NOISE_MM,
+    ) -> None:
+        self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
+        self.window_mm, self.tolerance = window_mm, tolerance
+        self.release()
+
+    def release(self) -> None:
+        """Forget the contact."""
+        self._settled: Complex | None = None
+        self._load = Load(0.0, 0.0)
+        self._start_again()
+
+    def update(self, field: Complex, mask: Bool, load: Load) -> Cues:
+        """Judge the next field.
+
+        Parameters
+        ----------
+        field : (h, w) complex64
+            Displacement since the skin was untouched, x + iy in mm, of the skin now at each place.
+        mask : (h, w) bool
+            The contact.
+        load : Load
+        """
+        if self._settled is None or self._grew(load):
+            self._settled, self._load = field, load
+            self._start_again()
+        chosen = np.flatnonzero(mask)
+        if len(chosen) < _ENOUGH_PLACES:
+            return Cues()
+        chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
+        stalled = self._stalled(field, chosen)
+        following = self._following(field, chosen)
+        self._before.append(field)
+        moved = since(field, self._settled, self.spacing_mm)
+        whole = self._core(moved, chosen)
+        return Cues(
+            following,
+            stalled,
+            whole.motion_mm,
+            whole.turned_mm,
+            whole.turn_rad,
+            displacement_entropy(np.abs(moved), mask),
+        )
+
+    def _start_again(self) -> None:
+        self._before: deque[Complex] = deque(maxlen=_EARLIER)
+        self._last_following, self._peak_mm, self._span = 1.0, 0.0, 1
+
+    def _grew(self, load: Load) -> bool:
+        """What spreads the skin under a growing load is no shear."""
+        return any(
+            now > _LOAD_GROWS * before for now, before in zip(load, self._load, strict=True)
+        )
+
+    def _core(self, moved: Complex, chosen: Indices) -> Core:
+        return sticking_core(
+            moved.ravel()[chosen],
+            places_mm(moved.shape, self.spacing_mm).ravel()[chosen],
+            strain(moved, self.spacing_mm).ravel()[chosen],
+            self.noise_mm,
+        )
+
+    def _far(self, now: Complex, before: Complex, chosen: Indices) -> float:
+        """How far the skin of the contact moved; that moves least where it slips."""
+        moved = np.abs((now - before).ravel()[chosen])
+        return quantile(moved, _FAR_QUANTILE)
+
+    def _stalled(self, field: Complex, chosen: Indices) -> float:
+        """How much slower the skin moves than it did, told over a motion that noise does not hide.
+
+        Frames are counted, not seconds: quasi-static motions have none.
+        """
+        frames = len(self._before)
+        if self._peak_mm > 0:
+            frames = min(frames, max(2, int(np.ceil(self.window_mm / 2 / self._peak_mm))))
+        if frames < 1:
+            return 0.0
+        rate = self._far(field, self._before[-frames], chosen) / frames
+        if self._peak_mm > 0 or rate * frames > self.window_mm / 2:
+            self._peak_mm = max(self._peak_mm, rate)
+            return 1 - rate / self._peak_mm
+        return 0.0
+
+    def _following(self, field: Complex, chosen: Indices) -> float:
+        """Share of the contact that followed in the last motion; skin that rests tells nothing."""
+        earlier = len(self._before)
+        if not earlier:
+            return 1.0
+        # motion is even: begin at the last frame's span
+        span = min(max(1, self._span - 1), earlier)
+        moved_mm = self._far(field, self._before[-span], chosen)
+        while moved_mm < self.window_mm and span < earlier:
+            span += 1
+            moved_mm = self._far(field, self._before[-span], chosen)
+        self._span = span
+        if moved_mm > _MOVED_NOISES * self.noise_mm:
+            core = self._core(since(field, self._before[-span], self.spacing_mm), chosen)
+            self._last_following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
+        return self._last_following

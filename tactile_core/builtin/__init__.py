@@ -43,4 +43,5 @@ def tactile_estimators() -> Mapping[str, str]:
         "contact": "tactile_core.builtin.contact:Contact",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
+        "slip": "tactile_core.builtin.slip:Slip",
     }

@@ -15,8 +15,8 @@ Complex = NDArray[np.complex64]
 NOISE_MM = 0.003
 """Of a displacement: a tenth of a pixel of the usual view."""
 
-_CALM_QUANTILE, _CALM_STRAINS = 0.2, 1.5
-_ROUGHLY = (3.0, 3.0, 1.5, 1.5, 1.0, 1.0)
+_CALM_QUANTILE, _CALM_STRAINS, _LEAST_STRAIN = 0.2, 1.5, 1e-4
+_ROUGHLY = (3.0, 1.5, 1.5, 1.0, 1.0)
 _CORE_TOLERANCE = 0.06
 _LARGEST_SINE = 0.9
 
@@ -35,29 +35,39 @@ class Core:
         Root mean square over the contact of the core's motion.
     turned_mm : float
         The same of its turn alone.
-    lag_mm : (n,) float32
+    lag_mm : (n,)
         By how much each place fell short of that motion.
+    weight : (n,)
+        1 in the core, 0 where the skin lags far behind.
     """
 
     shift_mm: complex
     turn_rad: float
     motion_mm: float
     turned_mm: float
-    lag_mm: NDArray[np.float32]
+    lag_mm: NDArray[Any]
+    weight: NDArray[Any]
 
     def following(self, tolerance: float, noise_mm: float = NOISE_MM) -> float:
         """Share of the contact that followed the core, but for this share of its motion."""
         return float(np.mean(self.lag_mm < max(tolerance * self.motion_mm, noise_mm)))
 
 
-def sticking_core(
-    displacement: Complex, place: Complex, strain: NDArray[Any], noise_mm: float = NOISE_MM
-) -> Core:
-    """Find the rigid motion of the skin that sticks to the object.
+def calm_places(displacement: Complex, strain: NDArray[Any]) -> NDArray[Any]:
+    """(n,) weights of the least strained and farthest moved places.
 
     Where the skin sticks it moves with the object, so that it is not strained; slip begins at the
-    border of the contact and strains the skin there [Yuan 2015]. The search starts from the
-    least strained and farthest moved places and goes on by reweighted least squares.
+    border of the contact and strains the skin there [Yuan 2015].
+    """
+    calm = max(quantile(strain, _CALM_QUANTILE), _LEAST_STRAIN)
+    weights = np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * (1e-3 + np.abs(displacement))
+    return np.asarray(weights)
+
+
+def sticking_core(
+    displacement: Complex, place: Complex, start: NDArray[Any], noise_mm: float = NOISE_MM
+) -> Core:
+    """Find the rigid motion of the skin that sticks to the object, by reweighted least squares.
 
     Parameters
     ----------
@@ -65,13 +75,12 @@ def sticking_core(
         At places of the contact, since a time at which it may have been anything.
     place : (n,) complex64
         Where each is now, mm.
-    strain : (n,)
-        :func:`~tactile_core.algorithms.slip.plane.strain` of the displacement.
+    start : (n,)
+        Weights to begin with: :func:`calm_places`, or the core of a longer motion.
     noise_mm : float
         Of a displacement.
     """
-    calm = max(quantile(strain, _CALM_QUANTILE), 1e-4)
-    weight = np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * (1e-3 + np.abs(displacement))
+    weight = start
     middle = complex(place.mean())
     for roughly in _ROUGHLY:
         shift, rate = _rigid(displacement, place - middle, weight)
@@ -84,13 +93,12 @@ def sticking_core(
         float(np.arcsin(rate.imag)),
         motion,
         float(abs(rate) * np.sqrt(np.mean(np.abs(place - middle) ** 2))),
-        lag.astype(np.float32, copy=False),
+        lag,
+        weight,
     )
 
 
-def _rigid(
-    displacement: Complex, place: Complex, weight: NDArray[Any]
-) -> tuple[complex, complex]:
+def _rigid(displacement: Complex, place: Complex, weight: NDArray[Any]) -> tuple[complex, complex]:
     """Shift of the origin, and what a turn about it displaces for each mm away from it."""
     total = float(weight.sum())
     at, moved = (complex(np.dot(weight, field) / total) for field in (place, displacement))

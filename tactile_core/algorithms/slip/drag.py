@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.quantile import quantile
-from tactile_core.algorithms.slip.core import NOISE_MM, Core, sticking_core
+from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, sticking_core
 from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
 
+Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
@@ -129,11 +130,11 @@ class DraggedContact:
         if len(chosen) < _ENOUGH_PLACES:
             return Cues()
         chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
-        stalled = self._stalled(field, chosen)
-        following = self._following(field, chosen)
-        self._before.append(field)
         moved = since(field, self._settled, self.spacing_mm)
-        whole = self._core(moved, chosen)
+        whole = self._whole(moved, chosen)
+        stalled = self._stalled(field, chosen)
+        following = self._following(field, chosen, whole)
+        self._before.append(field)
         return Cues(
             following,
             stalled,
@@ -149,17 +150,18 @@ class DraggedContact:
 
     def _grew(self, load: Load) -> bool:
         """What spreads the skin under a growing load is no shear."""
-        return any(
-            now > _LOAD_GROWS * before for now, before in zip(load, self._load, strict=True)
-        )
+        return any(now > _LOAD_GROWS * before for now, before in zip(load, self._load, strict=True))
 
-    def _core(self, moved: Complex, chosen: Indices) -> Core:
-        return sticking_core(
-            moved.ravel()[chosen],
-            places_mm(moved.shape, self.spacing_mm).ravel()[chosen],
-            strain(moved, self.spacing_mm).ravel()[chosen],
-            self.noise_mm,
-        )
+    def _whole(self, moved: Complex, chosen: Indices) -> Core:
+        displacement = moved.ravel()[chosen]
+        strains = strain(moved, self.spacing_mm).ravel()[chosen]
+        return self._core(displacement, chosen, calm_places(displacement, strains), moved.shape)
+
+    def _core(
+        self, displacement: Complex, chosen: Indices, start: Array, shape: tuple[int, ...]
+    ) -> Core:
+        place = places_mm(shape, self.spacing_mm).ravel()[chosen]
+        return sticking_core(displacement, place, start, self.noise_mm)
 
     def _far(self, now: Complex, before: Complex, chosen: Indices) -> float:
         """How far the skin of the contact moved; that moves least where it slips."""
@@ -182,7 +184,7 @@ class DraggedContact:
             return 1 - rate / self._peak_mm
         return 0.0
 
-    def _following(self, field: Complex, chosen: Indices) -> float:
+    def _following(self, field: Complex, chosen: Indices, whole: Core) -> float:
         """Share of the contact that followed in the last motion; skin that rests tells nothing."""
         earlier = len(self._before)
         if not earlier:
@@ -195,6 +197,7 @@ class DraggedContact:
             moved_mm = self._far(field, self._before[-span], chosen)
         self._span = span
         if moved_mm > _MOVED_NOISES * self.noise_mm:
-            core = self._core(since(field, self._before[-span], self.spacing_mm), chosen)
+            lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
+            core = self._core(lately, chosen, whole.weight, field.shape)
             self._last_following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
         return self._last_following

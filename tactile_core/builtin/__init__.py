@@ -41,6 +41,7 @@ def tactile_estimators() -> Mapping[str, str]:
     """Estimators of the core."""
     return {
         "contact": "tactile_core.builtin.contact:Contact",
+        "displacement": "tactile_core.builtin.displacement:Displacement",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
         "slip": "tactile_core.builtin.slip:Slip",

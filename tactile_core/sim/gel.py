@@ -9,15 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.dome import cap
+from tactile_core.algorithms.elasticity import (
+    POISSON_RATIO,
+    SHEAR_MODULUS_MPA,
+    THICKNESS_MM,
+    Elastomer,
+)
 from tactile_core.profiles.model import Gel
-from tactile_core.sim.elastic_layer import Elastomer
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.viscoelasticity import Branch
 
 Array = NDArray[Any]
 
-THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO, FRICTION = 2.0, 0.145, 0.48, 0.5
-"""Of a profile that does not tell: the silicone of most sensors of this family."""
+FRICTION = 0.5
+"""Of a profile that does not tell: painted silicone on smooth objects, roughly."""
 
 NOTHING_MM = -1e3
 """Level of the rest surface beside the gel: out of reach."""

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.sim.elastic_layer import ElasticLayer, Elastomer
+from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.grid import Grid
 
 GEL = Elastomer(2.0, 0.145, 0.48)

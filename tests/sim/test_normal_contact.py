@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.sim.elastic_layer import ElasticLayer, Elastomer
+from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.normal_contact import NormalContact, solve_normal
 

@@ -1,0 +1,111 @@
+"""How a bonded layer moves when a contact pulls at it: the fields that marks are too far apart for.
+
+Between two marks the skin bends sharply at a contact's border, for outside it nothing pulls. Where
+the contact is known, elasticity says how, whatever the object does inside.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+from tactile_core.algorithms.elasticity import Elastomer
+
+Float32 = NDArray[np.float32]
+
+COUNT = 4
+_MARGIN_THICKNESSES = 0.75
+_BLUNT_CELLS = 0.7
+_FEWEST_CELLS = 4.0
+
+
+class ContactDrag:
+    """Fields of a layer that is pulled along x and y, turned and stretched by a contact.
+
+    The traction grows towards the border of the contact as 1/√distance, as under any stiff object
+    that sticks.
+
+    Parameters
+    ----------
+    grid : CoarseGrid
+    mm_per_px : float
+        Scale of the image.
+    elastomer : Elastomer
+        Its thickness and Poisson's ratio matter, its modulus does not.
+    """
+
+    def __init__(self, grid: CoarseGrid, *, mm_per_px: float, elastomer: Elastomer) -> None:
+        from scipy.fft import next_fast_len
+
+        self._grid = grid
+        width_mm, height_mm = self._cell_mm = mm_per_px * grid.cell_px
+        margin_mm = _MARGIN_THICKNESSES * elastomer.thickness_mm
+        self._margin = tuple(int(np.ceil(margin_mm / side)) for side in (height_mm, width_mm))
+        rows, columns = self._shape = tuple(
+            next_fast_len(count + 2 * margin, real=True)
+            for count, margin in zip(grid.shape, self._margin, strict=True)
+        )
+        kx = 2 * np.pi * np.fft.rfftfreq(columns, width_mm)[None, :]
+        ky = 2 * np.pi * np.fft.fftfreq(rows, height_mm)[:, None]
+        k = np.hypot(kx, ky)
+        cos, sin = (np.divide(side, k, out=np.zeros_like(k), where=k > 0) for side in (kx, ky))
+        found = elastomer.compliance(k)
+        along, across = (part / found.across[0, 0] for part in (found.along, found.across))
+        self._xx = (along * cos**2 + across * sin**2).astype(np.float32)
+        self._yy = (along * sin**2 + across * cos**2).astype(np.float32)
+        self._xy = ((along - across) * cos * sin).astype(np.float32)
+        self._xx[0, 0] = self._yy[0, 0] = 1
+
+    def fields(self, contact: Float32) -> Float32 | None:
+        """Return the fields of a contact.
+
+        Parameters
+        ----------
+        contact : (rows, columns) float32
+            Share of each cell that is in contact, on the grid.
+
+        Returns
+        -------
+        (4, rows, columns, 2) float32 or None
+            In no unit. None for a contact that is too small to have a border of its own.
+        """
+        from scipy.fft import irfft2, rfft2
+
+        if contact.sum() < _FEWEST_CELLS:
+            return None
+        pull = self._pull(contact)
+        one, x, y = rfft2(np.stack([pull, *self._arms(pull)]))
+        slanted = self._xy * one
+        straight_x, slanted_x = self._xx * x, self._xy * x
+        waves = np.array(
+            [
+                *(self._xx * one, slanted, slanted, self._yy * one),
+                *(slanted_x - self._xx * y, self._yy * x - self._xy * y),
+                *(straight_x + self._xy * y, slanted_x + self._yy * y),
+            ]
+        )
+        moved = irfft2(waves, s=self._shape)
+        (rows, columns), (top, left) = self._grid.shape, self._margin
+        moved = moved[:, top : top + rows, left : left + columns]
+        return np.stack([moved[::2], moved[1::2]], axis=3)
+
+    def _pull(self, contact: Float32) -> Float32:
+        """The contact with a margin, in which it goes on as at the border of the image."""
+        (top, left), (rows, columns) = self._margin, self._shape
+        bottom, right = rows - top - contact.shape[0], columns - left - contact.shape[1]
+        wide = cv2.copyMakeBorder(contact, top, bottom, left, right, cv2.BORDER_REPLICATE)
+        inside = np.asarray(wide > 0.5).view(np.uint8)
+        depth = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_5)
+        return np.asarray(wide / np.sqrt(depth + np.float32(_BLUNT_CELLS)), np.float32)
+
+    def _arms(self, pull: Float32) -> tuple[Float32, Float32]:
+        """The pull times x and y from its middle."""
+        total = pull.sum()
+        x, y = (
+            side * np.arange(count, dtype=np.float32)
+            for side, count in zip(self._cell_mm, self._shape[::-1], strict=True)
+        )
+        x, y = x - pull.sum(0) @ x / total, y - pull.sum(1) @ y / total
+        return (pull * x).astype(np.float32), (pull * y[:, None]).astype(np.float32)

@@ -1,0 +1,83 @@
+"""The likeliest smooth field through values at scattered marks, with weights that are kept."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+NOISE_VARIANCE = 3e-4
+"""Of a mark, over the variance of the field: 0.1 px of 28 µm beside 0.16 mm."""
+
+_SHIFT_VARIANCE, _SLOPE_VARIANCE = 1e2, 1e1
+"""A shift or a slope of the whole field is not held back."""
+
+
+class Kriging:
+    """Interpolation of values at marks by a Matérn covariance (ν = 3/2) and a plane.
+
+    The weights depend on where the marks are, not on their values nor on which of them are seen: a
+    mark that is not seen takes the value that the others make likeliest, and the result is exactly
+    what the others alone give.
+
+    Parameters
+    ----------
+    marks_mm : (N, 2) float
+        Where the marks are.
+    points_mm : (M, 2) float
+        Where the field is wanted.
+    range_mm : float
+        Distance over which the field changes.
+    """
+
+    def __init__(self, marks_mm: Array, points_mm: Array, *, range_mm: float) -> None:
+        marks, points = (np.array(at, np.float64) / range_mm for at in (marks_mm, points_mm))
+        middle = points.mean(axis=0)
+        marks, points = marks - middle, points - middle
+        between: Float64 = _covariance(marks, marks) + NOISE_VARIANCE * np.eye(len(marks))
+        self._precision = np.asarray(np.linalg.inv(between), np.float64)
+        self._weights: Float32 = (_covariance(points, marks) @ self._precision).astype(np.float32)
+
+    def completed(self, values: Float64, seen: Bool) -> Float64:
+        """Replace the values of unseen marks by what the others make likeliest.
+
+        Parameters
+        ----------
+        values : (N, J) float64
+            J fields.
+        seen : (N,) bool
+
+        Returns
+        -------
+        (N, J) float64
+        """
+        if seen.all():
+            return values
+        unseen = np.flatnonzero(~seen)
+        completed = np.where(seen[:, None], values, 0.0)
+        rows = self._precision[unseen]
+        completed[unseen] = -np.linalg.solve(rows[:, unseen], rows @ completed)
+        return completed
+
+    def weighed(self, values: Float64) -> Float64:
+        """(N, J) inverse covariance times completed values."""
+        return np.asarray(self._precision @ values)
+
+    def field(self, values: Float64) -> Float32:
+        """(M, J) of completed values (N, J)."""
+        return np.asarray(self._weights @ values.astype(np.float32))
+
+
+def _covariance(a: Float64, b: Float64) -> Float64:
+    from scipy.spatial.distance import cdist
+
+    far = np.sqrt(3) * cdist(a, b)
+    return np.asarray(
+        (1 + far) * np.exp(-far) + _SHIFT_VARIANCE + _SLOPE_VARIANCE * (a @ b.T), np.float64
+    )

@@ -1,0 +1,160 @@
+"""The dense displacement field of a skin of which marks are followed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+from tactile_core.algorithms.displacement.contact_drag import ContactDrag
+from tactile_core.algorithms.displacement.kriging import Kriging
+from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
+from tactile_core.errors import InputError
+
+Array = NDArray[Any]
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+_RANGE_THICKNESSES = 6.0
+_CELLS_PER_PITCH = 4.0
+_REACH_PITCHES = 1.0
+_RIDGE = 1e-3
+_STEPS = 2
+
+
+class MarkedSkin:
+    """Turns the places of marks into the displacement at every pixel.
+
+    What the contact explains (:class:`ContactDrag`, four numbers fitted to the marks) is taken off
+    the marks' displacements, the rest is interpolated (:class:`Kriging`), and both are added where
+    the skin is now. All that depends on the untouched marks alone is computed once.
+
+    Parameters
+    ----------
+    reference_px : (N, 2) float
+        x and y of each mark on the untouched skin.
+    shape : (H, W)
+        Of the image.
+    mm_per_px : float
+        Scale of the image.
+    thickness_mm, poisson_ratio : float
+        Of the gel.
+
+    Raises
+    ------
+    InputError
+        The marks are not (N, 2).
+    """
+
+    def __init__(
+        self,
+        reference_px: Array,
+        shape: tuple[int, int],
+        *,
+        mm_per_px: float,
+        thickness_mm: float = THICKNESS_MM,
+        poisson_ratio: float = POISSON_RATIO,
+    ) -> None:
+        if reference_px.ndim != 2 or reference_px.shape[1] != 2:
+            raise InputError(f"marks are (N, 2); these are {reference_px.shape}")
+        self.reference_px = np.array(reference_px, np.float64)
+        self._pitch_px = _pitch(self.reference_px)
+        self._mm_per_px = mm_per_px
+        self._grid = grid = CoarseGrid.of(shape, self._pitch_px / _CELLS_PER_PITCH)
+        self._nodes = grid.nodes
+        self._kriging = Kriging(
+            self.reference_px * mm_per_px,
+            grid.in_px(self._nodes).reshape(-1, 2) * mm_per_px,
+            range_mm=_RANGE_THICKNESSES * thickness_mm,
+        )
+        elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
+        self._drag = ContactDrag(grid, mm_per_px=mm_per_px, elastomer=elastomer)
+
+    def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
+        """Return the displacement of the skin that is now at each pixel.
+
+        Parameters
+        ----------
+        px : (N, 2) float
+            x and y of each mark now.
+        seen : (N,) bool
+            The others have no say.
+        contact : (H, W) bool, optional
+            Where the object touches now. With it the field bends at the border of the contact,
+            without it up to a pitch around.
+
+        Returns
+        -------
+        (H, W, 2) float32
+            +x right, +y down, mm; 0 where no mark is seen at all.
+        """
+        grid = self._grid
+        moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
+        pulled = None if contact is None else self._drag.fields(grid.share(contact))
+        if pulled is None or not seen.any():
+            moved_mm = self._kriging.completed(moved_mm, seen)
+            dragged = np.zeros((*grid.shape, 2), np.float32)
+        else:
+            moved_mm, strength = self._without(moved_mm, pulled, grid.in_cells(px), seen)
+            dragged = np.tensordot(strength.astype(np.float32), pulled, 1)
+        rest = self._kriging.field(moved_mm).reshape(*grid.shape, 2)
+        return grid.enlarged(self._carried(rest, dragged))
+
+    def supported(self, px: Array, seen: Bool) -> Bool:
+        """(H, W) bool: within a pitch of a mark that is seen."""
+        grid = self._grid
+        near = np.zeros(grid.shape, np.uint8)
+        at = np.rint(grid.in_cells(px[seen])).astype(int)
+        inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=1)
+        near[at[inside, 1], at[inside, 0]] = 1
+        reach_px = min(_REACH_PITCHES * self._pitch_px, max(grid.image_shape))
+        across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
+        near = np.asarray(
+            cv2.dilate(near, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down)))
+        )
+        return grid.marked(near.view(np.bool_))
+
+    def _without(
+        self, moved_mm: Float64, pulled: Float32, at: Float32, seen: Bool
+    ) -> tuple[Float64, Float64]:
+        """Marks' displacements that the contact leaves unexplained, and the strength of its pulls.
+
+        The strengths are those that make the rest most likely.
+        """
+        marks = at[:, None, :]
+        there = [self._grid.sampled(field, marks)[:, 0] for field in pulled]
+        columns = self._kriging.completed(np.hstack([*there, moved_mm]), seen)
+        weighed = self._kriging.weighed(columns)
+        # along x and along y each field has one strength: both add to the same equations
+        fields, against = (
+            np.moveaxis(a.reshape(len(at), -1, 2), 1, 2).reshape(2 * len(at), -1)
+            for a in (columns, weighed)
+        )
+        products = fields.T @ against
+        normal, right = products[:-1, :-1], products[:-1, -1]
+        size = np.sqrt(np.maximum(np.diag(normal), np.finfo(np.float32).tiny))
+        scaled = normal / np.outer(size, size) + _RIDGE * np.eye(len(size))
+        strength = np.linalg.solve(scaled, right / size) / size
+        return (fields[:, -1] - fields[:, :-1] @ strength).reshape(-1, 2), strength
+
+    def _carried(self, rest: Float32, dragged: Float32) -> Float32:
+        """The sum at the present place of the skin, ``rest`` being told at its untouched place."""
+        per_mm = (1 / (self._mm_per_px * self._grid.cell_px)).astype(np.float32)
+        moved = dragged + rest
+        for _ in range(_STEPS):
+            moved = dragged + self._grid.sampled(rest, self._nodes - moved * per_mm)
+        return moved
+
+
+def _pitch(marks_px: Float64) -> float:
+    """Typical distance of neighbours; infinite for a single mark."""
+    from scipy.spatial import KDTree
+
+    if len(marks_px) < 2:
+        return np.inf
+    distances, _ = KDTree(marks_px).query(marks_px, k=2)
+    return float(np.median(np.asarray(distances)[:, 1]))

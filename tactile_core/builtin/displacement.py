@@ -1,0 +1,47 @@
+"""The displacement of the skin at every pixel, from its marks."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import BaseModel
+
+from tactile_core.algorithms.displacement import MarkedSkin
+from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
+
+
+class Displacement(Estimator):
+    """Interpolates the marks as a layer of the gel's thickness moves.
+
+    Where the contact is known, the field bends at its border as elasticity says; without it the
+    bend is spread over the pitch of the marks. Marks that are not seen have no say.
+    """
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._skin: MarkedSkin | None = None
+
+    def estimate(self, markers: MarkerField, contact: ContactMask | None) -> DisplacementField:
+        """Return the field; valid within a pitch of a mark that is seen."""
+        skin = self._skin_of(markers)
+        return DisplacementField(
+            skin.displacement(markers.px, markers.seen, None if contact is None else contact.mask),
+            skin.supported(markers.px, markers.seen),
+            markers.mm_per_px,
+            markers.timestamp_s,
+        )
+
+    def _skin_of(self, markers: MarkerField) -> MarkedSkin:
+        """The weights for these marks, which are kept: they cost far more than a frame."""
+        kept = self._skin
+        if kept is None or not np.array_equal(kept.reference_px, markers.reference_px):
+            image, gel = self.context.image, self.context.gel
+            kept = self._skin = MarkedSkin(
+                markers.reference_px,
+                (image.height_px, image.width_px),
+                mm_per_px=markers.mm_per_px,
+                thickness_mm=gel.thickness_mm or THICKNESS_MM,
+                poisson_ratio=POISSON_RATIO if gel.poisson_ratio is None else gel.poisson_ratio,
+            )
+        return kept

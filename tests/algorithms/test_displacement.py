@@ -1,0 +1,202 @@
+"""The dense field of analytic skins, and what a field is made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.displacement import MarkedSkin, curl, decomposed, divergence
+from tactile_core.errors import InputError
+
+SHAPE, SCALE_MM = (120, 160), 0.1
+PITCH_PX = 11
+X, Y = np.meshgrid(np.arange(SHAPE[1]), np.arange(SHAPE[0]))
+MARKS = np.stack(np.meshgrid(np.arange(5, 160, PITCH_PX), np.arange(5, 120, PITCH_PX)), -1)
+MARKS = MARKS.reshape(-1, 2).astype(np.float64)
+ALL = np.ones(len(MARKS), np.bool_)
+Array = NDArray[np.float64]
+
+shifts = st.floats(-1.5, 1.5)
+turns = st.floats(-20, 20)
+growths = st.floats(-0.2, 0.2)
+
+
+def similar(shift: Array, degrees: float, growth: float, centre_px: Array) -> Array:
+    """(H, W, 2) field of a skin that is shifted, turned and grown about a present point."""
+    at = SCALE_MM * ((X - centre_px[0]) + 1j * (Y - centre_px[1]))
+    was = at * np.exp(-1j * np.radians(degrees)) / (1 + growth) - complex(*shift)
+    return np.stack([(at - was).real, (at - was).imag], -1)
+
+
+def skin() -> MarkedSkin:
+    return MarkedSkin(MARKS, SHAPE, mm_per_px=SCALE_MM)
+
+
+@given(shifts, shifts, turns, growths)
+def test_a_similar_skin_is_taken_apart_exactly(
+    x: float, y: float, degrees: float, growth: float
+) -> None:
+    mask = np.hypot(X - 70, Y - 50) < 30
+    centre = np.array([70.0, 50.0])
+    field = similar(np.array([x, y]), degrees, growth, centre)
+    found = decomposed(field, mask, mm_per_px=SCALE_MM)
+    np.testing.assert_allclose(found.shear_mm, [x, y], atol=1e-9)
+    assert found.rotation_deg == pytest.approx(degrees, abs=1e-9)
+    assert found.spread == pytest.approx(growth, abs=1e-9)
+    np.testing.assert_allclose(found.centre_px, centre, atol=1e-9)
+    assert found.residual_mm < 1e-9
+    parts = found.shear_field(SHAPE) + found.torsion_field(SHAPE) + found.spread_field(SHAPE)
+    np.testing.assert_allclose(parts, field, atol=1e-5)
+
+
+@given(st.floats(20, 140), st.floats(20, 100), turns)
+def test_about_another_point_the_shear_is_that_of_the_skin_there(
+    x: float, y: float, degrees: float
+) -> None:
+    field = similar(np.array([0.3, -0.1]), degrees, 0.02, np.array([x, y]))
+    found = decomposed(field, mm_per_px=SCALE_MM, centre_px=np.array([x, y]))
+    np.testing.assert_allclose(found.shear_mm, [0.3, -0.1], atol=1e-9)
+    assert found.rotation_deg == pytest.approx(degrees, abs=1e-9)
+
+
+def test_nothing_in_contact_has_no_parts() -> None:
+    found = decomposed(np.ones((*SHAPE, 2)), np.zeros(SHAPE, np.bool_), mm_per_px=SCALE_MM)
+    assert (found.shear_mm == 0).all()
+    assert found.rotation_deg == found.spread == 0
+
+
+def test_a_single_pixel_neither_turns_nor_grows() -> None:
+    mask = np.zeros(SHAPE, np.bool_)
+    mask[30, 40] = True
+    found = decomposed(np.ones((*SHAPE, 2)), mask, mm_per_px=SCALE_MM)
+    assert found.rotation_deg == found.spread == 0
+    np.testing.assert_allclose(found.shear_mm, [1, 1])
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
+def test_divergence_and_curl_of_a_linear_field_are_exact(
+    xx: float, xy: float, yx: float, yy: float
+) -> None:
+    field = SCALE_MM * np.stack([xx * X + xy * Y, yx * X + yy * Y], -1)
+    np.testing.assert_allclose(divergence(field, mm_per_px=SCALE_MM), xx + yy, atol=1e-4)
+    np.testing.assert_allclose(curl(field, mm_per_px=SCALE_MM), yx - xy, atol=1e-4)
+
+
+def test_a_turn_has_twice_its_angle_as_curl_and_does_not_spread() -> None:
+    field = similar(np.zeros(2), 0.1, 0.0, np.array([80.0, 60.0]))
+    np.testing.assert_allclose(curl(field, mm_per_px=SCALE_MM), 2 * np.radians(0.1), rtol=1e-2)
+    np.testing.assert_allclose(divergence(field, mm_per_px=SCALE_MM), 0, atol=1e-4)
+
+
+@pytest.mark.parametrize("shape", [(5, 5), (5, 5, 3), (1, 5, 2)])
+def test_what_is_no_field_is_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(InputError, match=r"is \(H, W, 2\)"):
+        divergence(np.zeros(shape), mm_per_px=SCALE_MM)
+
+
+def test_a_mask_of_another_size_is_refused() -> None:
+    with pytest.raises(InputError, match="must agree"):
+        decomposed(np.zeros((5, 5, 2)), np.ones((4, 5), np.bool_), mm_per_px=SCALE_MM)
+
+
+@given(shifts, shifts)
+def test_a_skin_that_is_shifted_as_a_whole_is_shifted_everywhere(x: float, y: float) -> None:
+    found = skin().displacement(MARKS + np.array([x, y]) / SCALE_MM, ALL)
+    np.testing.assert_allclose(found, np.broadcast_to([x, y], found.shape), atol=2e-3)
+
+
+def test_the_value_at_a_pixel_belongs_to_the_skin_that_is_there_now() -> None:
+    centre = np.array([80.0, 60.0])
+    now = centre + (MARKS - centre) @ np.array([[0.0, 1.0], [-1.0, 0.0]]).T * np.sin(0.15)
+    now += (MARKS - centre) * np.cos(0.15)
+    found = skin().displacement(now, ALL)
+    truth = similar(np.zeros(2), -np.degrees(0.15), 0.0, centre)
+    inside = np.hypot(X - 80, Y - 60) < 50
+    np.testing.assert_allclose(found[inside], truth[inside], atol=0.01)
+
+
+def _bump() -> Array:
+    size = np.exp(-((MARKS - [80, 60]) ** 2).sum(1) / (2 * 25**2))
+    return size[:, None] * np.array([0.5, 0.2])
+
+
+@given(st.integers(0, 2**31))
+def test_a_mark_that_is_not_seen_has_no_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    seen = rng.random(len(MARKS)) > 0.3
+    now = MARKS + _bump() / SCALE_MM
+    elsewhere = np.where(seen[:, None], now, now + rng.normal(0, 50, now.shape))
+    ours = skin()
+    contact = np.hypot(X - 80, Y - 60) < 20
+    np.testing.assert_array_equal(
+        ours.displacement(now, seen, contact), ours.displacement(elsewhere, seen, contact)
+    )
+
+
+def test_the_others_alone_give_what_weights_made_for_them_alone_give() -> None:
+    rng = np.random.default_rng(1)
+    seen = rng.random(len(MARKS)) > 0.2
+    now = MARKS + _bump() / SCALE_MM
+    alone = MarkedSkin(MARKS[seen], SHAPE, mm_per_px=SCALE_MM)
+    np.testing.assert_allclose(
+        skin().displacement(now, seen),
+        alone.displacement(now[seen], ALL[seen]),
+        atol=1e-3,
+    )
+
+
+@pytest.mark.parametrize("left", [0, 1, 2])
+def test_few_marks_are_enough_for_a_field_that_is_finite(left: int) -> None:
+    now, seen = MARKS + np.array([3, 0]), np.arange(len(MARKS)) < left
+    for marks, visible in ((MARKS, seen), (MARKS[:left], ALL[:left])):
+        ours = MarkedSkin(marks, SHAPE, mm_per_px=SCALE_MM)
+        found = ours.displacement(now[: len(marks)], visible, np.hypot(X - 9, Y - 9) < 20)
+        assert np.isfinite(found).all()
+        np.testing.assert_allclose(found[5, 8], [0.3 * min(left, 1), 0], atol=0.01)
+
+
+def test_the_field_is_supported_near_marks_that_are_seen() -> None:
+    seen = MARKS[:, 0] < 60
+    valid = skin().supported(MARKS, seen)
+    assert valid[:, :52].all()
+    assert not valid[:, 75:].any()
+
+
+def test_a_contact_lets_the_field_bend_at_its_border() -> None:
+    """A disc that moves 0.3 mm over resting skin, between marks that are as far apart as it is."""
+    from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+    from tactile_core.algorithms.displacement.contact_drag import ContactDrag
+    from tactile_core.algorithms.elasticity import Elastomer
+
+    contact = np.hypot(X - 76, Y - 63) < 16
+    grid = CoarseGrid(SHAPE, SHAPE)
+    drag = ContactDrag(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
+    pulled = drag.fields(contact.astype(np.float32))
+    assert pulled is not None
+    truth = 0.3 * pulled[0] / pulled[0, contact, 0].mean()
+    marks = MARKS[::2]
+    now = marks.copy()
+    for _ in range(20):
+        now = marks + _at(truth, now) / SCALE_MM
+    ours = MarkedSkin(marks, SHAPE, mm_per_px=SCALE_MM)
+    seen = ALL[::2]
+    blind, told = (
+        np.sqrt(np.mean((ours.displacement(now, seen, mask) - truth) ** 2))
+        for mask in (None, contact)
+    )
+    assert told < 0.5 * blind
+
+
+def _at(field: NDArray[np.float32], points: Array) -> Array:
+    import cv2
+
+    found = cv2.remap(field, points[:, None].astype(np.float32), np.empty(0), cv2.INTER_LINEAR)
+    return np.asarray(found, np.float64)[:, 0]
+
+
+def test_marks_of_no_shape_are_refused() -> None:
+    with pytest.raises(InputError, match=r"\(N, 2\)"):
+        MarkedSkin(np.zeros(4), SHAPE, mm_per_px=SCALE_MM)

@@ -1,0 +1,201 @@
+"""The dense field from the marks of virtual gels, beside what is true, and what the papers saw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tactile_core import ContactMask, DisplacementField, MarkerField, load_profile
+from tactile_core.algorithms.displacement import decomposed, divergence
+from tactile_core.builtin.displacement import Displacement
+from tactile_core.estimator import SensorContext
+from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.optics.faults import Faults
+from tactile_core.sim.optics.markers import Marks
+from tactile_core.sim.skin import Skin
+from tactile_core.sim.truth import Truth
+
+NOISE_PX = 0.1
+PROFILE = load_profile("hex_fingertip", sim=True)
+SHAPE = (PROFILE.image.height_px, PROFILE.image.width_px)
+SCALE_MM = PROFILE.image.mm_per_px
+Array = NDArray[np.float64]
+
+
+@cache
+def _rest_px() -> Array:
+    printed = Marks.of(PROFILE, Faults(), seed=0)
+    assert printed is not None
+    inside = ((printed.rest_px >= 0) & (printed.rest_px <= np.array(SHAPE[::-1]) - 1)).all(1)
+    return printed.rest_px[inside]
+
+
+class Bench:
+    """A skin under an object, its marks seen with noise, and the step that measures them."""
+
+    def __init__(self, kind: str, *, seed: int = 0, **options: object) -> None:
+        place = {key: options.pop(key, 0.0) for key in ("x_mm", "y_mm", "angle_deg")}
+        self.skin = Skin(PROFILE, "fast")
+        self.skin.indent_with(make_indenter(kind, **options), **place)  # type: ignore[arg-type]
+        self._rng = np.random.default_rng(seed)
+        self._step = Displacement(Displacement.Options(), SensorContext(PROFILE.image, PROFILE.gel))
+
+    def measured(
+        self, *, unseen: float = 0.0, contact: bool = True
+    ) -> tuple[DisplacementField, Truth]:
+        """The field as it is estimated now, and the truth."""
+        truth = self.skin.truth(_rest_px())
+        now = truth.markers_px + self._rng.normal(0, NOISE_PX, truth.markers_px.shape)
+        seen = ((now >= 0) & (now <= np.array(SHAPE[::-1]) - 1)).all(1)
+        seen &= self._rng.random(len(now)) >= unseen
+        now[~seen] += 20
+        marks = MarkerField(
+            np.arange(len(now), dtype=np.int32),
+            _rest_px().astype(np.float32),
+            now.astype(np.float32),
+            seen,
+            SCALE_MM,
+            7.0,
+        )
+        mask = ContactMask(truth.contact, SCALE_MM) if contact else None
+        return self._step.estimate(marks, mask), truth
+
+
+def _error(field: DisplacementField, truth: Truth) -> float:
+    """RMS over the image, over the peak."""
+    off = np.linalg.norm(field.mm - truth.displacement_mm, axis=2)
+    return float(np.sqrt(np.mean(off**2)) / np.linalg.norm(truth.displacement_mm, axis=2).max())
+
+
+def _sheared(bench: Bench) -> None:
+    bench.skin.shear(0.15, 0.1)
+
+
+def _slipping(bench: Bench) -> None:
+    for _ in range(5):
+        bench.skin.shear(-0.06, 0.08)
+
+
+def _slid(bench: Bench) -> None:
+    for _ in range(8):
+        bench.skin.shear(0.15, -0.1)
+
+
+def _twisted(bench: Bench) -> None:
+    for _ in range(4):
+        bench.skin.twist(1.5)
+
+
+OBJECTS = {
+    "sphere": ({"diameter_mm": 9.0, "x_mm": 1.3, "y_mm": -0.7}, 0.45),
+    "flat": ({"size_mm": (6.0, 4.5), "x_mm": -1.9, "y_mm": 1.1, "angle_deg": 25.0}, 0.3),
+    "cylinder": ({"diameter_mm": 24.0, "length_mm": 12.0, "angle_deg": 70.0}, 0.4),
+}
+
+
+def _pressed(kind: str, seed: int = 0) -> Bench:
+    options, depth_mm = OBJECTS[kind]
+    bench = Bench(kind, seed=seed, **options)
+    bench.skin.press(depth_mm)
+    return bench
+
+
+@pytest.mark.parametrize("move", [_sheared, _slipping, _slid, _twisted])
+@pytest.mark.parametrize("kind", OBJECTS)
+def test_the_field_is_within_a_twentieth_of_its_peak(
+    kind: str, move: Callable[[Bench], None]
+) -> None:
+    bench = _pressed(kind)
+    move(bench)
+    assert _error(*bench.measured()) < 0.05
+
+
+@pytest.mark.parametrize("kind", OBJECTS)
+def test_marks_that_are_missing_do_not_spoil_it(kind: str) -> None:
+    bench = _pressed(kind)
+    _slipping(bench)
+    assert _error(*bench.measured(unseen=0.1)) < 0.06
+    assert _error(*bench.measured(unseen=0.3)) < 0.09
+
+
+def test_a_contact_that_is_known_makes_it_better() -> None:
+    bench = _pressed("flat")
+    _slipping(bench)
+    known, unknown = (_error(*bench.measured(contact=told)) for told in (True, False))
+    assert known < 0.8 * unknown
+
+
+def test_under_a_normal_load_the_skin_spreads() -> None:
+    bench = Bench("sphere", diameter_mm=9.0)
+    bench.skin.press(0.5)
+    field, truth = bench.measured()
+    assert divergence(field.mm, mm_per_px=SCALE_MM)[truth.contact].mean() > 0.01
+    parts = decomposed(field.mm, truth.contact, mm_per_px=SCALE_MM)
+    true = decomposed(truth.displacement_mm, truth.contact, mm_per_px=SCALE_MM)
+    assert parts.spread == pytest.approx(true.spread, rel=0.2)
+    assert abs(parts.rotation_deg) < 0.1
+    assert np.hypot(*parts.shear_mm) < 0.01
+
+
+def test_a_turn_of_0_6_degrees_is_taken_along_everywhere_and_of_4_5_less_so_far_out() -> None:
+    bench = Bench("flat", size_mm=(40.0, 40.0))
+    bench.skin.press(force_n=45.0)
+    before, _ = bench.measured()
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]] - (np.array(SHAPE)[:, None, None] - 1) / 2
+    radius_mm = SCALE_MM * np.hypot(x, y)
+
+    def turns() -> list[float]:
+        since = bench.measured()[0].mm - before.mm
+        return [
+            decomposed(since, ring, mm_per_px=SCALE_MM).rotation_deg
+            for ring in (radius_mm < 3, radius_mm > 8)
+        ]
+
+    bench.skin.twist(0.6)
+    np.testing.assert_allclose(turns(), 0.6, rtol=0.05)
+    bench.skin.twist(3.9, steps=9)
+    inside, outside = turns()
+    assert inside == pytest.approx(4.5, rel=0.03)
+    assert outside < 3.9
+
+
+def test_mean_displacement_is_proportional_to_the_shear_force_and_its_peak_follows_the_object() -> (
+    None
+):
+    """Through stick, partial and gross slip of a plate that covers the gel."""
+    bench = Bench("flat", size_mm=(40.0, 40.0))
+    bench.skin.press(force_n=45.0)
+    before, _ = bench.measured()
+    moved = 0.05 * np.arange(1, 17)
+    force, mean, peak = [], [], []
+    for _ in moved:
+        bench.skin.shear(dy_mm=0.05)
+        field, truth = bench.measured()
+        since = field.mm - before.mm
+        force.append(truth.wrench[1])
+        mean.append(since[truth.contact][:, 1].mean())
+        peak.append(np.linalg.norm(since[truth.contact], axis=1).max())
+    slope = np.dot(force, mean) / np.dot(mean, mean)
+    off = np.array(force) - slope * np.array(mean)
+    assert 1 - np.var(off) / np.var(force) > 0.99
+    follows = moved < 0.61
+    np.testing.assert_allclose(np.array(peak)[follows], moved[follows], atol=0.025)
+    assert peak[-1] < 0.75
+
+
+def test_without_any_mark_there_is_no_field_and_nothing_is_valid() -> None:
+    marks = MarkerField(
+        np.zeros(0, np.int32),
+        np.zeros((0, 2), np.float32),
+        np.zeros((0, 2), np.float32),
+        np.zeros(0, np.bool_),
+        SCALE_MM,
+    )
+    step = Displacement(Displacement.Options(), SensorContext(PROFILE.image, PROFILE.gel))
+    field = step.estimate(marks, None)
+    assert not field.valid.any()
+    assert not field.mm.any()

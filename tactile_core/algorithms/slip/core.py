@@ -19,6 +19,7 @@ _CALM_QUANTILE, _CALM_STRAINS, _LEAST_STRAIN = 0.2, 1.5, 1e-4
 _ROUGHLY = (3.0, 1.5, 1.5, 1.0, 1.0)
 _CORE_TOLERANCE = 0.06
 _LARGEST_SINE = 0.9
+_FAR_POWER = 6
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,13 @@ def calm_places(displacement: Complex, strain: NDArray[Any]) -> NDArray[Any]:
     border of the contact and strains the skin there [Yuan 2015].
     """
     calm = max(quantile(strain, _CALM_QUANTILE), _LEAST_STRAIN)
-    weights = np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * (1e-3 + np.abs(displacement))
-    return np.asarray(weights)
+    return np.asarray(np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * far_places(displacement))
+
+
+def far_places(displacement: Complex) -> NDArray[Any]:
+    """(n,) weights of the farthest moved places: nothing outruns the object."""
+    size = np.abs(displacement)
+    return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
 
 
 def sticking_core(

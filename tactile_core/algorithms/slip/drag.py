@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.quantile import quantile
-from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, sticking_core
+from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, far_places, sticking_core
 from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
 
 Array = NDArray[Any]
@@ -24,8 +24,9 @@ _LOAD_GROWS = 1.15
 _ENOUGH_PLACES = 12
 _MOST_PLACES = 600
 _EARLIER = 16
-_SURE_NOISES, _MOVED_NOISES = 2.0, 5.0
+_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.6
 _FAR_QUANTILE = 0.95
+_LOST_SLOPE = 1.3
 
 
 class Load(NamedTuple):
@@ -48,6 +49,8 @@ class Cues:
     ----------
     following : float
         Share of the contact that moved with its sticking core lately.
+    falling : float
+        By how much that share is less than in the frame before; 0 where it is not.
     stalled : float
         0 while the skin is carried along as fast as ever, 1 when it has come to a halt.
     motion_mm, turned_mm : float
@@ -60,6 +63,7 @@ class Cues:
     """
 
     following: float = 1.0
+    falling: float = 0.0
     stalled: float = 0.0
     motion_mm: float = 0.0
     turned_mm: float = 0.0
@@ -70,12 +74,13 @@ class Cues:
     def degree(self) -> float:
         """0 where all of the contact follows its core; 1 where little does, and that halts.
 
-        Less than a third of the contact that follows cannot be told from none by the field
-        alone, since even the middle of a wholly slipping contact is hardly strained; that the
-        skin stops while it was just being dragged can. An object that halts while it is held
-        well has all of the contact following.
+        The share that follows is averaged over a motion, so that it is taken on to the next frame
+        where it falls. Once little follows, the field's shape tells no more, for even the
+        middle of a contact that slips wholly is hardly strained; that the skin stops though it was
+        just being dragged does. An object that halts while it is held well changes nothing: all
+        of its contact has followed.
         """
-        lost = min(1.0, 1.5 * (1 - self.following))
+        lost = min(1.0, _LOST_SLOPE * (1 - self.following + self.falling))
         return lost * (1 + self.stalled) / 2
 
 
@@ -133,10 +138,12 @@ class DraggedContact:
         moved = since(field, self._settled, self.spacing_mm)
         whole = self._whole(moved, chosen)
         stalled = self._stalled(field, chosen)
-        following = self._following(field, chosen, whole)
+        before = self._following
+        self._follow(field, chosen, whole, stalled)
         self._before.append(field)
         return Cues(
-            following,
+            self._following,
+            max(0.0, before - self._following),
             stalled,
             whole.motion_mm,
             whole.turned_mm,
@@ -146,7 +153,7 @@ class DraggedContact:
 
     def _start_again(self) -> None:
         self._before: deque[Complex] = deque(maxlen=_EARLIER)
-        self._last_following, self._peak_mm, self._span = 1.0, 0.0, 1
+        self._following, self._peak_mm, self._span = 1.0, 0.0, 1
 
     def _grew(self, load: Load) -> bool:
         """What spreads the skin under a growing load is no shear."""
@@ -184,11 +191,11 @@ class DraggedContact:
             return 1 - rate / self._peak_mm
         return 0.0
 
-    def _following(self, field: Complex, chosen: Indices, whole: Core) -> float:
-        """Share of the contact that followed in the last motion; skin that rests tells nothing."""
+    def _follow(self, field: Complex, chosen: Indices, whole: Core, stalled: float) -> None:
+        """Learn what share of the contact followed in the last motion."""
         earlier = len(self._before)
         if not earlier:
-            return 1.0
+            return
         # motion is even: begin at the last frame's span
         span = min(max(1, self._span - 1), earlier)
         moved_mm = self._far(field, self._before[-span], chosen)
@@ -196,8 +203,10 @@ class DraggedContact:
             span += 1
             moved_mm = self._far(field, self._before[-span], chosen)
         self._span = span
-        if moved_mm > _MOVED_NOISES * self.noise_mm:
-            lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
-            core = self._core(lately, chosen, whole.weight, field.shape)
-            self._last_following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
-        return self._last_following
+        if moved_mm <= _MOVED_NOISES * self.noise_mm:
+            return
+        lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
+        core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)
+        following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
+        # skin that has all but halted creeps as one, whether its object holds it or slides over it
+        self._following = min(following, self._following) if stalled > _HALTED else following

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
+from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core import device
 from tactile_core.algorithms.quantile import quantile
+from tactile_core.algorithms.slip.core import NOISE_MM
 from tactile_core.algorithms.slip.drag import Cues, DraggedContact, Load
 from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
@@ -49,8 +50,8 @@ class Slip(Estimator):
             lt=1,
             description="The skin follows its core if it lags by less than this share of its way.",
         )
-        noise_px: NonNegativeFloat = Field(
-            default=0.1, description="Of a displacement along x or y, in pixels."
+        noise_mm: PositiveFloat = Field(
+            default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
             default=0.4, ge=0, le=1, description="Degree at which slip begins at the border."
@@ -74,7 +75,7 @@ class Slip(Estimator):
             spacing_mm,
             window_mm=chosen.window_mm,
             tolerance=chosen.tolerance,
-            noise_mm=chosen.noise_px * context.image.mm_per_px,
+            noise_mm=chosen.noise_mm,
         )
         self._machine = SlipMachine(
             Thresholds(

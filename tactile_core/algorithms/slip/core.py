@@ -16,7 +16,7 @@ NOISE_MM = 0.003
 """Of a displacement: a tenth of a pixel of the usual view."""
 
 _CALM_QUANTILE, _CALM_STRAINS, _LEAST_STRAIN = 0.2, 1.5, 1e-4
-_ROUGHLY = (3.0, 1.5, 1.5, 1.0, 1.0)
+_ROUNDS = 3
 _CORE_TOLERANCE = 0.06
 _LARGEST_SINE = 0.9
 _FAR_POWER = 6
@@ -88,12 +88,12 @@ def sticking_core(
     """
     weight = start
     middle = complex(place.mean())
-    for roughly in _ROUGHLY:
+    for _ in range(_ROUNDS):
         shift, rate = _rigid(displacement, place - middle, weight)
         expected = shift + rate * (place - middle)
         lag = np.abs(displacement - expected)
         motion = float(np.sqrt(np.mean(np.abs(expected) ** 2)))
-        weight = 1 / (1 + (lag / (roughly * max(_CORE_TOLERANCE * motion, noise_mm))) ** 2) ** 2
+        weight = 1 / (1 + (lag / max(_CORE_TOLERANCE * motion, noise_mm)) ** 2) ** 2
     return Core(
         shift,
         float(np.arcsin(rate.imag)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,7 +44,7 @@ def test_noise_within_the_hysteresis_never_makes_slip_come_and_go(
     for degree in noise:
         machine.update(degree, "translation", 99.0)
         names.append(machine.name)
-    changes = sum(a != b for a, b in zip(names, names[1:], strict=False))
+    changes = sum(a != b for a, b in itertools.pairwise(names))
     assert changes <= 1
 
 

@@ -70,6 +70,19 @@ def far_places(displacement: Complex) -> NDArray[Any]:
     return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
 
 
+def dragged_mm(displacement: Complex, place: Complex) -> float:
+    """How far the contact was dragged and turned as a whole: 0 where skin is spread by a load.
+
+    Parameters
+    ----------
+    displacement, place : (n,) complex64
+        As of :func:`sticking_core`.
+    """
+    away = place - complex(place.mean())
+    shift, rate = _rigid(displacement, away, np.ones(len(place), np.float32))
+    return float(np.sqrt(np.mean(np.abs(shift + rate * away) ** 2)))
+
+
 def sticking_core(
     displacement: Complex, place: Complex, start: NDArray[Any], noise_mm: float = NOISE_MM
 ) -> Core:

@@ -11,15 +11,23 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.quantile import quantile
-from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, far_places, sticking_core
+from tactile_core.algorithms.slip.core import (
+    NOISE_MM,
+    Core,
+    calm_places,
+    dragged_mm,
+    far_places,
+    sticking_core,
+)
 from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
-_LOAD_GROWS = 1.15
-"""Shear alone changes the volume of a virtual contact by up to 13 %."""
+_LOAD_GROWS, _LOAD_GROWS_MUCH, _DRAGGED_MM = 1.15, 1.6, 0.05
+"""Shear alone changes the volume of a virtual contact by up to 13 %, its image by more: skin that
+is dragged already begins anew only under a much larger load."""
 
 _ENOUGH_PLACES = 12
 _MOST_PLACES = 600
@@ -27,6 +35,7 @@ _EARLIER = 16
 _SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.6
 _FAR_QUANTILE = 0.95
 _LOST_SLOPE = 1.3
+_BEGINS = 0.7
 
 
 class Load(NamedTuple):
@@ -136,6 +145,8 @@ class DraggedContact:
             return Cues()
         chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
         moved = since(field, self._settled, self.spacing_mm)
+        place = places_mm(field.shape, self.spacing_mm).ravel()[chosen]
+        self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
         whole = self._whole(moved, chosen)
         stalled = self._stalled(field, chosen)
         before = self._following
@@ -153,11 +164,13 @@ class DraggedContact:
 
     def _start_again(self) -> None:
         self._before: deque[Complex] = deque(maxlen=_EARLIER)
-        self._following, self._peak_mm, self._span = 1.0, 0.0, 1
+        self._following, self._span = 1.0, 1
+        self._peak_mm = self._dragged_mm = 0.0
 
     def _grew(self, load: Load) -> bool:
         """What spreads the skin under a growing load is no shear."""
-        return any(now > _LOAD_GROWS * before for now, before in zip(load, self._load, strict=True))
+        limit = _LOAD_GROWS if self._dragged_mm < _DRAGGED_MM else _LOAD_GROWS_MUCH
+        return any(now > limit * before for now, before in zip(load, self._load, strict=True))
 
     def _whole(self, moved: Complex, chosen: Indices) -> Core:
         displacement = moved.ravel()[chosen]
@@ -203,7 +216,8 @@ class DraggedContact:
             span += 1
             moved_mm = self._far(field, self._before[-span], chosen)
         self._span = span
-        if moved_mm <= _MOVED_NOISES * self.noise_mm:
+        begins = whole.motion_mm < _BEGINS * self.window_mm
+        if begins or moved_mm <= _MOVED_NOISES * self.noise_mm:
             return
         lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
         core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)

@@ -8,13 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.shrinking import shrunk
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 Float32 = NDArray[np.float32]
 
-_LEAST_CHANGE, _NOISES, _OF_STRONGEST = 0.02, 5.0, 0.2
+_LEAST_CHANGE, _NOISES, _OF_STRONGEST = 0.02, 5.0, 0.5
+_STRONGEST = 0.99
 _WITHOUT_MARKS = 5
 _MOVED_MM, _OF_FARTHEST = 0.02, 0.5
 
@@ -29,8 +31,9 @@ def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> F
 def touched_by_image(now: Float32, untouched: Float32, noise: float = 0.0) -> tuple[Bool, float]:
     """Tell the contact from the change of the light.
 
-    Marks that move are smaller than a contact and filtered away. What a border of change
+    The skin is steepest, and its light changes most, at the border of a contact. What that border
     encloses is in contact, too: under a flat object the skin is level and looks untouched.
+    Marks that move are smaller than a contact and filtered away.
 
     Parameters
     ----------
@@ -43,16 +46,18 @@ def touched_by_image(now: Float32, untouched: Float32, noise: float = 0.0) -> tu
     -------
     mask : (h, w) bool
     strength : float
-        The change summed over the contact: it grows with the load.
+        The change summed over the image: it grows with the load.
     """
     change = cv2.medianBlur(np.abs(now - untouched).max(axis=2), _WITHOUT_MARKS)
-    least = max(_LEAST_CHANGE, _NOISES * noise, _OF_STRONGEST * float(change.max()))
+    least = max(
+        _LEAST_CHANGE, _NOISES * noise, _OF_STRONGEST * quantile(change.ravel(), _STRONGEST)
+    )
     changed = (change > least).astype(np.uint8)
     borders, _ = cv2.findContours(changed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     filled = np.zeros_like(changed)
     cv2.drawContours(filled, borders, -1, 1, cv2.FILLED)
     mask = filled.astype(bool)
-    return mask, float(change[mask].sum())
+    return mask, float(change.sum())
 
 
 def touched_by_motion(moved_mm: Float32) -> Bool:

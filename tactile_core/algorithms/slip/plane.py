@@ -68,11 +68,14 @@ def strain(displacement: Complex, spacing_mm: float) -> Float32:
     return np.asarray(np.sqrt(along[..., 0] ** 2 + down[..., 1] ** 2 + 0.5 * shear**2))
 
 
+@lru_cache(maxsize=4)
 def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex:
     """(h, w) complex: where each value of such a field is, from the field's middle."""
     columns, rows = _places(shape)
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
-    return np.asarray((columns + 1j * rows - middle) * spacing_mm, np.complex64)
+    places = np.asarray((columns + 1j * rows - middle) * spacing_mm, np.complex64)
+    places.flags.writeable = False
+    return places
 
 
 @lru_cache(maxsize=4)

@@ -68,11 +68,11 @@ class Slip(Estimator):
             default=0.45, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.32, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.33, ge=0, le=1, description="Degree under which the contact sticks again."
         )
         slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(
-            default=0.46, ge=0, le=1, description="Degree under which part of it sticks again."
+            default=0.47, ge=0, le=1, description="Degree under which part of it sticks again."
         )
         imprint_lost: PositiveFloat = Field(
             default=SLIP_SHARE,

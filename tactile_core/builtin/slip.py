@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core import device
 from tactile_core.algorithms.markers import find_marker_diameter
-from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.slip.core import NOISE_MM
-from tactile_core.algorithms.slip.drag import Cues, DraggedContact, Load
+from tactile_core.algorithms.slip.cues import Cues
+from tactile_core.algorithms.slip.drag import DraggedContact
 from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, ImprintMotion
 from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
-from tactile_core.algorithms.slip.touched import small_image, touched_by_image, touched_by_motion
+from tactile_core.builtin.slip_touch import TouchFinder
 from tactile_core.estimator import Estimator, SensorContext
 from tactile_core.profiles.model import Markers
 from tactile_core.quantities import (
@@ -29,9 +26,6 @@ from tactile_core.quantities import (
     SlipState,
 )
 
-Bool = NDArray[np.bool_]
-
-_DRAGGED_MM = 0.04
 _FEWEST_MARKS = 3
 _UNSURE = 0.4
 """Without a measured contact the field's degree stays under that of an imprint that slips."""
@@ -85,8 +79,8 @@ class Slip(Estimator):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         chosen = self.Options.model_validate(options.model_dump())
-        self._stride = stride_of(context.image.width_px)
-        spacing_mm = self._stride * context.image.mm_per_px
+        self._touch = TouchFinder(stride_of(context.image.width_px), context.reference)
+        spacing_mm = self._touch.stride * context.image.mm_per_px
         self._contact = DraggedContact(
             spacing_mm,
             window_mm=chosen.window_mm,
@@ -103,19 +97,21 @@ class Slip(Estimator):
         )
         self._warning_only = float(np.nextafter(chosen.slip, 0))
         self._imprint_lost = chosen.imprint_lost
-        self._untouched: NDArray[np.float32] | None = None
         self._imprint: ImprintFollower | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Forget the contact."""
+        """Forget everything."""
         self._forget()
+        self._touch.reset()
         if self._imprint is not None:
             self._imprint.reset()
 
     def tare(self) -> None:
         """Slip is told from now on."""
         self._contact.release()
+        if self._imprint is not None:
+            self._imprint.reset()
 
     def estimate(
         self,
@@ -129,24 +125,20 @@ class Slip(Estimator):
         time_s = displacement.timestamp_s
         imprint = self._imprint_motion(frame, markers)
         gone = imprint is not None and imprint.lost >= self._imprint_lost
-        field = coarse(displacement.mm, self._stride)
-        mask, load = self._touched(np.abs(field), frame, height, contact)
+        field = coarse(displacement.mm, self._touch.stride)
+        mask, load = self._touch.find(np.abs(field), frame, height, contact)
         if not mask.any():
             self._forget()
-            if imprint is None or not gone:
-                return SlipState("none", imprint.degree if imprint else 0.0, timestamp_s=time_s)
+            if imprint is None or contact is not None:
+                return SlipState("none", 0.0, timestamp_s=time_s)
+            if not gone:
+                return SlipState("none", imprint.degree, timestamp_s=time_s)
             return SlipState("slip", imprint.degree, imprint.kind, timestamp_s=time_s)
-        measured = mask & self._picked(displacement.valid)
-        if np.count_nonzero(measured) >= _ENOUGH_MEASURED:
-            mask = measured
+        valid = mask & self._touch.picked(displacement.valid)
+        if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
+            mask = valid
         cues = self._contact.update(field, mask, load)
-        told = degree = cues.degree
-        if imprint is not None:
-            sure = contact is not None
-            told = 1.0 if gone else told if sure else min(told, self._warning_only)
-            degree = max(
-                degree if sure else _UNSURE * degree, imprint.degree if gone or not sure else 0
-            )
+        told, degree = self._with_imprint(cues.degree, imprint, measured=contact is not None)
         self._machine.update(told, imprint.kind if imprint and gone else _kind(cues), time_s)
         return SlipState(
             self._machine.name,
@@ -158,11 +150,22 @@ class Slip(Estimator):
             time_s,
         )
 
+    def _with_imprint(
+        self, degree: float, imprint: ImprintMotion | None, *, measured: bool
+    ) -> tuple[float, float]:
+        """What decides on the state, and the degree that is told."""
+        if imprint is None:
+            return degree, degree
+        gone = imprint.lost >= self._imprint_lost
+        if measured:
+            return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
+        told = 1.0 if gone else min(degree, self._warning_only)
+        return told, max(_UNSURE * degree, imprint.degree)
+
     def _forget(self) -> None:
         self._contact.release()
         self._machine.reset()
-        self._dragged: Bool | None = None
-        self._known = False
+        self._touch.release()
 
     def _imprint_motion(
         self, frame: Frame | None, markers: MarkerField | None
@@ -188,46 +191,6 @@ class Slip(Estimator):
             return told.diameter_mm / self.context.image.mm_per_px
         found = find_marker_diameter(reference.pixels)
         return None if found is None else found[0]
-
-    def _touched(
-        self,
-        moved_mm: NDArray[np.float32],
-        frame: Frame | None,
-        height: HeightMap | None,
-        contact: ContactMask | None,
-    ) -> tuple[Bool, Load]:
-        if contact is not None and (contact.mask.any() or not self._fills_view(moved_mm)):
-            mask = self._picked(contact.mask)
-            self._known = bool(mask.any())
-            depth = float(self._picked(height.mm)[mask].sum()) if height is not None else 0.0
-            return mask, Load(float(np.count_nonzero(contact.mask)), depth)
-        if contact is None and frame is not None and self.context.reference is not None:
-            mask, strength = self._touched_by_image(frame, moved_mm.shape)
-            if mask.any():
-                return mask, Load(0.0, strength)
-        mask = touched_by_motion(moved_mm)
-        if mask.any() and self._dragged is not None:
-            # what lags behind when slip begins was dragged along before
-            mask |= self._dragged
-        self._dragged = mask if mask.any() else None
-        return mask, Load(float(np.count_nonzero(mask)), 0.0)
-
-    def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:
-        """A level object larger than the view has no slopes to be seen by, but drags the skin."""
-        return not self._known and quantile(moved_mm.ravel(), 0.5) > _DRAGGED_MM
-
-    def _touched_by_image(self, frame: Frame, shape: tuple[int, ...]) -> tuple[Bool, float]:
-        reference = self.context.reference
-        assert reference is not None
-        size_px = shape[1], shape[0]
-        if self._untouched is None:
-            self._untouched = small_image(reference.pixels, size_px, reference.full_scale)
-        now = small_image(frame.pixels, size_px, frame.full_scale)
-        return touched_by_image(now, self._untouched, reference.noise / reference.full_scale)
-
-    def _picked(self, image: NDArray[Any]) -> NDArray[Any]:
-        first = self._stride // 2
-        return image[first :: self._stride, first :: self._stride]
 
 
 def _kind(cues: Cues) -> Kind:

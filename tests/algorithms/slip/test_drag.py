@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.slip.drag import Cues, DraggedContact, Load
+from tactile_core.algorithms.slip.cues import Cues
+from tactile_core.algorithms.slip.drag import DraggedContact, Load
 from tactile_core.algorithms.slip.plane import places_mm
 
 SPACING_MM, SHAPE, RADIUS_MM = 0.22, (60, 80), 4.0

@@ -15,9 +15,9 @@ Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 Float32 = NDArray[np.float32]
 
-_LEAST_CHANGE, _NOISES, _OF_STRONGEST = 0.02, 5.0, 0.5
+_LEAST_CHANGE, _NOISES, _OF_STRONGEST = 0.02, 5.0, 0.3
 _STRONGEST = 0.99
-_WITHOUT_MARKS = 5
+_WITHOUT_MARKS, _BESIDE = 5, 2
 _MOVED_MM, _OF_FARTHEST = 0.02, 0.5
 
 
@@ -33,6 +33,7 @@ def touched_by_image(now: Float32, untouched: Float32, noise: float = 0.0) -> tu
 
     The skin is steepest, and its light changes most, at the border of a contact. What that border
     encloses is in contact, too: under a flat object the skin is level and looks untouched.
+    Two places further out the skin is still bent and beside the contact.
     Marks that move are smaller than a contact and filtered away.
 
     Parameters
@@ -56,7 +57,7 @@ def touched_by_image(now: Float32, untouched: Float32, noise: float = 0.0) -> tu
     borders, _ = cv2.findContours(changed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     filled = np.zeros_like(changed)
     cv2.drawContours(filled, borders, -1, 1, cv2.FILLED)
-    mask = filled.astype(bool)
+    mask = cv2.erode(filled, np.ones((3, 3), np.uint8), iterations=_BESIDE).astype(bool)
     return mask, float(change.sum())
 
 

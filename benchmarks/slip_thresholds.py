@@ -27,7 +27,7 @@ TRAINING, UNSEEN = 1, 2
 COUNTS = {TRAINING: (42, 24), UNSEEN: (36, 18)}
 """Sequences in which the object is dragged, and in which it is turned."""
 
-FALSE_ALARMS = 0.0125
+FALSE_ALARMS = 0.015
 QUICK_MM_S = 0.3
 """Above, the skin of the virtual gel, whose friction doubles at 0.4 mm/s, is dragged on in slip."""
 

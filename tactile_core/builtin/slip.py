@@ -59,10 +59,10 @@ class Slip(Estimator):
             default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
-            default=0.46, ge=0, le=1, description="Degree at which slip begins at the border."
+            default=0.45, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.34, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.33, ge=0, le=1, description="Degree under which the contact sticks again."
         )
         slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(

@@ -46,5 +46,6 @@ def tactile_estimators() -> Mapping[str, str]:
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
+        "slip": "tactile_core.builtin.slip:Slip",
         "tracking": "tactile_core.builtin.tracking:Tracking",
     }

@@ -1,0 +1,256 @@
+"""Virtual objects pressed on the skin and dragged or turned until they slip, with the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core import load_profile
+from tactile_core.builtin.displacement import Displacement
+from tactile_core.builtin.slip import Slip
+from tactile_core.estimator import SensorContext
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    HeightMap,
+    MarkerField,
+    SlipState,
+)
+from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.skin import Skin
+
+SHRUNK = 4
+"""Of the image: the marks are as many and as far apart, and the noise the same in mm."""
+
+NOISE_PX = 0.1
+GROSS, HALF = 0.02, 0.5
+"""Shares of the contact that still stick below which all of it slips, or most of it."""
+
+_MOST_STEPS, _AFTER_GROSS = 60, 8
+KINDS = ("sphere", "cylinder", "rectangle", "disc", "plate", "cylinder")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One object, how it is pressed, and how it is moved.
+
+    Attributes
+    ----------
+    kind : str
+        One of :data:`KINDS`.
+    shape, options : str, dict
+        Of the indenter.
+    speed_mm_s : float or None
+        None is quasi-static.
+    step : float
+        In each frame, in mm; in degrees if it is turned.
+    """
+
+    kind: str
+    shape: str
+    options: dict[str, Any]
+    friction: float
+    depth_mm: float
+    press_frames: int
+    place_mm: tuple[float, float]
+    angle_deg: float
+    turned: bool
+    step: float
+    direction_rad: float
+    speed_mm_s: float | None
+    seed: int
+    profile: str = "hex_fingertip"
+    most_steps: int = _MOST_STEPS
+    overrides: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What the estimators would give for a frame, and the truth.
+
+    Attributes
+    ----------
+    moving : bool
+        False while the object is pressed only.
+    moved : float
+        Since then; mm or degrees.
+    stick_share : float
+        Of the visible contact.
+    """
+
+    displacement: DisplacementField
+    height: HeightMap
+    contact: ContactMask
+    moving: bool
+    moved: float
+    stick_share: float
+
+
+def plans(count: int, seed: int, *, turned: bool) -> list[Plan]:
+    """Draw objects, frictions, depths, places, directions and speeds."""
+    return [_plan(np.random.default_rng([seed, i, turned]), i, turned) for i in range(count)]
+
+
+def _plan(rng: np.random.Generator, number: int, turned: bool) -> Plan:
+    kind = KINDS[number % len(KINDS)]
+    shape, options, depth = {
+        "sphere": ("sphere", {"diameter_mm": rng.uniform(8, 30)}, rng.uniform(0.25, 0.8)),
+        "cylinder": (
+            "cylinder",
+            {"diameter_mm": rng.uniform(10, 40), "length_mm": rng.uniform(8, 30)},
+            rng.uniform(0.15, 0.5),
+        ),
+        "rectangle": (
+            "flat",
+            {"size_mm": (rng.uniform(5, 12), rng.uniform(4, 10))},
+            rng.uniform(0.05, 0.3),
+        ),
+        "disc": ("flat", {"diameter_mm": rng.uniform(5, 12.5)}, rng.uniform(0.05, 0.3)),
+        "plate": ("flat", {"size_mm": (40.0, 40.0)}, rng.uniform(0.05, 0.12)),
+    }[kind]
+    step = rng.uniform(0.2, 1.0) if turned else np.exp(rng.uniform(np.log(0.018), np.log(0.08)))
+    speed = None if rng.random() < 0.5 else float(np.exp(rng.uniform(np.log(0.03), np.log(1.0))))
+    return Plan(
+        kind,
+        shape,
+        options,
+        friction=rng.uniform(0.2, 1.0),
+        depth_mm=depth,
+        press_frames=int(rng.integers(1, 4)),
+        place_mm=(rng.uniform(-2, 2), rng.uniform(-1.5, 1.5)),
+        angle_deg=rng.uniform(0, 180),
+        turned=turned,
+        step=float(step) * (rng.choice([-1, 1]) if turned else 1),
+        direction_rad=rng.uniform(0, 2 * np.pi),
+        speed_mm_s=speed,
+        seed=int(rng.integers(2**31)),
+    )
+
+
+def small_profile(plan: Plan) -> Profile:
+    """The plan's gel with a smaller image."""
+    image = load_profile(plan.profile).image
+    size = {
+        "width_px": image.width_px // SHRUNK,
+        "height_px": image.height_px // SHRUNK,
+        "mm_per_px": image.mm_per_px * SHRUNK,
+    }
+    gel = {"friction": plan.friction, **plan.overrides}
+    return load_profile(plan.profile, sim=True, overrides={"image": size, "gel": gel})
+
+
+def looks(plan: Plan) -> Iterator[Look]:
+    """Press, then move until all has slipped for a while."""
+    profile = small_profile(plan)
+    watch = Watch(profile, plan.seed)
+    skin = Skin(profile, "fast")
+    x, y = plan.place_mm
+    indenter = make_indenter(plan.shape, **plan.options)
+    skin.indent_with(indenter, x_mm=x, y_mm=y, angle_deg=plan.angle_deg)
+    yield watch.look(skin, 0.0, moving=False)
+    for share in np.arange(1, plan.press_frames + 1) / plan.press_frames:
+        skin.press(depth_mm=share * plan.depth_mm, steps=max(1, 4 // plan.press_frames))
+        yield watch.look(skin, 0.0, moving=False)
+    radius_mm = 4.0
+    travel = np.radians(abs(plan.step)) * radius_mm if plan.turned else plan.step
+    seconds = None if plan.speed_mm_s is None else travel / plan.speed_mm_s
+    slipped = 0
+    for number in range(1, plan.most_steps + 1):
+        if plan.turned:
+            skin.twist(plan.step, seconds=seconds)
+        else:
+            along, down = np.cos(plan.direction_rad), np.sin(plan.direction_rad)
+            skin.shear(plan.step * along, plan.step * down, seconds=seconds)
+        look = watch.look(skin, number * plan.step, moving=True)
+        yield look
+        slipped += look.stick_share < GROSS
+        if slipped > _AFTER_GROSS:
+            return
+
+
+class Watch:
+    """Looks at a virtual skin as noisy marks, a true height and a true contact do."""
+
+    def __init__(self, profile: Profile, seed: int) -> None:
+        self.context = SensorContext(profile.image, profile.gel)
+        self._displacement = Displacement(Displacement.Options(), self.context)
+        self._rng = np.random.default_rng(seed)
+        image = profile.image
+        pitch_px = 1.1 / image.mm_per_px
+        columns = np.arange(pitch_px / 2, image.width_px - 1, pitch_px)
+        rows = np.arange(pitch_px / 2, image.height_px - 1, pitch_px)
+        self._marks_px = np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2)
+        self._noise_px = NOISE_PX / SHRUNK
+
+    def look(self, skin: Skin, moved: float, *, moving: bool) -> Look:
+        """Look at the skin now."""
+        scale = self.context.image.mm_per_px
+        truth = skin.truth()
+        noise = self._rng.normal(0, self._noise_px, self._marks_px.shape)
+        count = len(self._marks_px)
+        marks = MarkerField(
+            np.arange(count, dtype=np.int32),
+            self._marks_px.astype(np.float32),
+            (skin.carried_px(self._marks_px) + noise).astype(np.float32),
+            np.ones(count, np.bool_),
+            scale,
+            skin.time_s,
+        )
+        contact = ContactMask(truth.contact, scale, skin.time_s)
+        touched = int(truth.contact.sum())
+        return Look(
+            self._displacement.estimate(marks, contact),
+            HeightMap(truth.height_mm, np.ones_like(truth.contact), scale, skin.time_s),
+            contact,
+            moving,
+            moved,
+            float(truth.stick.sum()) / touched if touched else 1.0,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A sequence through ``core.slip``, while the object moves.
+
+    Attributes
+    ----------
+    stick_share, degree : (n,)
+    states : tuple of SlipState
+    """
+
+    plan: Plan
+    stick_share: NDArray[np.float64]
+    states: tuple[SlipState, ...]
+
+    @property
+    def degree(self) -> NDArray[np.float64]:
+        """(n,) degree of slip."""
+        return np.array([state.degree for state in self.states])
+
+    @property
+    def alarm(self) -> NDArray[np.bool_]:
+        """(n,) whether slip is told, incipient or gross."""
+        return np.array([state.state in ("incipient", "slip") for state in self.states])
+
+
+def judged(plan: Plan, *, with_height: bool = True, **options: float) -> Judged:
+    """Run a plan's sequence through ``core.slip``."""
+    slip = Slip(Slip.Options(**options), SensorContext(*_parts(plan)))
+    shares, states = [], []
+    for look in looks(plan):
+        given = (look.height, look.contact) if with_height else (None, None)
+        state = slip.estimate(look.displacement, None, None, *given)
+        if look.moving:
+            shares.append(look.stick_share)
+            states.append(state)
+    return Judged(plan, np.array(shares), tuple(states))
+
+
+def _parts(plan: Plan) -> tuple[Any, Any]:
+    profile = small_profile(plan)
+    return profile.image, profile.gel

@@ -1,0 +1,115 @@
+"""Draw the curves of docs/slip.md: python docs/building/slip_curves.py."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from virtual_skin_curves import COLOURS, HEIGHT, MARGIN, WIDTH, Panel
+
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+
+from slip_sequences import GROSS, Judged, Plan, judged
+
+OUT = Path(__file__).parents[1] / "images" / "slip.svg"
+STATES = {"stick": 0.0, "incipient": 0.5, "slip": 1.0}
+
+
+def key_height_mm() -> np.ndarray:
+    """Return the blade of a key, 8 × 22 mm, with two grooves and a raised rim; 0.1 mm a pixel."""
+    key = np.zeros((220, 80), np.float32)
+    key[:, 24:32] = -0.25
+    key[:, 48:54] = -0.15
+    key[:, :4] = key[:, -4:] = 0.05
+    return key
+
+
+CAN = Plan(
+    "can",
+    "cylinder",
+    {"diameter_mm": 66.0, "length_mm": 40.0},
+    friction=0.5,
+    depth_mm=0.2,
+    press_frames=3,
+    place_mm=(0.0, 0.0),
+    angle_deg=90.0,
+    turned=False,
+    step=0.025,
+    direction_rad=np.pi / 2,
+    speed_mm_s=None,
+    seed=1,
+)
+KEY = replace(
+    CAN,
+    kind="key",
+    shape="heightmap",
+    options={"height_mm": key_height_mm(), "mm_per_px": 0.1},
+    friction=0.4,
+    angle_deg=0.0,
+    depth_mm=0.25,
+)
+GRASPS: dict[str, tuple[Plan, tuple[float, float], str]] = {
+    "A can is pulled": (CAN, (4.0, 6.5), "cylinder"),
+    "A key is pulled": (KEY, (4.5, 6.0), "plate"),
+    "A can is turned": (replace(CAN, turned=True, step=0.4), (4.0, 6.5), "ball"),
+}
+
+
+def panel(title: str, run: Judged, band: tuple[float, float], colour: str) -> Panel:
+    """Entropy against the motion, with the paper's band, the share that sticks and the state."""
+    moved = abs(run.plan.step) * np.arange(1, len(run.states) + 1)
+    unit = "degrees" if run.plan.turned else "mm"
+    entropy = np.array([state.entropy_bits or 0.0 for state in run.states])
+    state = np.array([STATES[one.state] for one in run.states])
+    drawn = Panel(
+        title,
+        (f"object has moved, {unit}", 0.0, float(moved[-1])),
+        ("bits", 0.0, 8.0),
+        [(*band, COLOURS[colour])],
+    )
+    drawn.curves.append(("entropy, bits", COLOURS[colour], moved, entropy))
+    drawn.curves.append(("8 × share that sticks (truth)", "#888888", moved, 8 * run.stick_share))
+    drawn.curves.append(("8 × degree", "#c8a03d", moved, 8 * run.degree))
+    drawn.curves.append(("state: stick, incipient, slip", "#222222", moved, 8 * state))
+    return drawn
+
+
+def told(title: str, run: Judged, band: tuple[float, float]) -> str:
+    """Say when what happened."""
+    unit = "°" if run.plan.turned else "mm"
+    entropy = np.array([state.entropy_bits or 0.0 for state in run.states])
+    states = np.array([state.state for state in run.states])
+
+    def when(happens: np.ndarray) -> str:
+        return (
+            f"{abs(run.plan.step) * (np.argmax(happens) + 1):.3g} {unit}" if any(happens) else "–"
+        )
+
+    return (
+        f"{title}: entropy in the band {when(entropy >= band[0])}, warned "
+        f"{when(states == 'incipient')}, half sticks {when(run.stick_share < 0.5)}, slip told "
+        f"{when(states == 'slip')}, all slips {when(run.stick_share < GROSS)}, entropy then "
+        f"{entropy[np.argmax(run.stick_share < GROSS)]:.1f}, kind {run.states[-1].kind}"
+    )
+
+
+def main() -> None:
+    """Draw all and print what is in them."""
+    panels = []
+    for title, (plan, band, colour) in GRASPS.items():
+        run = judged(plan)
+        print(told(title, run, band))
+        panels.append(panel(title, run, band, colour))
+    across, down = WIDTH + MARGIN + 24, HEIGHT + 56
+    drawn = [one.svg(across * i, 0) for i, one in enumerate(panels)]
+    OUT.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {len(panels) * across} {down}" '
+        f'font-family="sans-serif" font-size="11">\n'
+        f'<rect width="100%" height="100%" fill="#fcfcfa"/>\n' + "\n".join(drawn) + "\n</svg>\n"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,131 @@
+"""The part of the contact that sticks: it moves with the object, and so as a rigid body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.quantile import quantile
+
+Complex = NDArray[np.complex64]
+
+NOISE_MM = 0.003
+"""Of a displacement: a tenth of a pixel of the usual view."""
+
+_CALM_QUANTILE, _CALM_STRAINS, _LEAST_STRAIN = 0.2, 1.5, 1e-4
+_ROUNDS = 3
+_CORE_TOLERANCE = 0.06
+_LARGEST_SINE = 0.9
+_FAR_POWER = 6
+
+
+@dataclass(frozen=True)
+class Core:
+    """How the sticking core of a contact moved, and how much of the contact moved alike.
+
+    Attributes
+    ----------
+    shift_mm : complex
+        Of the contact's middle: x + iy.
+    turn_rad : float
+        About that, from x towards y.
+    motion_mm : float
+        Root mean square over the contact of the core's motion.
+    turned_mm : float
+        The same of its turn alone.
+    lag_mm : (n,)
+        By how much each place fell short of that motion.
+    weight : (n,)
+        1 in the core, 0 where the skin lags far behind.
+    """
+
+    shift_mm: complex
+    turn_rad: float
+    motion_mm: float
+    turned_mm: float
+    lag_mm: NDArray[Any]
+    weight: NDArray[Any]
+
+    def following(self, tolerance: float, noise_mm: float = NOISE_MM) -> float:
+        """Share of the contact that followed the core, but for this share of its motion."""
+        return float(np.mean(self.lag_mm < max(tolerance * self.motion_mm, noise_mm)))
+
+
+def calm_places(displacement: Complex, strain: NDArray[Any]) -> NDArray[Any]:
+    """(n,) weights of the least strained and farthest moved places.
+
+    Where the skin sticks it moves with the object, so that it is not strained; slip begins at the
+    border of the contact and strains the skin there [Yuan 2015].
+    """
+    calm = max(quantile(strain, _CALM_QUANTILE), _LEAST_STRAIN)
+    return np.asarray(np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * far_places(displacement))
+
+
+def far_places(displacement: Complex) -> NDArray[Any]:
+    """(n,) weights of the farthest moved places: nothing outruns the object."""
+    size = np.abs(displacement)
+    return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
+
+
+def dragged_mm(displacement: Complex, place: Complex) -> float:
+    """How far the contact was dragged and turned as a whole: 0 where skin is spread by a load.
+
+    Parameters
+    ----------
+    displacement, place : (n,) complex64
+        As of :func:`sticking_core`.
+    """
+    away = place - complex(place.mean())
+    shift, rate = _rigid(displacement, away, np.ones(len(place), np.float32))
+    return float(np.sqrt(np.mean(np.abs(shift + rate * away) ** 2)))
+
+
+def sticking_core(
+    displacement: Complex, place: Complex, start: NDArray[Any], noise_mm: float = NOISE_MM
+) -> Core:
+    """Find the rigid motion of the skin that sticks to the object, by reweighted least squares.
+
+    Parameters
+    ----------
+    displacement : (n,) complex64
+        At places of the contact, since a time at which it may have been anything.
+    place : (n,) complex64
+        Where each is now, mm.
+    start : (n,)
+        Weights to begin with: :func:`calm_places`, or the core of a longer motion.
+    noise_mm : float
+        Of a displacement.
+    """
+    weight = start
+    middle = complex(place.mean())
+    for _ in range(_ROUNDS):
+        shift, rate = _rigid(displacement, place - middle, weight)
+        expected = shift + rate * (place - middle)
+        lag = np.abs(displacement - expected)
+        motion = float(np.sqrt(np.mean(np.abs(expected) ** 2)))
+        weight = 1 / (1 + (lag / max(_CORE_TOLERANCE * motion, noise_mm)) ** 2) ** 2
+    return Core(
+        shift,
+        float(np.arcsin(rate.imag)),
+        motion,
+        float(abs(rate) * np.sqrt(np.mean(np.abs(place - middle) ** 2))),
+        lag,
+        weight,
+    )
+
+
+def _rigid(displacement: Complex, place: Complex, weight: NDArray[Any]) -> tuple[complex, complex]:
+    """Shift of the origin, and what a turn about it displaces for each mm away from it."""
+    total = float(weight.sum())
+    at, moved = (complex(np.dot(weight, field) / total) for field in (place, displacement))
+    away, rest = place - at, displacement - moved
+    weighted = weight * away
+    spread = max(float(np.vdot(weighted, away).real), 1e-12)
+    sine = float(np.vdot(weighted, rest).imag) / spread
+    sine = min(max(sine, -_LARGEST_SINE), _LARGEST_SINE)
+    # the field belongs to the skin's present places: a turn pulls it outwards a little, too
+    rate = complex(1 - np.sqrt(1 - sine**2), sine)
+    return moved - rate * at, rate

@@ -1,0 +1,182 @@
+"""One contact, followed from when its load has settled: how it is dragged, and what gives way."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.entropy import displacement_entropy
+from tactile_core.algorithms.quantile import quantile
+from tactile_core.algorithms.slip.core import (
+    NOISE_MM,
+    Core,
+    calm_places,
+    dragged_mm,
+    far_places,
+    sticking_core,
+)
+from tactile_core.algorithms.slip.cues import Cues
+from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+_LOAD_GROWS, _LOAD_GROWS_MUCH, _DRAGGED_MM = 1.15, 1.6, 0.05
+"""Shear alone changes the volume of a virtual contact by up to 13 %, its image by more: skin that
+is dragged already begins anew only under a much larger load."""
+
+_ENOUGH_PLACES = 12
+_MOST_PLACES = 600
+_EARLIER = 16
+_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.6
+_FAR_QUANTILE = 0.95
+_BEGINS = 0.7
+
+
+class Load(NamedTuple):
+    """How hard the object presses, in any unit; either part may grow alone.
+
+    Attributes
+    ----------
+    area, depth : float
+    """
+
+    area: float
+    depth: float
+
+
+class DraggedContact:
+    """Remembers the displacement fields of one contact.
+
+    Parameters
+    ----------
+    spacing_mm : float
+        Distance of neighbouring places of the fields.
+    window_mm : float
+        "Lately" is since the skin moved by so much.
+    tolerance : float
+        A place follows if it falls short of the core's motion by less than this share of it.
+    noise_mm : float
+        Of a displacement.
+    """
+
+    def __init__(
+        self,
+        spacing_mm: float,
+        *,
+        window_mm: float = 0.06,
+        tolerance: float = 0.2,
+        noise_mm: float = NOISE_MM,
+    ) -> None:
+        self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
+        self.window_mm, self.tolerance = window_mm, tolerance
+        self.release()
+
+    def release(self) -> None:
+        """Forget the contact."""
+        self._settled: Complex | None = None
+        self._load = Load(0.0, 0.0)
+        self._start_again()
+
+    def update(self, field: Complex, mask: Bool, load: Load) -> Cues:
+        """Judge the next field.
+
+        Parameters
+        ----------
+        field : (h, w) complex64
+            Displacement since the skin was untouched, x + iy in mm, of the skin now at each place.
+        mask : (h, w) bool
+            The contact.
+        load : Load
+        """
+        if self._settled is None or self._grew(load):
+            self._settled, self._load = field, load
+            self._start_again()
+        chosen = np.flatnonzero(mask)
+        if len(chosen) < _ENOUGH_PLACES:
+            return Cues()
+        chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
+        moved = since(field, self._settled, self.spacing_mm)
+        place = places_mm(field.shape, self.spacing_mm).ravel()[chosen]
+        self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
+        whole = self._whole(moved, chosen)
+        stalled = self._stalled(field, chosen)
+        before = self._following
+        self._follow(field, chosen, whole, stalled)
+        self._before.append(field)
+        return Cues(
+            self._following,
+            max(0.0, before - self._following),
+            stalled,
+            whole.motion_mm,
+            whole.turned_mm,
+            whole.turn_rad,
+            displacement_entropy(np.abs(moved), mask),
+        )
+
+    def _start_again(self) -> None:
+        self._before: deque[Complex] = deque(maxlen=_EARLIER)
+        self._following, self._span = 1.0, 1
+        self._peak_mm = self._dragged_mm = 0.0
+
+    def _grew(self, load: Load) -> bool:
+        """What spreads the skin under a growing load is no shear."""
+        limit = _LOAD_GROWS if self._dragged_mm < _DRAGGED_MM else _LOAD_GROWS_MUCH
+        return any(now > limit * before for now, before in zip(load, self._load, strict=True))
+
+    def _whole(self, moved: Complex, chosen: Indices) -> Core:
+        displacement = moved.ravel()[chosen]
+        strains = strain(moved, self.spacing_mm).ravel()[chosen]
+        return self._core(displacement, chosen, calm_places(displacement, strains), moved.shape)
+
+    def _core(
+        self, displacement: Complex, chosen: Indices, start: Array, shape: tuple[int, ...]
+    ) -> Core:
+        place = places_mm(shape, self.spacing_mm).ravel()[chosen]
+        return sticking_core(displacement, place, start, self.noise_mm)
+
+    def _far(self, now: Complex, before: Complex, chosen: Indices) -> float:
+        """How far the skin of the contact moved; that moves least where it slips."""
+        moved = np.abs((now - before).ravel()[chosen])
+        return quantile(moved, _FAR_QUANTILE)
+
+    def _stalled(self, field: Complex, chosen: Indices) -> float:
+        """How much slower the skin moves than it did, told over a motion that noise does not hide.
+
+        Frames are counted, not seconds: quasi-static motions have none.
+        """
+        frames = len(self._before)
+        if self._peak_mm > 0:
+            frames = min(frames, max(2, int(np.ceil(self.window_mm / 2 / self._peak_mm))))
+        if frames < 1:
+            return 0.0
+        rate = self._far(field, self._before[-frames], chosen) / frames
+        if self._peak_mm > 0 or rate * frames > self.window_mm / 2:
+            self._peak_mm = max(self._peak_mm, rate)
+            return 1 - rate / self._peak_mm
+        return 0.0
+
+    def _follow(self, field: Complex, chosen: Indices, whole: Core, stalled: float) -> None:
+        """Learn what share of the contact followed in the last motion."""
+        earlier = len(self._before)
+        if not earlier:
+            return
+        # motion is even: begin at the last frame's span
+        span = min(max(1, self._span - 1), earlier)
+        moved_mm = self._far(field, self._before[-span], chosen)
+        while moved_mm < self.window_mm and span < earlier:
+            span += 1
+            moved_mm = self._far(field, self._before[-span], chosen)
+        self._span = span
+        begins = whole.motion_mm < _BEGINS * self.window_mm
+        if begins or moved_mm <= _MOVED_NOISES * self.noise_mm:
+            return
+        lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
+        core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)
+        following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
+        # skin that has all but halted creeps as one, whether its object holds it or slides over it
+        self._following = min(following, self._following) if stalled > _HALTED else following

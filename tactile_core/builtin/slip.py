@@ -1,0 +1,197 @@
+"""Whether the contact sticks, begins to slip or slips."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import BaseModel, Field, PositiveFloat
+
+from tactile_core import device
+from tactile_core.algorithms.markers import find_marker_diameter
+from tactile_core.algorithms.slip.core import NOISE_MM
+from tactile_core.algorithms.slip.cues import Cues
+from tactile_core.algorithms.slip.drag import DraggedContact
+from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, ImprintMotion
+from tactile_core.algorithms.slip.plane import coarse, stride_of
+from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
+from tactile_core.builtin.slip_touch import TouchFinder
+from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.profiles.model import Markers
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    Frame,
+    HeightMap,
+    MarkerField,
+    Reference,
+    SlipState,
+)
+
+_FEWEST_MARKS = 3
+_UNSURE = 0.4
+"""Without a measured contact the field's degree stays under that of an imprint that slips."""
+
+_ENOUGH_MEASURED = 12
+"""Places with a displacement that is not extended beyond the marks."""
+
+
+class Slip(Estimator):
+    """How much of the contact still follows its sticking core, and whether the skin halts.
+
+    The contact is that of the height map where there is one, else what changes in the image, else
+    the skin that is dragged along. Where marks and frames are there, the object's imprint is
+    followed over the skin, too: what leaves its place slips. Without a contact from a height map
+    the imprint alone tells gross slip, and the field warns.
+    """
+
+    class Options(device.Options):
+        """Options of the step; the thresholds' source is ``benchmarks/slip_thresholds.py``."""
+
+        window_mm: PositiveFloat = Field(
+            default=0.06, description="Slip is told over the last motion of the skin by so much."
+        )
+        tolerance: float = Field(
+            default=0.2,
+            gt=0,
+            lt=1,
+            description="The skin follows its core if it lags by less than this share of its way.",
+        )
+        noise_mm: PositiveFloat = Field(
+            default=NOISE_MM, description="Of a displacement along x or y."
+        )
+        incipient: float = Field(
+            default=0.45, ge=0, le=1, description="Degree at which slip begins at the border."
+        )
+        incipient_ends: float = Field(
+            default=0.33, ge=0, le=1, description="Degree under which the contact sticks again."
+        )
+        slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
+        slip_ends: float = Field(
+            default=0.47, ge=0, le=1, description="Degree under which part of it sticks again."
+        )
+        imprint_lost: PositiveFloat = Field(
+            default=SLIP_SHARE,
+            description="Share of the imprint that leaves its place on the skin in gross slip; "
+            "its source is benchmarks/slip_recordings.py.",
+        )
+
+    stateful = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        chosen = self.Options.model_validate(options.model_dump())
+        self._touch = TouchFinder(stride_of(context.image.width_px), context.reference)
+        spacing_mm = self._touch.stride * context.image.mm_per_px
+        self._contact = DraggedContact(
+            spacing_mm,
+            window_mm=chosen.window_mm,
+            tolerance=chosen.tolerance,
+            noise_mm=chosen.noise_mm,
+        )
+        self._machine = SlipMachine(
+            Thresholds(
+                incipient=chosen.incipient,
+                incipient_ends=chosen.incipient_ends,
+                slip=chosen.slip,
+                slip_ends=chosen.slip_ends,
+            )
+        )
+        self._warning_only = float(np.nextafter(chosen.slip, 0))
+        self._imprint_lost = chosen.imprint_lost
+        self._imprint: ImprintFollower | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._forget()
+        self._touch.reset()
+        if self._imprint is not None:
+            self._imprint.reset()
+
+    def tare(self) -> None:
+        """Slip is told from now on."""
+        self._contact.release()
+        if self._imprint is not None:
+            self._imprint.reset()
+
+    def estimate(
+        self,
+        displacement: DisplacementField,
+        frame: Frame | None,
+        markers: MarkerField | None,
+        height: HeightMap | None,
+        contact: ContactMask | None,
+    ) -> SlipState:
+        """Return the state; ``none`` where nothing touches."""
+        time_s = displacement.timestamp_s
+        imprint = self._imprint_motion(frame, markers)
+        gone = imprint is not None and imprint.lost >= self._imprint_lost
+        field = coarse(displacement.mm, self._touch.stride)
+        mask, load = self._touch.find(np.abs(field), frame, height, contact)
+        if not mask.any():
+            self._forget()
+            if imprint is None or contact is not None:
+                return SlipState("none", 0.0, timestamp_s=time_s)
+            if not gone:
+                return SlipState("none", imprint.degree, timestamp_s=time_s)
+            return SlipState("slip", imprint.degree, imprint.kind, timestamp_s=time_s)
+        valid = mask & self._touch.picked(displacement.valid)
+        if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
+            mask = valid
+        cues = self._contact.update(field, mask, load)
+        told, degree = self._with_imprint(cues.degree, imprint, measured=contact is not None)
+        self._machine.update(told, imprint.kind if imprint and gone else _kind(cues), time_s)
+        return SlipState(
+            self._machine.name,
+            degree,
+            self._machine.kind,
+            cues.entropy_bits,
+            float(np.degrees(cues.turn_rad)),
+            self._machine.onset_s,
+            time_s,
+        )
+
+    def _with_imprint(
+        self, degree: float, imprint: ImprintMotion | None, *, measured: bool
+    ) -> tuple[float, float]:
+        """What decides on the state, and the degree that is told."""
+        if imprint is None:
+            return degree, degree
+        gone = imprint.lost >= self._imprint_lost
+        if measured:
+            return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
+        told = 1.0 if gone else min(degree, self._warning_only)
+        return told, max(_UNSURE * degree, imprint.degree)
+
+    def _forget(self) -> None:
+        self._contact.release()
+        self._machine.reset()
+        self._touch.release()
+
+    def _imprint_motion(
+        self, frame: Frame | None, markers: MarkerField | None
+    ) -> ImprintMotion | None:
+        reference = self.context.reference
+        if (
+            frame is None
+            or markers is None
+            or reference is None
+            or len(markers.ids) < _FEWEST_MARKS
+        ):
+            return None
+        if self._imprint is None:
+            diameter_px = self._diameter_px(reference)
+            if diameter_px is None:
+                return None
+            self._imprint = ImprintFollower(reference.pixels, markers.reference_px, diameter_px)
+        return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
+
+    def _diameter_px(self, reference: Reference) -> float | None:
+        told = self.context.gel.markers
+        if isinstance(told, Markers):
+            return told.diameter_mm / self.context.image.mm_per_px
+        found = find_marker_diameter(reference.pixels)
+        return None if found is None else found[0]
+
+
+def _kind(cues: Cues) -> Kind:
+    return "rotation" if 2 * cues.turned_mm**2 > cues.motion_mm**2 else "translation"

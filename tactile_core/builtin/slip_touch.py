@@ -1,0 +1,102 @@
+"""Where the object touches, as coarsely as ``core.slip`` needs it, and from what there is."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.quantile import quantile
+from tactile_core.algorithms.slip.drag import Load
+from tactile_core.algorithms.slip.touched import small_image, touched_by_image, touched_by_motion
+from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference
+
+Bool = NDArray[np.bool_]
+
+_DRAGGED_MM = 0.04
+
+
+class Touch(NamedTuple):
+    """A contact at the coarse places, and how hard it is pressed.
+
+    Attributes
+    ----------
+    mask : (h, w) bool
+    load : Load
+    """
+
+    mask: Bool
+    load: Load
+
+
+class TouchFinder:
+    """Takes the contact from the height map, else from the image, else from the dragged skin.
+
+    Parameters
+    ----------
+    stride : int
+        Every so many pixels there is a coarse place.
+    reference : Reference or None
+        The untouched sensor.
+    """
+
+    def __init__(self, stride: int, reference: Reference | None) -> None:
+        self.stride = stride
+        self._reference = reference
+        self._untouched: NDArray[np.float32] | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every earlier contact."""
+        self._measured_once = False
+        self.release()
+
+    def release(self) -> None:
+        """Forget the present contact."""
+        self._dragged: Bool | None = None
+
+    def picked(self, image: NDArray[Any]) -> NDArray[Any]:
+        """Values at the coarse places of an image (H, W)."""
+        first = self.stride // 2
+        return image[first :: self.stride, first :: self.stride]
+
+    def find(
+        self,
+        moved_mm: NDArray[np.float32],
+        frame: Frame | None,
+        height: HeightMap | None,
+        contact: ContactMask | None,
+    ) -> Touch:
+        """Find the contact; ``moved_mm`` (h, w) is how far the skin is displaced."""
+        if contact is not None and (contact.mask.any() or not self._fills_view(moved_mm)):
+            mask = self.picked(contact.mask)
+            self._measured_once |= bool(mask.any())
+            depth = float(self.picked(height.mm)[mask].sum()) if height is not None else 0.0
+            return Touch(mask, Load(float(np.count_nonzero(contact.mask)), depth))
+        if contact is None and frame is not None and self._reference is not None:
+            found = self._in_image(frame, self._reference, moved_mm.shape)
+            if found.mask.any():
+                return found
+        mask = touched_by_motion(moved_mm)
+        if mask.any() and self._dragged is not None:
+            # what lags behind when slip begins was dragged along before
+            mask |= self._dragged
+        self._dragged = mask if mask.any() else None
+        return Touch(mask, Load(float(np.count_nonzero(mask)), 0.0))
+
+    def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:
+        """A level object larger than the view has no slopes to be seen by, but drags the skin.
+
+        So does what is left of a contact that has just ended.
+        """
+        return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > _DRAGGED_MM
+
+    def _in_image(self, frame: Frame, reference: Reference, shape: tuple[int, ...]) -> Touch:
+        size_px = shape[1], shape[0]
+        if self._untouched is None:
+            self._untouched = small_image(reference.pixels, size_px, reference.full_scale)
+        now = small_image(frame.pixels, size_px, frame.full_scale)
+        noise = reference.noise / reference.full_scale
+        mask, strength = touched_by_image(now, self._untouched, noise)
+        return Touch(mask, Load(0.0, strength))

@@ -1,0 +1,122 @@
+"""The sticking core, on fields whose core is known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.slip.core import Core, calm_places, sticking_core
+from tactile_core.algorithms.slip.plane import coarse, places_mm, since, strain, stride_of
+
+SPACING_MM = 0.22
+SHAPE = (60, 80)
+PLACE = places_mm(SHAPE, SPACING_MM)
+RADIUS_MM = 4.0
+CONTACT = np.abs(PLACE) < RADIUS_MM
+
+
+def _found(displacement: NDArray[Any]) -> Core:
+    displacement = displacement.astype(np.complex64)
+    moved = displacement[CONTACT]
+    start = calm_places(moved, strain(displacement, SPACING_MM)[CONTACT])
+    return sticking_core(moved, PLACE[CONTACT], start)
+
+
+def _partly_slipping(motion: NDArray[Any], core_radius_mm: float) -> NDArray[Any]:
+    """The motion inside a core; beyond it the skin lags the more the farther it is away."""
+    beyond = np.clip((np.abs(PLACE) - core_radius_mm) / RADIUS_MM, 0, None)
+    return np.asarray(motion / (1 + 4 * beyond))
+
+
+def _turned(angle_rad: float, about: complex) -> NDArray[Any]:
+    """Displacement of the skin that is now at each place, if it turned as one."""
+    return np.asarray((1 - np.exp(-1j * angle_rad)) * (PLACE - about))
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.complex_numbers(min_magnitude=0.02, max_magnitude=1),
+    st.floats(-0.4, 0.4),
+    st.complex_numbers(max_magnitude=3),
+)
+def test_a_contact_that_sticks_follows_as_a_whole_however_it_moves(
+    shift: complex, angle_rad: float, about: complex
+) -> None:
+    core = _found(shift + _turned(angle_rad, about))
+    assert core.turn_rad == pytest.approx(angle_rad, abs=1e-3)
+    assert core.following(0.2) == 1
+    assert core.lag_mm.max() < 1e-4
+
+
+@pytest.mark.parametrize("core_radius_mm", [1.5, 2.5, 3.5])
+@pytest.mark.parametrize("direction", [1, 1j, np.exp(2j)])
+def test_the_core_is_found_inside_a_slipping_border(
+    core_radius_mm: float, direction: complex
+) -> None:
+    field = _partly_slipping(np.full(SHAPE, 0.4 * direction), core_radius_mm)
+    core = _found(field)
+    assert core.shift_mm == pytest.approx(0.4 * direction, rel=0.02)
+    assert core.following(0.01) == pytest.approx((core_radius_mm / RADIUS_MM) ** 2, abs=0.08)
+
+
+@pytest.mark.parametrize("core_radius_mm", [2.5, 3.0, 3.5])
+def test_the_core_of_a_turn_is_found_though_the_border_turns_less(core_radius_mm: float) -> None:
+    core = _found(_partly_slipping(_turned(0.08, 0), core_radius_mm))
+    assert core.turn_rad == pytest.approx(0.08, rel=0.03)
+    assert core.turned_mm == pytest.approx(core.motion_mm, rel=0.02)
+
+
+def test_the_more_slips_the_less_follows() -> None:
+    shares = [
+        _found(_partly_slipping(np.full(SHAPE, 0.3 + 0.1j), radius)).following(0.2)
+        for radius in (4.0, 3.0, 2.0, 1.0, 0.5)
+    ]
+    assert shares == sorted(shares, reverse=True)
+
+
+def test_noise_of_a_tenth_of_a_pixel_hardly_changes_the_share() -> None:
+    rng = np.random.default_rng(3)
+    noise = rng.normal(0, 0.002, (2, *SHAPE))
+    clean = _partly_slipping(np.full(SHAPE, 0.2 + 0j), 2.5)
+    noisy = _found(clean + noise[0] + 1j * noise[1])
+    assert noisy.following(0.2) == pytest.approx(_found(clean).following(0.2), abs=0.03)
+
+
+def test_skin_is_compared_with_itself_and_not_with_what_was_there_before() -> None:
+    # a field that varies in space is carried along by a shift of many places
+    def of_skin(skin: NDArray[Any]) -> NDArray[Any]:
+        return np.asarray(0.05 * np.sin(skin.real) + 0.03j * np.cos(skin.imag / 2))
+
+    shift = 0.5 - 0.3j
+    skin = PLACE.copy()
+    for _ in range(20):
+        skin = PLACE - of_skin(skin)
+    before = of_skin(skin).astype(np.complex64)
+    skin = PLACE - shift
+    for _ in range(20):
+        skin = PLACE - shift - of_skin(skin)
+    now = (shift + of_skin(skin)).astype(np.complex64)
+    inside = np.s_[8:-8, 8:-8]
+    moved = since(now, before, SPACING_MM)
+    np.testing.assert_allclose(moved[inside], np.full_like(moved[inside], shift), atol=2e-3)
+
+
+def test_strain_is_the_slope_of_a_stretch_and_none_of_a_turn() -> None:
+    inside = np.s_[2:-2, 2:-2]
+    stretched = strain((0.02 * PLACE.real).astype(np.complex64), SPACING_MM)
+    np.testing.assert_allclose(stretched[inside], 0.02, rtol=1e-3)
+    turned = strain((0.02j * PLACE).astype(np.complex64), SPACING_MM)
+    np.testing.assert_allclose(turned[inside], 0, atol=1e-5)
+
+
+def test_a_field_is_looked_at_from_the_middle_of_each_block() -> None:
+    field = np.zeros((480, 640, 2), np.float32)
+    field[4, 12] = (0.3, -0.2)
+    small = coarse(field, stride_of(640))
+    assert small.shape == SHAPE
+    assert small[0, 1] == np.complex64(0.3 - 0.2j)

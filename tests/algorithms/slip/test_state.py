@@ -1,0 +1,91 @@
+"""The state machine: hysteresis, no chatter, a clean start."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.slip.state import SlipMachine, Thresholds
+from tactile_core.errors import InputError
+
+LIMITS = Thresholds(incipient=0.4, incipient_ends=0.3, slip=0.75, slip_ends=0.6)
+
+degrees = st.floats(0, 1)
+sequences = st.lists(st.none() | degrees, max_size=40)
+
+
+def _run(sequence: list[float | None]) -> SlipMachine:
+    machine = SlipMachine(LIMITS)
+    for number, degree in enumerate(sequence):
+        machine.update(degree, "translation", float(number))
+    return machine
+
+
+@given(sequences, degrees)
+def test_a_degree_that_stays_changes_the_state_at_most_once(
+    before: list[float | None], degree: float
+) -> None:
+    machine = _run([*before, degree])
+    first = machine.name, machine.kind, machine.onset_s
+    for time_s in range(100, 105):
+        machine.update(degree, "rotation", float(time_s))
+    assert (machine.name, machine.kind, machine.onset_s) == first
+
+
+@given(sequences, st.lists(st.floats(0.31, 0.59), min_size=1, max_size=30))
+def test_noise_within_the_hysteresis_never_makes_slip_come_and_go(
+    before: list[float | None], noise: list[float]
+) -> None:
+    machine = _run(before)
+    names = []
+    for degree in noise:
+        machine.update(degree, "translation", 99.0)
+        names.append(machine.name)
+    changes = sum(a != b for a, b in itertools.pairwise(names))
+    assert changes <= 1
+
+
+@given(sequences)
+def test_a_slip_has_a_kind_and_an_onset_and_a_hold_has_none(
+    sequence: list[float | None],
+) -> None:
+    machine = _run(sequence)
+    slips = machine.name in ("incipient", "slip")
+    assert (machine.kind is not None) == slips == (machine.onset_s is not None)
+
+
+@given(sequences)
+def test_nothing_remains_of_a_contact_that_is_lifted(sequence: list[float | None]) -> None:
+    assert _run([*sequence, None]) == SlipMachine(LIMITS)
+
+
+@given(st.lists(degrees, min_size=1, max_size=20))
+def test_while_the_degree_grows_the_state_never_falls_back(rising: list[float]) -> None:
+    order = ["none", "stick", "incipient", "slip"]
+    machine, ranks = SlipMachine(LIMITS), []
+    for degree in sorted(rising):
+        machine.update(degree, "translation", 0.0)
+        ranks.append(order.index(machine.name))
+    assert ranks == sorted(ranks)
+
+
+def test_gross_slip_began_when_its_border_did() -> None:
+    machine = SlipMachine(LIMITS)
+    for time_s, degree in enumerate([0.1, 0.5, 0.6, 0.9]):
+        machine.update(degree, "rotation" if time_s < 3 else "translation", float(time_s))
+    assert (machine.name, machine.kind, machine.onset_s) == ("slip", "rotation", 1.0)
+
+
+def test_a_new_slip_has_a_new_onset() -> None:
+    machine = SlipMachine(LIMITS)
+    for time_s, degree in enumerate([0.5, 0.1, 0.5]):
+        machine.update(degree, "translation", float(time_s))
+    assert machine.onset_s == 2.0
+
+
+def test_a_state_that_would_end_above_where_it_begins_is_refused() -> None:
+    with pytest.raises(InputError, match="ordered"):
+        Thresholds(incipient=0.4, incipient_ends=0.5, slip=0.75, slip_ends=0.6)

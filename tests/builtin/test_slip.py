@@ -1,0 +1,178 @@
+"""``core.slip`` on a virtual skin, seen by noisy marks, and on what must never alarm."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from slip_sequences import GROSS, HALF, Judged, Plan, Watch, judged, looks, small_profile
+
+from tactile_core.builtin.slip import Slip
+from tactile_core.errors import InputError
+from tactile_core.estimator import SensorContext
+from tactile_core.quantities import ContactMask, DisplacementField, SlipState
+from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.skin import Skin
+
+DISC = Plan(
+    "disc",
+    "flat",
+    {"diameter_mm": 9.0},
+    friction=0.4,
+    depth_mm=0.15,
+    press_frames=2,
+    place_mm=(0.4, -0.3),
+    angle_deg=0.0,
+    turned=False,
+    step=0.03,
+    direction_rad=0.7,
+    speed_mm_s=None,
+    seed=5,
+)
+PLANS = {
+    "disc": DISC,
+    "sphere": replace(
+        DISC,
+        kind="sphere",
+        shape="sphere",
+        options={"diameter_mm": 18.0},
+        depth_mm=0.45,
+        speed_mm_s=0.1,
+        seed=6,
+    ),
+    "turned disc": replace(DISC, turned=True, step=-0.5, seed=7),
+}
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[str, Judged]:
+    return {name: judged(plan) for name, plan in PLANS.items()}
+
+
+@pytest.mark.parametrize("name", list(PLANS))
+def test_it_warns_between_the_first_slip_and_the_last_hold(
+    runs: dict[str, Judged], name: str
+) -> None:
+    run = runs[name]
+    first = int(np.argmax(run.alarm))
+    assert run.alarm.any()
+    assert run.stick_share[first] < 0.8
+    assert run.stick_share[first] > GROSS
+
+
+@pytest.mark.parametrize("name", list(PLANS))
+def test_the_degree_puts_most_frames_in_order(runs: dict[str, Judged], name: str) -> None:
+    run = runs[name]
+    held, slipping = run.degree[run.stick_share >= HALF], run.degree[run.stick_share < HALF]
+    assert (slipping[:, None] > held).mean() > 0.96
+
+
+@pytest.mark.parametrize("name", list(PLANS))
+def test_an_alarm_does_not_chatter(runs: dict[str, Judged], name: str) -> None:
+    assert np.abs(np.diff(runs[name].alarm.astype(int))).sum() <= 1
+
+
+@pytest.mark.parametrize("name", ["disc", "sphere"])
+def test_gross_slip_is_told_and_entropy_warned_before(runs: dict[str, Judged], name: str) -> None:
+    run = runs[name]
+    gross = np.flatnonzero(run.stick_share < GROSS)
+    assert all(run.states[i].state == "slip" for i in gross[4:])
+    assert {run.states[i].kind for i in gross[4:]} == {"translation"}
+    assert (run.states[gross[0] - 1].entropy_bits or 0) > 4
+
+
+def test_a_turn_is_rotation_measured_with_its_sign(runs: dict[str, Judged]) -> None:
+    run = runs["turned disc"]
+    slipping = [state for state in run.states if state.state != "stick"]
+    assert {state.kind for state in slipping} == {"rotation"}
+    assert run.states[5].rotation_deg == pytest.approx(6 * -0.5, rel=0.1)
+
+
+def _stepped() -> tuple[Skin, Watch, Slip]:
+    profile = small_profile(DISC)
+    skin, watch = Skin(profile, "fast"), Watch(profile, 3)
+    skin.indent_with(make_indenter("flat", diameter_mm=9.0))
+    return skin, watch, Slip(Slip.Options(), watch.context)
+
+
+def _state(slip: Slip, watch: Watch, skin: Skin) -> SlipState:
+    look = watch.look(skin, 0.0, moving=True)
+    return slip.estimate(look.displacement, None, None, look.height, look.contact)
+
+
+def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
+    skin, watch, slip = _stepped()
+    states = [_state(slip, watch, skin)]
+    for depth in (0.04, 0.08, 0.12, 0.16):
+        skin.press(depth_mm=depth)
+        states.append(_state(slip, watch, skin))
+    for _ in range(4):
+        skin.shear(0.025, 0.0)
+        states.append(_state(slip, watch, skin))
+    for _ in range(20):
+        states.append(_state(slip, watch, skin))
+    assert [state.state for state in states] == ["none"] + ["stick"] * 28
+
+
+def test_letting_go_ends_everything() -> None:
+    skin, watch, slip = _stepped()
+    skin.press(depth_mm=0.1)
+    for _ in range(12):
+        skin.shear(0.05, 0.0)
+        state = _state(slip, watch, skin)
+    assert state.state == "slip"
+    skin.release()
+    state = _state(slip, watch, skin)
+    assert (state.state, state.degree, state.onset_s) == ("none", 0.0, None)
+
+
+def test_a_used_step_pickles_and_goes_on_alike() -> None:
+    skin, watch, slip = _stepped()
+    skin.press(depth_mm=0.1)
+    for _ in range(3):
+        skin.shear(0.05, 0.0)
+        _state(slip, watch, skin)
+    look = watch.look(skin, 0.0, moving=True)
+    given = look.displacement, None, None, look.height, look.contact
+    copy = pickle.loads(pickle.dumps(slip))
+    assert vars(copy.estimate(*given)) == vars(slip.estimate(*given))
+
+
+def test_after_reset_the_same_frames_give_the_same_states() -> None:
+    plan = replace(DISC, most_steps=8, step=0.06)
+    slip = Slip(Slip.Options(), Watch(small_profile(plan), 0).context)
+    seen = list(looks(plan))
+
+    def run() -> list[SlipState]:
+        slip.reset()
+        return [slip.estimate(s.displacement, None, None, s.height, s.contact) for s in seen]
+
+    first = run()
+    assert [vars(state) for state in run()] == [vars(state) for state in first]
+
+
+def test_without_a_contact_the_skin_that_is_dragged_is_the_contact() -> None:
+    run = judged(DISC, with_height=False)
+    held, slipping = run.degree[run.stick_share >= 0.9], run.degree[run.stick_share < GROSS]
+    assert np.median(slipping) > np.median(held) + 0.3
+
+
+def test_skin_at_rest_is_touched_by_nothing() -> None:
+    profile = small_profile(DISC)
+    context = SensorContext(profile.image, profile.gel)
+    shape = profile.image.height_px, profile.image.width_px
+    still = DisplacementField(
+        np.zeros((*shape, 2), np.float32), np.ones(shape, np.bool_), profile.image.mm_per_px
+    )
+    nothing = ContactMask(np.zeros(shape, np.bool_), profile.image.mm_per_px)
+    for contact in (None, nothing):
+        state = Slip(Slip.Options(), context).estimate(still, None, None, None, contact)
+        assert (state.state, state.entropy_bits) == ("none", None)
+
+
+def test_thresholds_out_of_order_are_refused() -> None:
+    profile = small_profile(DISC)
+    with pytest.raises(InputError, match="ordered"):
+        Slip(Slip.Options(incipient=0.9), SensorContext(profile.image, profile.gel))

@@ -1,9 +1,8 @@
 """Where slip begins, from virtual imprints: ``python benchmarks/slip_imprint_threshold.py``.
 
-Objects are pressed, dragged and turned on the virtual fingertip. The most that an imprint loses
-while at least half of its contact sticks comes of the skin's own strain and of the camera's noise;
-all of it, 1, is lost by an imprint that went. The threshold is their geometric mean. No recording
-of a real sensor enters.
+Objects are pressed, dragged and turned on the virtual fingertip. What an imprint loses while at
+least half of its contact sticks comes of the skin's own strain and of the camera's noise; the
+threshold is the most that any of them loses, to one digit. No recording of a real sensor enters.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ def main() -> None:
             f" lost while half or more of it stuck {here:.3f}",
             flush=True,
         )
-    print(f"most while sticking {most:.3f}, threshold {np.sqrt(most):.2f}; in use {SLIP_SHARE}")
+    print(f"most while sticking {most:.3f}, threshold {most:.1f}; in use {SLIP_SHARE}")
 
 
 def _cases() -> Iterator[tuple[str, float, bool]]:

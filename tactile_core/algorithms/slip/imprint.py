@@ -20,8 +20,9 @@ Array = NDArray[Any]
 Float32 = NDArray[np.float32]
 
 SLIP_SHARE = 0.4
-"""Slip is where this much of the imprint has left its place within about a second: no virtual
-contact of which half or more sticks loses more (``benchmarks/slip_imprint_threshold.py``)."""
+"""Slip is where this much of the imprint has left its place within about a second: the most, to
+one digit, that virtual contacts lose of which half or more sticks; made by
+``benchmarks/slip_imprint_threshold.py``."""
 
 _MEMORY_S = 1.0
 """What was lost is forgotten: a grasp that held again is no longer slipping."""

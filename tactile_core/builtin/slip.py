@@ -27,7 +27,7 @@ from tactile_core.quantities import (
 )
 
 _FEWEST_MARKS = 3
-_UNSURE = 0.4
+_UNSURE = 0.2
 """Without a measured contact the field's degree stays under that of an imprint that slips."""
 
 _ENOUGH_MEASURED = 12

@@ -13,7 +13,9 @@ from height_lab import make_height_lab
 from virtual_lab import VirtualLab
 
 from tactile_core.cli.app import app
+from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile
+from tactile_core.sim import VirtualStage
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
@@ -93,6 +95,30 @@ def test_the_first_script_prints_a_line_per_image(
     monkeypatch.chdir(tmp_path)
     exec(block("python"), {})
     assert len(capsys.readouterr().out.splitlines()) == 10
+
+
+def test_the_virtual_skin_is_pressed_and_sticks_in_part(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    exec(blocks("python")[1], {})
+    assert capsys.readouterr().out.endswith("of the contact sticks\n")
+
+
+def test_marks_and_slip_are_told_of_a_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "recording").mkdir()
+    stage = VirtualStage("hex_fingertip", seed=1)
+    stage.indenter("sphere", diameter_mm=8)
+    write_png(tmp_path / "recording" / "0.png", stage.frame().pixels)
+    stage.press(depth_mm=0.5)
+    stage.shear(dx_mm=0.2)
+    write_png(tmp_path / "recording" / "1.png", stage.frame().pixels)
+    monkeypatch.chdir(tmp_path)
+    exec(blocks("python")[2], {})
+    untouched, dragged = capsys.readouterr().out.splitlines()
+    assert untouched.split()[0] == "none"
+    assert 0.15 < float(dragged.split()[1]) < 0.25
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)

@@ -14,7 +14,7 @@ from tactile_core.algorithms.circles import (
     locate,
     refine_grid,
 )
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.ball import BallPress, render
 
 
 @dataclass(frozen=True)
@@ -131,12 +131,11 @@ def test_nothing_but_untouched_frames_gives_no_circle(bench: Bench) -> None:
 
 
 def grid_of(bench: Bench, spots: np.ndarray, ball_mm: float) -> PressImage:
-    changes = [
-        bench.image(BallPress((x, y), ball_mm, 0.18 * ball_mm)).pixels.astype(float)
-        - bench.reference
-        for x, y in spots
-    ]
-    return changed(bench, bench.reference + sum(changes))
+    profile = bench.lab.profile
+    balls = [BallPress((x, y), ball_mm, 0.18 * ball_mm) for x, y in spots]
+    shape, mm_per_px = bench.reference.shape[:2], profile.image.mm_per_px
+    together = np.sum([ball.height_mm(shape, mm_per_px) for ball in balls], axis=0)
+    return PressImage.prepare(render(profile, together, seed=50), bench.reference)
 
 
 @pytest.mark.parametrize(

@@ -292,7 +292,7 @@ def test_the_impossible_gets_one_sentence_and_changes_nothing(attempt: Any, mess
 
 def test_nothing_moves_before_something_is_pressed() -> None:
     skin = Skin(load_profile("hex_fingertip"), "fast")
-    with pytest.raises(InputError, match="choose one"):
+    with pytest.raises(InputError, match="choose an indenter first"):
         skin.press(depth_mm=0.1)
     skin.indent_with(BALL)
     with pytest.raises(InputError, match="press an object before"):

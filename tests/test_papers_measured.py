@@ -149,7 +149,7 @@ def shear(rigs: Callable[[str], Rig]) -> Callable[[str, str], Sheared]:
 
 def _shear(rig: Rig, kind: str) -> Sheared:
     rig.press_and_tare(kind)
-    rows, fields, contacts, states = [], [], [], []
+    rows, fields, contacts, states = [], [], [], list[str]()
     for moved in STEP_MM * np.arange(1, 17):
         rig.stage.shear(dy_mm=STEP_MM)
         reading = rig.look()

@@ -21,7 +21,8 @@ class Quantity:
     """
 
     def __post_init__(self) -> None:
-        for name, value in tuple(vars(self).items()):
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
                 view = value.view()
                 view.flags.writeable = False

@@ -20,7 +20,7 @@ from tactile_core.profiles.model import ImageSection
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 from tactile_core.sensor import devices
 
-ACQUIRE, LAMPS, MARKS, SLOPES = "acquire", "lamps verified", "marks", "slopes"
+ACQUIRE, LAMPS, MARKS, SLOPES = "acquire", "lamps verified", "marks masked", "slopes"
 WHOLE = "whole frame"
 
 
@@ -28,7 +28,9 @@ class Stream:
     """Runs a virtual unit's frames as a live sensor does.
 
     What the camera sends costs as much whatever it shows, so an even image takes its way through
-    the geometry, and the rendered frame follows.
+    the geometry, and the rendered frame follows. The frames show one contact that is dragged to and
+    fro, as a live sensor sees: a new contact in each would be searched for anew by the steps that
+    follow marks and slip.
 
     Parameters
     ----------
@@ -38,7 +40,7 @@ class Stream:
     def __init__(self, unit: VirtualUnit) -> None:
         self._pipeline = Pipeline(unit.profile, unit.bundle)
         self._bundle = unit.bundle
-        self._frames = cycle(unit.frames)
+        self._frames = cycle(unit.stroke)
         self._marks = MarkFinder.of(unit.profile, self._pipeline.reference)
         assert self._pipeline.reference is not None
         self._drift = DriftFollower(self._pipeline.reference)

@@ -26,6 +26,10 @@ from tactile_core.sim.optics.rig import RigOptics
 PRESSES = 8
 _BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
 
+_STROKE_PX = (1.0, 2.0, 3.0, 2.0)
+_DRAGGED_RADII = 2.5
+"""How far from a ball it drags the skin along, in radii of its contact."""
+
 
 @dataclass(frozen=True, eq=False)
 class VirtualUnit:
@@ -35,11 +39,14 @@ class VirtualUnit:
     ----------
     frames : tuple of Frame
         Balls pressed here and there; their marks are not found yet.
+    stroke : tuple of Frame
+        One ball that drags the skin to and fro, a pixel from frame to frame, over and over.
     """
 
     profile: Profile
     bundle: Bundle
     frames: tuple[Frame, ...]
+    stroke: tuple[Frame, ...]
 
 
 def virtual_unit(
@@ -100,7 +107,10 @@ def virtual_unit(
         profile_hash=profile_hash(profile),
     )
     frames = tuple(replace(press.frame, marks=None) for press in presses[:_KEPT_FRAMES])
-    return VirtualUnit(profile, Bundle(manifest, fitted, reference), frames)
+    middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
+    held = BallPress(middle_px, ball_mm, _DEPTH_OF_BALL * ball_mm)
+    stroke = tuple(take(held, seed, moved) for seed, moved in enumerate(_STROKE_PX))
+    return VirtualUnit(profile, Bundle(manifest, fitted, reference), frames, stroke)
 
 
 def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:
@@ -111,11 +121,23 @@ def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:
     return profile.model_copy(update={"image": image})
 
 
-def _frame(optics: RigOptics, lights: Illumination, ball: BallPress | None, seed: int) -> Frame:
+def _frame(
+    optics: RigOptics,
+    lights: Illumination,
+    ball: BallPress | None,
+    seed: int,
+    dragged_px: float = 0.0,
+) -> Frame:
     image = optics.profile.image
     shape = (image.height_px, image.width_px)
-    height_mm = np.zeros(shape) if ball is None else ball.height_mm(shape, image.mm_per_px)
-    pixels = optics.expose(height_mm, frame=seed)
+    height_mm, displacement_mm = np.zeros(shape), None
+    if ball is not None:
+        x, y = ball.centre_px
+        ball = replace(ball, centre_px=(x + dragged_px, y))
+        height_mm = ball.height_mm(shape, image.mm_per_px)
+        if dragged_px:
+            displacement_mm = image.mm_per_px * dragged_px * _drag(ball, shape, image.mm_per_px)
+    pixels = optics.expose(height_mm, displacement_mm, frame=seed)
     exposures = [
         _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
         for exposure in lights.exposures()
@@ -132,6 +154,14 @@ def _frame(optics: RigOptics, lights: Illumination, ball: BallPress | None, seed
         frame = Acquisition(camera, lights, straight).observe()
     assert frame is not None
     return replace(frame, sequence=seed)
+
+
+def _drag(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
+    """(H, W, 2) of skin that a ball drags along x by 1: all of it inside, ever less outside."""
+    x, y = (np.arange(n) - at for n, at in zip(shape[::-1], ball.centre_px, strict=True))
+    beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
+    along = np.clip(1 - beyond / _DRAGGED_RADII, 0, 1)
+    return np.stack([along, np.zeros(shape)], axis=-1)
 
 
 def _exposure(pixels: Pixels, channels: Sequence[int]) -> Pixels:

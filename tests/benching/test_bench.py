@@ -15,7 +15,16 @@ from tactile_core.errors import InputError
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    Frame,
+    Gradients,
+    HeightMap,
+    MarkerField,
+    Reference,
+    SlipState,
+)
 
 SMALL = (160, 120)
 
@@ -58,7 +67,28 @@ def test_the_stages_together_measure_what_the_pipeline_measures(unit: VirtualUni
 
 
 def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
-    assert list(Stream(unit).staged()) == [ACQUIRE, MARKS, SLOPES, "height", "contact"]
+    steps = ["height", "contact", "markers", "tracking", "displacement", "slip"]
+    assert list(Stream(unit).staged()) == [ACQUIRE, MARKS, SLOPES, *steps]
+
+
+def test_what_is_timed_is_a_contact_that_drags_the_skin_and_is_followed() -> None:
+    unit = virtual_unit(marked(), size_px=(320, 240))
+    stream = Stream(unit)
+    for frame in unit.stroke:
+        measured = stream.through(frame, {})
+        field, marks, contact, slip = (
+            measured[kind] for kind in (DisplacementField, MarkerField, ContactMask, SlipState)
+        )
+        assert isinstance(contact, ContactMask)
+        assert isinstance(field, DisplacementField)
+        assert isinstance(marks, MarkerField)
+        assert isinstance(slip, SlipState)
+        assert contact.mask.any()
+        assert marks.seen.sum() > 100
+        assert marks.seen.mean() > 0.9
+        assert field.mm[contact.mask][:, 0].mean() > 0.5 * unit.profile.image.mm_per_px
+        assert slip.state != "none"
+        assert slip.entropy_bits is not None
 
 
 def test_lamps_in_turn_are_verified() -> None:

@@ -182,7 +182,9 @@ class Slip(Estimator):
             diameter_px = self._diameter_px(reference)
             if diameter_px is None:
                 return None
-            self._imprint = ImprintFollower(reference.pixels, markers.reference_px, diameter_px)
+            rest_px = markers.untouched_px
+            rest_px = markers.reference_px if rest_px is None else rest_px
+            self._imprint = ImprintFollower(reference.pixels, rest_px, diameter_px)
         return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
 
     def _diameter_px(self, reference: Reference) -> float | None:

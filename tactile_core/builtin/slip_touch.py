@@ -15,6 +15,7 @@ from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference
 Bool = NDArray[np.bool_]
 
 _DRAGGED_MM = 0.04
+_STAYS, _RAISED_MM = 0.5, 0.06
 
 
 class Touch(NamedTuple):
@@ -55,6 +56,8 @@ class TouchFinder:
     def release(self) -> None:
         """Forget the present contact."""
         self._dragged: Bool | None = None
+        self._held: Bool | None = None
+        self._held_mm = 0.0
 
     def picked(self, image: NDArray[Any]) -> NDArray[Any]:
         """Values at the coarse places of an image (H, W)."""
@@ -69,11 +72,10 @@ class TouchFinder:
         contact: ContactMask | None,
     ) -> Touch:
         """Find the contact; ``moved_mm`` (h, w) is how far the skin is displaced."""
-        if contact is not None and (contact.mask.any() or not self._fills_view(moved_mm)):
-            mask = self.picked(contact.mask)
-            self._measured_once |= bool(mask.any())
-            depth = float(self.picked(height.mm)[mask].sum()) if height is not None else 0.0
-            return Touch(mask, Load(float(np.count_nonzero(contact.mask)), depth))
+        if contact is not None:
+            found = self._measured(contact, frame, height)
+            if found.mask.any() or not self._fills_view(moved_mm):
+                return found
         if contact is None and frame is not None and self._reference is not None:
             found = self._in_image(frame, self._reference, moved_mm.shape)
             if found.mask.any():
@@ -84,6 +86,40 @@ class TouchFinder:
             mask |= self._dragged
         self._dragged = mask if mask.any() else None
         return Touch(mask, Load(float(np.count_nonzero(mask)), 0.0))
+
+    def _measured(
+        self, contact: ContactMask, frame: Frame | None, height: HeightMap | None
+    ) -> Touch:
+        mask = self.picked(contact.mask)
+        area_px = float(np.count_nonzero(contact.mask))
+        if mask.any():
+            self._measured_once = True
+        if height is None:
+            return Touch(mask, Load(area_px, 0.0))
+        height_mm = self.picked(height.mm)
+        if mask.any():
+            self._hold(mask, height_mm)
+        else:
+            mask = self._still_raised(height_mm, frame)
+            area_px = float(np.count_nonzero(mask)) * self.stride**2
+        return Touch(mask, Load(area_px, float(height_mm[mask].sum())))
+
+    def _hold(self, mask: Bool, height_mm: NDArray[np.float32]) -> None:
+        self._held, self._held_mm = mask, float(height_mm[mask].mean())
+
+    def _still_raised(self, height_mm: NDArray[np.float32], frame: Frame | None) -> Bool:
+        """A contact that the mask misses: beside wide or shallow ones the skin is drawn down, as
+        far as noise might reach, and the mask comes and goes."""
+        if self._held is not None:
+            if height_mm[self._held].mean() > _STAYS * self._held_mm:
+                return self._held
+            self._held = None
+        elif frame is not None and self._reference is not None:
+            mask = self._in_image(frame, self._reference, height_mm.shape).mask
+            if mask.any() and height_mm[mask].mean() > _RAISED_MM:
+                self._hold(mask, height_mm)
+                return mask
+        return np.zeros(height_mm.shape, np.bool_)
 
     def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:
         """A level object larger than the view has no slopes to be seen by, but drags the skin.

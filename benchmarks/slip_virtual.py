@@ -1,9 +1,9 @@
 """Slip from rendered frames: ``python benchmarks/slip_virtual.py [--sequences N] [--seed S]``.
 
-Presses unseen virtual objects on ``hex_fingertip`` and drags or turns them until they slip, measures
-every frame by the profile's whole chain, and compares the degree and the state with the share of the
-contact that truly sticks. Once with a calibration, which virtual presses of a ball make, and once
-with none. Of two sequences one is quasi-static and one at 0.03 to 1 mm/s.
+Presses unseen virtual objects on ``hex_fingertip`` and drags or turns them until they slip,
+measures every frame by the profile's whole chain, and compares the degree and the state with the
+share of the contact that truly sticks. Once with a calibration, which virtual presses of a ball
+make, and once with none. Half of the sequences are quasi-static, half at 0.03 to 1 mm/s.
 """
 
 from __future__ import annotations
@@ -163,8 +163,9 @@ def row(name: str, sequences: Sequence[Told]) -> str:
     held = np.concatenate([one.alarm for one in sequences])[stick >= HALF]
     ends = [(one.alarm, int(np.argmax(one.gross))) for one in sequences if one.gross.any()]
     warned = [bool(alarm[:end].any()) for alarm, end in ends if end]
+    areas = auc(degree, stick < HALF), auc(degree, stick < GROSS)
     return (
-        f"{name:24}{len(sequences):4}{auc(degree, stick < HALF):10.4f}{auc(degree, stick < GROSS):9.4f}"
+        f"{name:24}{len(sequences):4}{areas[0]:10.4f}{areas[1]:9.4f}"
         f"{held.sum():6} of {held.size:<5}{100 * held.mean() if held.size else 0:5.1f} %"
         f"{sum(warned):5} of {len(warned)}"
     )

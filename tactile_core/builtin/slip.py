@@ -27,8 +27,9 @@ from tactile_core.quantities import (
 )
 
 _FEWEST_MARKS = 3
-_UNSURE = 0.2
-"""Without a measured contact the field's degree stays under that of an imprint that slips."""
+_UNSURE, _SHARPNESS = 0.4, 3
+"""Without a measured contact the field's degree stays under that of an imprint that slips, and what
+an imprint loses before it slips counts little: how much that is differs from object to object."""
 
 _ENOUGH_MEASURED = 12
 """Places with a displacement that is not extended beyond the marks."""
@@ -124,22 +125,25 @@ class Slip(Estimator):
         """Return the state; ``none`` where nothing touches."""
         time_s = displacement.timestamp_s
         imprint = self._imprint_motion(frame, markers)
-        gone = imprint is not None and imprint.lost >= self._imprint_lost
         field = coarse(displacement.mm, self._touch.stride)
         mask, load = self._touch.find(np.abs(field), frame, height, contact)
         if not mask.any():
             self._forget()
             if imprint is None or contact is not None:
                 return SlipState("none", 0.0, timestamp_s=time_s)
-            if not gone:
+            if not self._gone(imprint):
                 return SlipState("none", imprint.degree, timestamp_s=time_s)
             return SlipState("slip", imprint.degree, imprint.kind, timestamp_s=time_s)
         valid = mask & self._touch.picked(displacement.valid)
         if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
             mask = valid
         cues = self._contact.update(field, mask, load)
+        if self._contact.began and imprint and self._imprint and self._knows_load:
+            imprint = self._imprint.settle()
         told, degree = self._with_imprint(cues.degree, imprint, measured=contact is not None)
-        self._machine.update(told, imprint.kind if imprint and gone else _kind(cues), time_s)
+        self._machine.update(
+            told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), time_s
+        )
         return SlipState(
             self._machine.name,
             degree,
@@ -156,11 +160,21 @@ class Slip(Estimator):
         """What decides on the state, and the degree that is told."""
         if imprint is None:
             return degree, degree
-        gone = imprint.lost >= self._imprint_lost
+        gone = self._gone(imprint)
         if measured:
             return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
         told = 1.0 if gone else min(degree, self._warning_only)
-        return told, max(_UNSURE * degree, imprint.degree)
+        lost = (imprint.lost / self._imprint_lost) ** _SHARPNESS
+        return told, max(_UNSURE * degree, lost / (1 + lost))
+
+    def _gone(self, imprint: ImprintMotion) -> bool:
+        return imprint.lost >= self._imprint_lost
+
+    @property
+    def _knows_load(self) -> bool:
+        """Against a first frame that may show a contact, no load is known."""
+        reference = self.context.reference
+        return reference is not None and not reference.relative
 
     def _forget(self) -> None:
         self._contact.release()

@@ -16,6 +16,7 @@ Bool = NDArray[np.bool_]
 
 _DRAGGED_MM = 0.04
 _STAYS, _RAISED_MM = 0.5, 0.06
+_CUT = 0.1
 
 
 class Touch(NamedTuple):
@@ -56,7 +57,7 @@ class TouchFinder:
     def release(self) -> None:
         """Forget the present contact."""
         self._dragged: Bool | None = None
-        self._held: Bool | None = None
+        self._held: Touch | None = None
         self._held_mm = 0.0
 
     def picked(self, image: NDArray[Any]) -> NDArray[Any]:
@@ -76,9 +77,11 @@ class TouchFinder:
             found = self._measured(contact, frame, height)
             if found.mask.any() or not self._fills_view(moved_mm):
                 return found
-        if contact is None and frame is not None and self._reference is not None:
+        if frame is not None and self._reference is not None:
             found = self._in_image(frame, self._reference, moved_mm.shape)
-            if found.mask.any():
+            if found.mask.any() and (
+                contact is None or (self._dragged is None and _ends_within_view(found.mask))
+            ):
                 return found
         mask = touched_by_motion(moved_mm)
         if mask.any() and self._dragged is not None:
@@ -98,28 +101,28 @@ class TouchFinder:
             return Touch(mask, Load(area_px, 0.0))
         height_mm = self.picked(height.mm)
         if mask.any():
-            self._hold(mask, height_mm)
-        else:
-            mask = self._still_raised(height_mm, frame)
-            area_px = float(np.count_nonzero(mask)) * self.stride**2
-        return Touch(mask, Load(area_px, float(height_mm[mask].sum())))
+            return self._hold(Touch(mask, Load(area_px, float(height_mm[mask].sum()))), height_mm)
+        return self._still_raised(height_mm, frame) or Touch(mask, Load(0.0, 0.0))
 
-    def _hold(self, mask: Bool, height_mm: NDArray[np.float32]) -> None:
-        self._held, self._held_mm = mask, float(height_mm[mask].mean())
+    def _hold(self, touch: Touch, height_mm: NDArray[np.float32]) -> Touch:
+        self._held, self._held_mm = touch, float(height_mm[touch.mask].mean())
+        return touch
 
-    def _still_raised(self, height_mm: NDArray[np.float32], frame: Frame | None) -> Bool:
+    def _still_raised(self, height_mm: NDArray[np.float32], frame: Frame | None) -> Touch | None:
         """A contact that the mask misses: beside wide or shallow ones the skin is drawn down, as
         far as noise might reach, and the mask comes and goes."""
         if self._held is not None:
-            if height_mm[self._held].mean() > _STAYS * self._held_mm:
+            if height_mm[self._held.mask].mean() > _STAYS * self._held_mm:
                 return self._held
             self._held = None
         elif frame is not None and self._reference is not None:
             mask = self._in_image(frame, self._reference, height_mm.shape).mask
             if mask.any() and height_mm[mask].mean() > _RAISED_MM:
-                self._hold(mask, height_mm)
-                return mask
-        return np.zeros(height_mm.shape, np.bool_)
+                area_px = float(np.count_nonzero(mask)) * self.stride**2
+                return self._hold(
+                    Touch(mask, Load(area_px, float(height_mm[mask].sum()))), height_mm
+                )
+        return None
 
     def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:
         """A level object larger than the view has no slopes to be seen by, but drags the skin.
@@ -135,4 +138,11 @@ class TouchFinder:
         now = small_image(frame.pixels, size_px, frame.full_scale)
         noise = reference.noise / reference.full_scale
         mask, strength = touched_by_image(now, self._untouched, noise)
-        return Touch(mask, Load(0.0, strength))
+        # shear changes the light of a contact more than its volume
+        return Touch(mask, Load(0.0, float(np.sqrt(strength))))
+
+
+def _ends_within_view(mask: Bool) -> bool:
+    """A contact whose border is not seen is told better by the skin that it drags."""
+    rim = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
+    return bool(rim.mean() < _CUT)

@@ -111,17 +111,17 @@ class TouchFinder:
     def _still_raised(self, height_mm: NDArray[np.float32], frame: Frame | None) -> Touch | None:
         """A contact that the mask misses: beside wide or shallow ones the skin is drawn down, as
         far as noise might reach, and the mask comes and goes."""
+        mask = np.zeros(height_mm.shape, np.bool_)
+        if frame is not None and self._reference is not None:
+            mask = self._in_image(frame, self._reference, height_mm.shape).mask
         if self._held is not None:
-            if height_mm[self._held.mask].mean() > _STAYS * self._held_mm:
+            before = self._held.mask
+            if height_mm[before].mean() > _STAYS * self._held_mm or mask[before].mean() > _STAYS:
                 return self._held
             self._held = None
-        elif frame is not None and self._reference is not None:
-            mask = self._in_image(frame, self._reference, height_mm.shape).mask
-            if mask.any() and height_mm[mask].mean() > _RAISED_MM:
-                area_px = float(np.count_nonzero(mask)) * self.stride**2
-                return self._hold(
-                    Touch(mask, Load(area_px, float(height_mm[mask].sum()))), height_mm
-                )
+        elif mask.any() and height_mm[mask].mean() > _RAISED_MM:
+            area_px = float(np.count_nonzero(mask)) * self.stride**2
+            return self._hold(Touch(mask, Load(area_px, float(height_mm[mask].sum()))), height_mm)
         return None
 
     def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:

@@ -28,7 +28,7 @@ from tactile_core.quantities import (
 
 _FEWEST_MARKS = 3
 _UNSURE, _SHARPNESS = 0.4, 3
-"""Without a measured contact the field's degree stays under that of an imprint that slips, and what
+"""Without a known contact the field's degree stays under that of an imprint that slips, and what
 an imprint loses before it slips counts little: how much that is differs from object to object."""
 
 _ENOUGH_MEASURED = 12
@@ -40,8 +40,8 @@ class Slip(Estimator):
 
     The contact is that of the height map where there is one, else what changes in the image, else
     the skin that is dragged along. Where marks and frames are there, the object's imprint is
-    followed over the skin, too: what leaves its place slips. Without a contact from a height map
-    the imprint alone tells gross slip, and the field warns.
+    followed over the skin, too: what leaves its place slips. Without a height map and with no
+    picture of the untouched skin the imprint alone tells gross slip, and the field warns.
     """
 
     class Options(device.Options):
@@ -60,10 +60,10 @@ class Slip(Estimator):
             default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
-            default=0.45, ge=0, le=1, description="Degree at which slip begins at the border."
+            default=0.46, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.33, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.34, ge=0, le=1, description="Degree under which the contact sticks again."
         )
         slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(
@@ -140,7 +140,9 @@ class Slip(Estimator):
         cues = self._contact.update(field, mask, load)
         if self._contact.began and imprint and self._imprint and self._knows_load:
             imprint = self._imprint.settle()
-        told, degree = self._with_imprint(cues.degree, imprint, measured=contact is not None)
+        told, degree = self._with_imprint(
+            cues.degree, imprint, sure=contact is not None or self._knows_load
+        )
         self._machine.update(
             told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), time_s
         )
@@ -155,13 +157,13 @@ class Slip(Estimator):
         )
 
     def _with_imprint(
-        self, degree: float, imprint: ImprintMotion | None, *, measured: bool
+        self, degree: float, imprint: ImprintMotion | None, *, sure: bool
     ) -> tuple[float, float]:
         """What decides on the state, and the degree that is told."""
         if imprint is None:
             return degree, degree
         gone = self._gone(imprint)
-        if measured:
+        if sure:
             return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
         told = 1.0 if gone else min(degree, self._warning_only)
         lost = (imprint.lost / self._imprint_lost) ** _SHARPNESS
@@ -172,7 +174,7 @@ class Slip(Estimator):
 
     @property
     def _knows_load(self) -> bool:
-        """Against a first frame that may show a contact, no load is known."""
+        """Against a first frame that may show a contact, neither it nor its load is known."""
         reference = self.context.reference
         return reference is not None and not reference.relative
 

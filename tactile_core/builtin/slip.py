@@ -45,7 +45,11 @@ class Slip(Estimator):
     """
 
     class Options(device.Options):
-        """Options of the step; the thresholds' source is ``benchmarks/slip_thresholds.py``."""
+        """Options of the step.
+
+        The thresholds' source is ``benchmarks/slip_thresholds.py``; for rendered frames, of
+        ``benchmarks/slip_virtual.py``, those of incipient slip are 0.01 higher.
+        """
 
         window_mm: PositiveFloat = Field(
             default=0.06, description="Slip is told over the last motion of the skin by so much."

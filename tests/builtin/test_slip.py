@@ -124,6 +124,21 @@ def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
     assert [state.state for state in states] == ["none"] + ["stick"] * 28
 
 
+def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
+    skin, watch, slip = _stepped()
+    always = Slip(Slip.Options(), watch.context)
+    skin.press(depth_mm=0.1)
+    for number in range(10):
+        skin.shear(0.05, 0.0)
+        look = watch.look(skin, 0.0, moving=True)
+        shown = always.estimate(look.displacement, None, None, look.height, look.contact)
+        mask = look.contact.mask & (number < 2)
+        missed = ContactMask(mask, look.contact.mm_per_px)
+        told = slip.estimate(look.displacement, None, None, look.height, missed)
+        assert told.state == shown.state
+    assert told.state == "slip"
+
+
 def test_letting_go_ends_everything() -> None:
     skin, watch, slip = _stepped()
     skin.press(depth_mm=0.1)

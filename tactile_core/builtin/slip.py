@@ -27,8 +27,9 @@ from tactile_core.quantities import (
 )
 
 _FEWEST_MARKS = 3
-_UNSURE = 0.2
-"""Without a measured contact the field's degree stays under that of an imprint that slips."""
+_UNSURE, _SHARPNESS = 0.4, 3
+"""Without a known contact the field's degree stays under that of an imprint that slips, and what
+an imprint loses before it slips counts little: how much that is differs from object to object."""
 
 _ENOUGH_MEASURED = 12
 """Places with a displacement that is not extended beyond the marks."""
@@ -39,12 +40,16 @@ class Slip(Estimator):
 
     The contact is that of the height map where there is one, else what changes in the image, else
     the skin that is dragged along. Where marks and frames are there, the object's imprint is
-    followed over the skin, too: what leaves its place slips. Without a contact from a height map
-    the imprint alone tells gross slip, and the field warns.
+    followed over the skin, too: what leaves its place slips. Without a height map and with no
+    picture of the untouched skin the imprint alone tells gross slip, and the field warns.
     """
 
     class Options(device.Options):
-        """Options of the step; the thresholds' source is ``benchmarks/slip_thresholds.py``."""
+        """Options of the step.
+
+        The thresholds' source is ``benchmarks/slip_thresholds.py``; for rendered frames, of
+        ``benchmarks/slip_virtual.py``, those of incipient slip are 0.01 higher.
+        """
 
         window_mm: PositiveFloat = Field(
             default=0.06, description="Slip is told over the last motion of the skin by so much."
@@ -59,10 +64,10 @@ class Slip(Estimator):
             default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
-            default=0.45, ge=0, le=1, description="Degree at which slip begins at the border."
+            default=0.46, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.33, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.34, ge=0, le=1, description="Degree under which the contact sticks again."
         )
         slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(
@@ -124,22 +129,27 @@ class Slip(Estimator):
         """Return the state; ``none`` where nothing touches."""
         time_s = displacement.timestamp_s
         imprint = self._imprint_motion(frame, markers)
-        gone = imprint is not None and imprint.lost >= self._imprint_lost
         field = coarse(displacement.mm, self._touch.stride)
         mask, load = self._touch.find(np.abs(field), frame, height, contact)
         if not mask.any():
             self._forget()
             if imprint is None or contact is not None:
                 return SlipState("none", 0.0, timestamp_s=time_s)
-            if not gone:
+            if not self._gone(imprint):
                 return SlipState("none", imprint.degree, timestamp_s=time_s)
             return SlipState("slip", imprint.degree, imprint.kind, timestamp_s=time_s)
         valid = mask & self._touch.picked(displacement.valid)
         if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
             mask = valid
         cues = self._contact.update(field, mask, load)
-        told, degree = self._with_imprint(cues.degree, imprint, measured=contact is not None)
-        self._machine.update(told, imprint.kind if imprint and gone else _kind(cues), time_s)
+        if self._contact.began and imprint and self._imprint and self._knows_load:
+            imprint = self._imprint.settle()
+        told, degree = self._with_imprint(
+            cues.degree, imprint, sure=contact is not None or self._knows_load
+        )
+        self._machine.update(
+            told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), time_s
+        )
         return SlipState(
             self._machine.name,
             degree,
@@ -151,16 +161,26 @@ class Slip(Estimator):
         )
 
     def _with_imprint(
-        self, degree: float, imprint: ImprintMotion | None, *, measured: bool
+        self, degree: float, imprint: ImprintMotion | None, *, sure: bool
     ) -> tuple[float, float]:
         """What decides on the state, and the degree that is told."""
         if imprint is None:
             return degree, degree
-        gone = imprint.lost >= self._imprint_lost
-        if measured:
+        gone = self._gone(imprint)
+        if sure:
             return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
         told = 1.0 if gone else min(degree, self._warning_only)
-        return told, max(_UNSURE * degree, imprint.degree)
+        lost = (imprint.lost / self._imprint_lost) ** _SHARPNESS
+        return told, max(_UNSURE * degree, lost / (1 + lost))
+
+    def _gone(self, imprint: ImprintMotion) -> bool:
+        return imprint.lost >= self._imprint_lost
+
+    @property
+    def _knows_load(self) -> bool:
+        """Against a first frame that may show a contact, neither it nor its load is known."""
+        reference = self.context.reference
+        return reference is not None and not reference.relative
 
     def _forget(self) -> None:
         self._contact.release()
@@ -182,7 +202,9 @@ class Slip(Estimator):
             diameter_px = self._diameter_px(reference)
             if diameter_px is None:
                 return None
-            self._imprint = ImprintFollower(reference.pixels, markers.reference_px, diameter_px)
+            rest_px = markers.untouched_px
+            rest_px = markers.reference_px if rest_px is None else rest_px
+            self._imprint = ImprintFollower(reference.pixels, rest_px, diameter_px)
         return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
 
     def _diameter_px(self, reference: Reference) -> float | None:

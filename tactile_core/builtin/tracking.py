@@ -39,6 +39,7 @@ class Tracking(Estimator):
         self._tracker: MarkTracker | None = None
         self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
         self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
+        self._untouched_px = self._zero_px
         self._contact_in_reference = False
 
     def tare(self) -> None:
@@ -77,6 +78,7 @@ class Tracking(Estimator):
             timestamp_s=detections.timestamp_s,
             started_in_contact=started_in_contact,
             notes=tuple(notes),
+            untouched_px=self._untouched_px,
         )
 
     def _begin(self, reference: Reference) -> MarkTracker:
@@ -89,7 +91,7 @@ class Tracking(Estimator):
             )
         self._tracker = MarkTracker(untouched.centres_px)
         self._reported = np.flatnonzero(~untouched.cut)
-        self._zero_px = self._places_px()
+        self._zero_px = self._untouched_px = self._places_px()
         self._contact_in_reference = shows_contact(untouched.centres_px)
         return self._tracker
 

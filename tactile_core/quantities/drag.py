@@ -55,6 +55,9 @@ class MarkerField(Quantity):
         how the skin deforms and not on having watched it.
     notes : tuple of str
         Sentences for the user about this frame.
+    untouched_px : (N, 2) float32 or None
+        x and y of each mark in the image of the reference, which a tare leaves as it is; None where
+        it is ``reference_px``.
     """
 
     ids: Int32
@@ -65,6 +68,7 @@ class MarkerField(Quantity):
     timestamp_s: float = 0.0
     started_in_contact: bool = False
     notes: tuple[str, ...] = ()
+    untouched_px: Float32 | None = None
 
     @property
     def displacement_mm(self) -> Float32:

@@ -12,9 +12,17 @@ from slip_sequences import GROSS, HALF, Judged, Plan, Watch, judged, looks, smal
 from tactile_core.builtin.slip import Slip
 from tactile_core.errors import InputError
 from tactile_core.estimator import SensorContext
-from tactile_core.quantities import ContactMask, DisplacementField, SlipState
+from tactile_core.pipeline import Pipeline
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    MarkerField,
+    Reference,
+    SlipState,
+)
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
+from tactile_core.sim.stage import VirtualStage
 
 DISC = Plan(
     "disc",
@@ -116,6 +124,21 @@ def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
     assert [state.state for state in states] == ["none"] + ["stick"] * 28
 
 
+def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
+    skin, watch, slip = _stepped()
+    always = Slip(Slip.Options(), watch.context)
+    skin.press(depth_mm=0.1)
+    for number in range(10):
+        skin.shear(0.05, 0.0)
+        look = watch.look(skin, 0.0, moving=True)
+        shown = always.estimate(look.displacement, None, None, look.height, look.contact)
+        mask = look.contact.mask & (number < 2)
+        missed = ContactMask(mask, look.contact.mm_per_px)
+        told = slip.estimate(look.displacement, None, None, look.height, missed)
+        assert told.state == shown.state
+    assert told.state == "slip"
+
+
 def test_letting_go_ends_everything() -> None:
     skin, watch, slip = _stepped()
     skin.press(depth_mm=0.1)
@@ -170,6 +193,30 @@ def test_skin_at_rest_is_touched_by_nothing() -> None:
     for contact in (None, nothing):
         state = Slip(Slip.Options(), context).estimate(still, None, None, None, contact)
         assert (state.state, state.entropy_bits) == ("none", None)
+
+
+def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
+    stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": 0.3}})
+    first = stage.frame()
+    untouched = Reference(first.pixels.astype(np.float32), first.channels)
+    pipeline = Pipeline("hex_fingertip", None, untouched)
+    stage.indenter("sphere", diameter_mm=10.0)
+    stage.press(depth_mm=0.6)
+    stage.shear(0.3, 0.1)
+    context = SensorContext(pipeline.profile.image, pipeline.profile.gel, pipeline.reference)
+    plain, tared = Slip(Slip.Options(), context), Slip(Slip.Options(), context)
+    loaded_px = None
+    for _ in range(3):
+        frame = stage.frame()
+        reading = pipeline.process(frame)
+        field, marks = reading[DisplacementField], reading[MarkerField]
+        loaded_px = marks.px if loaded_px is None else loaded_px
+        since = replace(marks, reference_px=loaded_px)
+        told = plain.estimate(field, frame, marks, None, None)
+        assert vars(tared.estimate(field, frame, since, None, None)) == vars(told)
+        stage.shear(0.2, 0.0)
+    assert np.abs(loaded_px - marks.reference_px).max() > 5
+    assert told.degree > 0.2
 
 
 def test_thresholds_out_of_order_are_refused() -> None:

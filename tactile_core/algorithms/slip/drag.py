@@ -62,6 +62,11 @@ class DraggedContact:
         A place follows if it falls short of the core's motion by less than this share of it.
     noise_mm : float
         Of a displacement.
+
+    Attributes
+    ----------
+    began : bool
+        The load settled with the last field: all is told from there on.
     """
 
     def __init__(
@@ -78,6 +83,7 @@ class DraggedContact:
 
     def release(self) -> None:
         """Forget the contact."""
+        self.began = False
         self._settled: Complex | None = None
         self._load = Load(0.0, 0.0)
         self._start_again()
@@ -93,7 +99,8 @@ class DraggedContact:
             The contact.
         load : Load
         """
-        if self._settled is None or self._grew(load):
+        self.began = self._settled is None or self._grew(load)
+        if self._settled is None or self.began:
             self._settled, self._load = field, load
             self._start_again()
         chosen = np.flatnonzero(mask)
@@ -105,7 +112,7 @@ class DraggedContact:
         self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
         whole = self._whole(moved, chosen)
         stalled = self._stalled(field, chosen)
-        before = self._following
+        before = self._following if self._judged else 0.0
         self._follow(field, chosen, whole, stalled)
         self._before.append(field)
         return Cues(
@@ -121,6 +128,7 @@ class DraggedContact:
     def _start_again(self) -> None:
         self._before: deque[Complex] = deque(maxlen=_EARLIER)
         self._following, self._span = 1.0, 1
+        self._judged = False
         self._peak_mm = self._dragged_mm = 0.0
 
     def _grew(self, load: Load) -> bool:
@@ -180,3 +188,4 @@ class DraggedContact:
         following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
         # skin that has all but halted creeps as one, whether its object holds it or slides over it
         self._following = min(following, self._following) if stalled > _HALTED else following
+        self._judged = True

@@ -116,6 +116,12 @@ class ImprintFollower:
         self._moved = np.zeros(3)
         self._time_s = 0.0
 
+    def settle(self) -> ImprintMotion:
+        """Forget what was lost: pressing harder changes the imprint, too."""
+        assert self._last is not None
+        self._held, self._lost, self._moved = self._last, 0.0, np.zeros(3)
+        return self._told(self._last, 0.0, np.zeros(3))
+
     def update(self, pixels: Array, px: Array, timestamp_s: float) -> ImprintMotion:
         """Take the next frame.
 

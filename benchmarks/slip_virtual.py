@@ -1,0 +1,220 @@
+"""Slip from rendered frames: ``python benchmarks/slip_virtual.py [--sequences N] [--seed S]``.
+
+Presses unseen virtual objects on ``hex_fingertip`` and drags or turns them until they slip,
+measures every frame by the profile's whole chain, and compares the degree and the state with the
+share of the contact that truly sticks. Once with a calibration, which virtual presses of a ball
+make, and once with none. Half of the sequences are quasi-static, half at 0.03 to 1 mm/s.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+from slip_sequences import GROSS, HALF, Plan, plans
+from slip_thresholds import QUICK_MM_S, auc
+from virtual_calibration import Draw, command, simulated
+
+from tactile_core import Pipeline, load_profile
+from tactile_core.bundle import Bundle
+from tactile_core.quantities import Frame, Reference, SlipState
+from tactile_core.sim import VirtualStage
+
+PROFILE = "hex_fingertip"
+UNIT = 0
+"""Seed of the virtual unit that is calibrated and then measured with."""
+
+TURNS, PRESSES = 3, 14
+"""Every third object is turned; so many presses calibrate."""
+
+_MOST_STEPS, _AFTER_GROSS, _LEVER_MM = 60, 8, 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A rendered frame and the truth.
+
+    Attributes
+    ----------
+    moving : bool
+        False while the object is pressed only.
+    stick_share : float
+        Of the visible contact.
+    """
+
+    frame: Frame
+    moving: bool
+    stick_share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What one sequence gave, while the object moved.
+
+    Attributes
+    ----------
+    stick_share : (n,)
+    states : tuple of SlipState
+    """
+
+    plan: Plan
+    stick_share: NDArray[np.float64]
+    states: tuple[SlipState, ...]
+
+    @property
+    def degree(self) -> NDArray[np.float64]:
+        """(n,) degree of slip."""
+        return np.array([state.degree for state in self.states])
+
+    @property
+    def alarm(self) -> NDArray[np.bool_]:
+        """(n,) whether slip is told, incipient or gross."""
+        return np.array([state.state in ("incipient", "slip") for state in self.states])
+
+    @property
+    def gross(self) -> NDArray[np.bool_]:
+        """(n,) whether all of the contact slips."""
+        return self.stick_share < GROSS
+
+
+def shots(plan: Plan) -> Iterator[Shot]:
+    """Take the untouched skin, a press, and frames until all has slipped for a while."""
+    stage = VirtualStage(PROFILE, UNIT, overrides={"gel": {"friction": plan.friction}})
+    yield Shot(stage.frame(), False, 1.0)
+    x, y = plan.place_mm
+    stage.indenter(plan.shape, x_mm=x, y_mm=y, angle_deg=plan.angle_deg, **plan.options)
+    for share in np.arange(1, plan.press_frames + 1) / plan.press_frames:
+        stage.press(depth_mm=share * plan.depth_mm)
+        yield _shot(stage, moving=False)
+    travel_mm = np.radians(abs(plan.step)) * _LEVER_MM if plan.turned else plan.step
+    seconds = None if plan.speed_mm_s is None else travel_mm / plan.speed_mm_s
+    slipped = 0
+    for _ in range(_MOST_STEPS):
+        if plan.turned:
+            stage.twist(plan.step, seconds=seconds)
+        else:
+            along, down = np.cos(plan.direction_rad), np.sin(plan.direction_rad)
+            stage.shear(plan.step * along, plan.step * down, seconds=seconds)
+        shot = _shot(stage, moving=True)
+        yield shot
+        slipped += shot.stick_share < GROSS
+        if slipped > _AFTER_GROSS:
+            return
+
+
+def _shot(stage: VirtualStage, *, moving: bool) -> Shot:
+    truth = stage.truth()
+    touched = int(truth.contact.sum())
+    share = float(truth.stick.sum()) / touched if touched else 1.0
+    return Shot(stage.frame(), moving, share)
+
+
+def untouched(frame: Frame) -> Reference:
+    """Make a reference of one frame."""
+    return Reference(frame.pixels.astype(np.float32), frame.channels, frame.full_scale)
+
+
+def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Told]:
+    """Measure one sequence, with each of some bundles or with none."""
+    taken = shots(plan)
+    reference = untouched(next(taken).frame)
+    loaded = [None if folder is None else Bundle.load(folder) for folder in bundles]
+    pipelines = [Pipeline(PROFILE, bundle, reference) for bundle in loaded]
+    shares: list[float] = []
+    states: list[list[SlipState]] = [[] for _ in bundles]
+    for shot in taken:
+        slips = [pipeline.process(shot.frame)[SlipState] for pipeline in pipelines]
+        if shot.moving:
+            shares.append(shot.stick_share)
+            for told, slip in zip(states, slips, strict=True):
+                told.append(slip)
+    return [Told(plan, np.array(shares), tuple(told)) for told in states]
+
+
+def drawn(count: int, seed: int) -> list[Plan]:
+    """Draw objects; a turned one after every two that are dragged."""
+    turned = count // TURNS
+    return plans(count - turned, seed, turned=False) + plans(turned, seed, turned=True)
+
+
+def calibrated(folder: Path) -> Path:
+    """Press a ball on the unit, and calibrate by that."""
+    draw, out = Draw(load_profile(PROFILE), UNIT), folder / "presses"
+    simulated(PROFILE, draw.calibrating(PRESSES), out, UNIT)
+    command(
+        *("calibrate", PROFILE, "--presses", str(out / "frames")),
+        *("--reference", str(out / "reference"), "--ball-diameter-mm", str(draw.ball_mm)),
+        *("--out", str(folder / "bundle")),
+    )
+    return folder / "bundle"
+
+
+def row(name: str, sequences: Sequence[Told]) -> str:
+    """Score some sequences; what has nothing to score is a dash."""
+    stick = np.concatenate([one.stick_share for one in sequences])
+    degree = np.concatenate([one.degree for one in sequences])
+    held = np.concatenate([one.alarm for one in sequences])[stick >= HALF]
+    ends = [(one.alarm, int(np.argmax(one.gross))) for one in sequences if one.gross.any()]
+    warned = [bool(alarm[:end].any()) for alarm, end in ends if end]
+    areas = auc(degree, stick < HALF), auc(degree, stick < GROSS)
+    return (
+        f"{name:24}{len(sequences):4}{areas[0]:10.4f}{areas[1]:9.4f}"
+        f"{held.sum():6} of {held.size:<5}{100 * held.mean() if held.size else 0:5.1f} %"
+        f"{sum(warned):5} of {len(warned)}"
+    )
+
+
+def report(sequences: Sequence[Told]) -> None:
+    """Print a table."""
+    print(f"{'':24} seq incipient    gross   false alarms         warned")
+    turned = [one for one in sequences if one.plan.turned]
+    groups = {"all": list(sequences)}
+    for verb, some in (
+        ("dragged", [s for s in sequences if not s.plan.turned]),
+        ("turned", turned),
+    ):
+        groups[f"{verb}, quasi-static"] = [s for s in some if s.plan.speed_mm_s is None]
+        groups[f"{verb}, to {QUICK_MM_S} mm/s"] = [
+            s for s in some if 0 < (s.plan.speed_mm_s or 0) < QUICK_MM_S
+        ]
+        groups[f"{verb}, {QUICK_MM_S} to 1 mm/s"] = [
+            s for s in some if (s.plan.speed_mm_s or 0) >= QUICK_MM_S
+        ]
+    for kind in dict.fromkeys(one.plan.kind for one in sequences):
+        groups[kind] = [s for s in sequences if s.plan.kind == kind]
+    for name, some in groups.items():
+        if some:
+            print(row(name, some))
+    kinds = [state.kind == "rotation" for one in turned for state in one.states if state.kind]
+    if kinds:
+        print(
+            f"a turned object's slip is told as rotation in {100 * np.mean(kinds):.1f} % of frames"
+        )
+
+
+def main() -> None:
+    """Measure, and print a table with a calibration and one without."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sequences", type=int, default=36)
+    parser.add_argument("--seed", type=int, default=2)
+    parser.add_argument("--processes", type=int, default=2)
+    given = parser.parse_args()
+    wanted = drawn(given.sequences, given.seed)
+    with TemporaryDirectory(prefix="slip-virtual-") as name:
+        bundles = [calibrated(Path(name)), None]
+        with ProcessPoolExecutor(given.processes) as pool:
+            found = list(pool.map(partial(measured, bundles=bundles), wanted))
+    for number, title in enumerate(("calibrated", "no calibration")):
+        print(f"\n{title}")
+        report([told[number] for told in found])
+
+
+if __name__ == "__main__":
+    main()

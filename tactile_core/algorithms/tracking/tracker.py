@@ -27,6 +27,10 @@ _DOUBTFUL = 0.25
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
+_LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.1, 0.2
+"""Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
+sure to be itself, until its displacement is this near to what its sure neighbours let expect."""
+
 _SMALL_MOTION = 0.1
 
 
@@ -67,6 +71,8 @@ class MarkTracker:
         self.seen = np.zeros(count, np.bool_)
         self.lost = False
         self.began_displaced: bool | None = None
+        self._followed = self.seen
+        self._sure = np.ones(count, np.bool_)
         self._momentum_px = np.zeros((count, 2))
         self._doubt_px = np.zeros(count)
 
@@ -87,7 +93,7 @@ class MarkTracker:
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
         self.lost = bool(known.sum() < max(FEWEST_MARKS, share * scene.in_view.sum()))
         if self.lost:
-            self.seen = np.zeros(len(self.px), np.bool_)
+            self.seen = self._followed = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
             self._accept(scene, self._around, owner)
@@ -102,7 +108,7 @@ class MarkTracker:
         owner = None if self.lost else self._continued(scene, sought)
         if owner is None:
             owner = best_explanation(
-                scene, self.px, self._momentum_px, self.reference_px, sought, self.seen
+                scene, self.px, self._momentum_px, self.reference_px, sought, self._followed
             )
         return owner
 
@@ -129,17 +135,38 @@ class MarkTracker:
         if (held != owner).sum() > _FEW_MISFITS:
             return None
         owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
-        return scene.sure(base_px, owner, self.seen)
+        return scene.sure(base_px, owner, self._followed)
 
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
         seen = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
         px = self.px + step_px
+        self._sure = self._sure_of(scene, around, px, seen)
         self._doubt_px = np.where(seen, 0.0, self._doubt_px)
         if not seen.all():
             self._infer(around, px, step_px, seen)
         self._momentum_px = _MOMENTUM * (px - self.px)
-        self.px, self.seen = px, seen
+        self.px, self._followed, self.seen = px, seen, seen & self._sure
+
+    def _sure_of(self, scene: Scene, around: Neighbourhood, px: Array, followed: Bool) -> Bool:
+        """Which marks are themselves without doubt, as long as they are followed."""
+        moved_px = px - self.px
+        surprise_px = np.minimum(
+            np.hypot(*moved_px.T), np.hypot(*(moved_px - self._momentum_px).T)
+        )
+        leapt = surprise_px > _LEAP * scene.room_px
+        returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
+        sure = self._sure & ~(followed & (leapt | returned))
+        displaced_px = px - self.reference_px
+        while (followed & ~sure).any():
+            trusted = followed & sure
+            expected_px = around.fit(displaced_px, trusted.astype(np.float64))
+            near = np.hypot(*(displaced_px - expected_px).T) < _AGREEING * scene.room_px
+            regained = followed & ~sure & near & (around.supporters(trusted) >= SUPPORT)
+            if not regained.any():
+                break
+            sure = sure | regained
+        return sure
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""

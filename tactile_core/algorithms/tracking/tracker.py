@@ -27,9 +27,9 @@ _DOUBTFUL = 0.25
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
-_LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.1, 0.2
+_LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.07, 0.2
 """Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
-sure to be itself, until its displacement is this near to what its sure neighbours let expect."""
+sure to be itself, until its displacement is twice this near to what its sure neighbours have."""
 
 _SMALL_MOTION = 0.1
 
@@ -73,6 +73,7 @@ class MarkTracker:
         self.began_displaced: bool | None = None
         self._followed = self.seen
         self._sure = np.ones(count, np.bool_)
+        self._agreed = np.zeros(count, np.bool_)
         self._momentum_px = np.zeros((count, 2))
         self._doubt_px = np.zeros(count)
 
@@ -149,24 +150,28 @@ class MarkTracker:
         self.px, self._followed, self.seen = px, seen, seen & self._sure
 
     def _sure_of(self, scene: Scene, around: Neighbourhood, px: Array, followed: Bool) -> Bool:
-        """Which marks are themselves without doubt, as long as they are followed."""
+        """Which marks are themselves beyond doubt.
+
+        One that is doubted is so again once it agrees with sure neighbours in two of the frames
+        in which it is followed: in one, a gap and chance can show its neighbour in its place.
+        """
         moved_px = px - self.px
-        surprise_px = np.minimum(
-            np.hypot(*moved_px.T), np.hypot(*(moved_px - self._momentum_px).T)
-        )
+        surprise_px = np.minimum(np.hypot(*moved_px.T), np.hypot(*(moved_px - self._momentum_px).T))
         leapt = surprise_px > _LEAP * scene.room_px
         returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
         sure = self._sure & ~(followed & (leapt | returned))
         displaced_px = px - self.reference_px
-        while (followed & ~sure).any():
-            trusted = followed & sure
+        trusted = followed & sure
+        while (trusted != followed).any():
             expected_px = around.fit(displaced_px, trusted.astype(np.float64))
             near = np.hypot(*(displaced_px - expected_px).T) < _AGREEING * scene.room_px
-            regained = followed & ~sure & near & (around.supporters(trusted) >= SUPPORT)
+            regained = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
             if not regained.any():
                 break
-            sure = sure | regained
-        return sure
+            trusted = trusted | regained
+        twice = trusted & self._agreed
+        self._agreed = np.where(followed, trusted, self._agreed)
+        return sure | twice
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""

@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.tracking.beginning import FEW_MISFITS, begun
 from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
 from tactile_core.algorithms.tracking.hypotheses import best_explanation
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
+from tactile_core.algorithms.tracking.pairing import NOBODY, Intp
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 
-_GATE = 0.5
 _MOMENTUM = 0.7
-_FEW_MISFITS, _MISFITS = 3, 0.12
-_ENOUGH = 0.3
+_MISFITS = 0.12
 _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
@@ -115,25 +114,20 @@ class MarkTracker:
 
     def _continued(self, scene: Scene, sought: Bool) -> Intp | None:
         """The frame as a small step from the one before; None where it is not."""
-        around = scene.around
-        base_px = self.px + self._momentum_px
-        gate = np.where(sought, _GATE * scene.room_px, -1.0)
-        owner = paired(base_px, scene.found_px, gate)
-        still = paired(self.px, scene.found_px, gate)
-        if ((still != owner) & (still >= 0) & (owner >= 0)).sum() > _FEW_MISFITS:
+        owner, (small, calm) = begun(scene, self.px, self._momentum_px, sought)
+        if not small:
             return None
-        step, known = scene.moved(base_px, owner)
-        if known.sum() < max(FEWEST_MARKS, _ENOUGH * sought.sum()):
-            return None
-        if scene.calm(step, known):
+        if calm:
             return owner
-        _, distance = around.deviation(step, known)
+        base_px = self.px + self._momentum_px
+        step, known = scene.moved(base_px, owner)
+        _, distance = scene.around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
-        if misfit.sum() > max(_FEW_MISFITS, _MISFITS * known.sum()):
+        if misfit.sum() > max(FEW_MISFITS, _MISFITS * known.sum()):
             return None
         owner = np.where(misfit, NOBODY, owner)
         held = scene.whole(base_px, owner)
-        if (held != owner).sum() > _FEW_MISFITS:
+        if (held != owner).sum() > FEW_MISFITS:
             return None
         owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
         return scene.sure(base_px, owner, self._followed)
@@ -155,9 +149,12 @@ class MarkTracker:
         One that is doubted is so again once it agrees with sure neighbours in two of the frames
         in which it is followed: in one, a gap and chance can show its neighbour in its place.
         """
-        moved_px = px - self.px
-        surprise_px = np.minimum(np.hypot(*moved_px.T), np.hypot(*(moved_px - self._momentum_px).T))
-        leapt = surprise_px > _LEAP * scene.room_px
+        step_px = px - self.px
+        surprise_px = step_px - self._momentum_px
+        squared = np.minimum(
+            np.einsum("ij,ij->i", step_px, step_px), np.einsum("ij,ij->i", surprise_px, surprise_px)
+        )
+        leapt = squared > (_LEAP * scene.room_px) ** 2
         returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
         sure = self._sure & ~(followed & (leapt | returned))
         displaced_px = px - self.reference_px
@@ -171,7 +168,7 @@ class MarkTracker:
             trusted = trusted | regained
         twice = trusted & self._agreed
         self._agreed = np.where(followed, trusted, self._agreed)
-        return sure | twice
+        return np.asarray(sure | twice)
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""

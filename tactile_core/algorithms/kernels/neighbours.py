@@ -107,7 +107,15 @@ def room_at(index: Any, places: Any, at_rest: Any) -> Any:
 
 @njit(**LOOP)
 def paired_both_ways(
-    index: Any, moments: Any, last: Any, moved: Any, found: Any, within: Any, far: Any, limits: Any
+    index: Any,
+    moments: Any,
+    shares: Any,
+    last: Any,
+    moved: Any,
+    found: Any,
+    within: Any,
+    far: Any,
+    limits: Any,
 ) -> Any:
     """As :func:`tactile_core.algorithms.tracking.beginning.begun` says, in one go."""
     most_misfits, enough, support = limits
@@ -130,7 +138,14 @@ def paired_both_ways(
         return owner, False, False
     if known < count and known < len(found):
         return owner, True, False
-    expected = neighbours_plane(index, moments, step, trust)
+    if known < count:
+        expected = neighbours_plane(index, moments, step, trust)
+    else:
+        expected = np.zeros((count, 2))
+        for i in range(count):
+            for k in range(index.shape[1]):
+                expected[i, 0] += shares[i, k] * step[index[i, k], 0]
+                expected[i, 1] += shares[i, k] * step[index[i, k], 1]
     for i in range(count):
         if trust[i] == 0:
             continue

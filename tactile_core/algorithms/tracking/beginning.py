@@ -49,6 +49,7 @@ def begun(scene: Scene, last_px: Array, momentum_px: Array, sought: Bool) -> tup
         owner, small, calm = compiled.paired_both_ways(
             around.index,
             around.moments,
+            around.shares,
             last_px,
             momentum_px,
             scene.found_px,

@@ -58,6 +58,8 @@ class Scene:
     def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
         known = owner >= 0
+        if known.all():
+            return self.found_px.take(owner, axis=0) - base_px, known
         step = np.zeros_like(base_px)
         step[known] = self.found_px[owner[known]] - base_px[known]
         return step, known

@@ -26,6 +26,7 @@ _DOUBTFUL = 0.25
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
+_EVEN = 0.06
 _LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.07, 0.2
 """Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
 sure to be itself, until its displacement is twice this near to what its sure neighbours have."""
@@ -65,7 +66,11 @@ class MarkTracker:
     def __init__(self, reference_px: Array) -> None:
         self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
         count = len(self.reference_px)
-        self._around = Neighbourhood.of(self.reference_px) if count >= FEWEST_MARKS else None
+        self._around: Neighbourhood | None = None
+        if count >= FEWEST_MARKS:
+            self._around = Neighbourhood.of(self.reference_px)
+            self._low_px = self.reference_px.min(axis=0)
+            self._high_px = self.reference_px.max(axis=0)
         self.px = self.reference_px.copy()
         self.seen = np.zeros(count, np.bool_)
         self.lost = False
@@ -91,7 +96,9 @@ class MarkTracker:
         owner = self._explained(scene)
         known = owner >= 0
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
-        self.lost = bool(known.sum() < max(FEWEST_MARKS, share * scene.in_view.sum()))
+        self.lost = bool(
+            np.count_nonzero(known) < max(FEWEST_MARKS, share * np.count_nonzero(scene.in_view))
+        )
         if self.lost:
             self.seen = self._followed = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
@@ -157,12 +164,16 @@ class MarkTracker:
         leapt = squared > (_LEAP * scene.room_px) ** 2
         returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
         sure = self._sure & ~(followed & (leapt | returned))
+        if sure.all():
+            return np.asarray(sure)
         displaced_px = px - self.reference_px
         trusted = followed & sure
+        _, off_px = around.deviation(displaced_px, trusted, rounds=0)
+        even = around.nearby(off_px, trusted) < _EVEN * scene.room_px
         while (trusted != followed).any():
             expected_px = around.fit(displaced_px, trusted.astype(np.float64))
             near = np.hypot(*(displaced_px - expected_px).T) < _AGREEING * scene.room_px
-            regained = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
+            regained = followed & ~trusted & near & even & (around.supporters(trusted) >= SUPPORT)
             if not regained.any():
                 break
             trusted = trusted | regained
@@ -194,9 +205,9 @@ class MarkTracker:
         return np.where(supported, around.nearby(distance, seen), unknown)
 
     def _in_view(self, pitch_px: float) -> Bool:
-        low, high = self.reference_px.min(axis=0), self.reference_px.max(axis=0)
-        near = (self.px > low - pitch_px / 2) & (self.px < high + pitch_px / 2)
-        return np.asarray(near.all(axis=1))
+        (left, top), (right, bottom) = self._low_px - pitch_px / 2, self._high_px + pitch_px / 2
+        x, y = self.px.T
+        return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
 
     def _displaced(self, around: Neighbourhood) -> bool:
         smooth_px = around.fit(self.px - self.reference_px, self.seen.astype(np.float64))

@@ -26,10 +26,12 @@ _DOUBTFUL = 0.25
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
-_EVEN = 0.06
 _LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.07, 0.2
 """Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
 sure to be itself, until its displacement is twice this near to what its sure neighbours have."""
+
+_EVEN = 0.06
+"""Of the same room: where sure marks are further off their own neighbours, nobody is taken in."""
 
 _SMALL_MOTION = 0.1
 
@@ -165,6 +167,7 @@ class MarkTracker:
         returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
         sure = self._sure & ~(followed & (leapt | returned))
         if sure.all():
+            self._agreed = self._agreed | followed
             return np.asarray(sure)
         displaced_px = px - self.reference_px
         trusted = followed & sure

@@ -187,7 +187,7 @@ def test_kernels_and_numpy_follow_alike(seed: int, missing: float) -> None:
     [
         pytest.param(False, 0.0, id="one pitch, by a third at a time"),
         # where skin is strained by half and more, gaps hide what is whose (docs/adr/0026)
-        pytest.param(True, 2e-4, id="two pitches, by two thirds at a time"),
+        pytest.param(True, 3e-5, id="two pitches, by two thirds at a time"),
     ],
 )
 def test_virtual_strokes_swap_no_mark(fierce: bool, share: float, frames: int) -> None:

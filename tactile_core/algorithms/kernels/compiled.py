@@ -7,7 +7,12 @@ from tactile_core.algorithms.kernels.integration import (
     in_dft_order,
     solve_columns,
 )
-from tactile_core.algorithms.kernels.neighbours import mutual_nearest, neighbours_plane
+from tactile_core.algorithms.kernels.neighbours import (
+    mutual_nearest,
+    neighbours_plane,
+    paired_both_ways,
+    room_at,
+)
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
@@ -23,8 +28,10 @@ __all__ = [
     "moments_of_labels",
     "mutual_nearest",
     "neighbours_plane",
+    "paired_both_ways",
     "rest_plane",
     "resting_gain",
+    "room_at",
     "sines_of_bytes",
     "solve_columns",
     "steepness",

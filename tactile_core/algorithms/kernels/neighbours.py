@@ -88,3 +88,75 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
         if nearest[i] >= 0 and favourite[nearest[i]] != i:
             nearest[i] = -1
     return nearest
+
+
+@njit(**LOOP)
+def room_at(index: Any, places: Any, at_rest: Any) -> Any:
+    """Distance of each mark's nearest neighbour, at (N, 2) places or at rest, the lesser."""
+    count, neighbours = index.shape
+    out = np.empty(count)
+    for i in range(count):
+        least = np.inf
+        for k in range(neighbours):
+            j = index[i, k]
+            x, y = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
+            least = min(least, x * x + y * y)
+        out[i] = min(at_rest[i], np.sqrt(least))
+    return out
+
+
+@njit(**LOOP)
+def paired_both_ways(
+    index: Any,
+    moments: Any,
+    shares: Any,
+    last: Any,
+    moved: Any,
+    found: Any,
+    within: Any,
+    far: Any,
+    limits: Any,
+) -> Any:
+    """As :func:`tactile_core.algorithms.tracking.beginning.begun` says, in one go."""
+    most_misfits, enough, support = limits
+    count = len(last)
+    base = last + moved
+    owner = mutual_nearest(base, found, within)
+    still = mutual_nearest(last, found, within)
+    step, trust = np.zeros((count, 2)), np.zeros(count)
+    known = misfits = 0
+    for i in range(count):
+        if owner[i] < 0:
+            continue
+        if still[i] >= 0 and still[i] != owner[i]:
+            misfits += 1
+        known += 1
+        trust[i] = 1.0
+        step[i, 0] = found[owner[i], 0] - base[i, 0]
+        step[i, 1] = found[owner[i], 1] - base[i, 1]
+    if misfits > most_misfits or known < enough:
+        return owner, False, False
+    if known < count and known < len(found):
+        return owner, True, False
+    if known < count:
+        expected = neighbours_plane(index, moments, step, trust)
+    else:
+        expected = np.zeros((count, 2))
+        for i in range(count):
+            for k in range(index.shape[1]):
+                expected[i, 0] += shares[i, k] * step[index[i, k], 0]
+                expected[i, 1] += shares[i, k] * step[index[i, k], 1]
+    for i in range(count):
+        if trust[i] == 0:
+            continue
+        x, y = step[i, 0] - expected[i, 0], step[i, 1] - expected[i, 1]
+        if x * x + y * y > far[i] * far[i]:
+            return owner, True, False
+        if known < count:
+            around = 0
+            for k in range(index.shape[1]):
+                if trust[index[i, k]] > 0:
+                    around += 1
+            if around < support:
+                return owner, True, False
+    return owner, True, True

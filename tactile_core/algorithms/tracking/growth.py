@@ -26,7 +26,10 @@ _TEAR = 0.45
 
 _TEAR_BEYOND = 1.3
 _OPEN_GATE = 0.3
-_BEYOND_DOUBT, _RIVALRY, _RIVALRY_OF_LOST = 0.1, 0.5, 0.3
+BEYOND_DOUBT = 0.1
+"""Of the room around a mark: nearer to what its neighbours let expect, it is itself."""
+
+_RIVALRY, _RIVALRY_OF_LOST = 0.5, 0.3
 _WIDEST, _NARROWEST = 0.3, 0.06
 _FREE_FLOOR = 0.2
 """How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
@@ -55,6 +58,8 @@ class Scene:
     def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
         known = owner >= 0
+        if known.all():
+            return self.found_px.take(owner, axis=0) - base_px, known
         step = np.zeros_like(base_px)
         step[known] = self.found_px[owner[known]] - base_px[known]
         return step, known
@@ -117,19 +122,6 @@ class Scene:
             owner = kept
         return owner
 
-    def calm(self, step: Array, known: Bool) -> bool:
-        """Whether every known mark is where its neighbours have it, and none could be added."""
-        around = self.around
-        expected = around.fit(step, known.astype(np.float64))
-        off = np.hypot(step[:, 0] - expected[:, 0], step[:, 1] - expected[:, 1])
-        if (off > _BEYOND_DOUBT * self.room_px)[known].any():
-            return False
-        if known.all():
-            return True
-        if known.sum() < len(self.found_px):
-            return False
-        return bool((around.supporters(known)[known] >= SUPPORT).all())
-
     def sure(self, base_px: Array, owner: Intp, fresh: Bool) -> Intp:
         """Drop the marks whose detection might as well show another one.
 
@@ -138,7 +130,7 @@ class Scene:
         """
         step, known = self.moved(base_px, owner)
         expected, distance = self.around.deviation(step, known, rounds=1)
-        doubted = np.flatnonzero(known & (~fresh | (distance > _BEYOND_DOUBT * self.room_px)))
+        doubted = np.flatnonzero(known & (~fresh | (distance > BEYOND_DOUBT * self.room_px)))
         if not doubted.size:
             return owner
         rival, whose = nearest(self.found_px[owner[doubted]], base_px + expected, 2)

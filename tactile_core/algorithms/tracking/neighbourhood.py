@@ -30,6 +30,8 @@ class Neighbourhood:
         The neighbours of each mark, nearest first.
     moments : (N, K, 6) float64
         Weight w, w x, w y, w x², w x y and w y² of each neighbour's place.
+    shares : (N, K) float64
+        What each neighbour adds to the plane at a mark's place when all are trusted alike.
     pairs : (E, 2) intp
         Every two marks of which one is among the other's neighbours.
     apart : (E,) float64
@@ -42,6 +44,7 @@ class Neighbourhood:
 
     index: NDArray[np.intp]
     moments: Array
+    shares: Array
     pairs: NDArray[np.intp]
     apart: Array
     pitch_px: float
@@ -63,9 +66,11 @@ class Neighbourhood:
         lower, upper = np.minimum(one, index.ravel()), np.maximum(one, index.ravel())
         pairs = np.stack(np.divmod(np.unique(lower * count + upper), count), axis=1)
         apart = np.hypot(*(places_px[pairs[:, 0]] - places_px[pairs[:, 1]]).T) / pitch
+        moments = np.stack([weight * power for power in powers], axis=-1)
         return cls(
             index,
-            np.stack([weight * power for power in powers], axis=-1),
+            moments,
+            _shares(moments, np.ones(index.shape)),
             pairs,
             apart,
             pitch,
@@ -74,6 +79,9 @@ class Neighbourhood:
 
     def room_px(self, places_px: Array) -> Array:
         """Distance of each mark's nearest neighbour, at rest or at (N, 2) places, the lesser."""
+        compiled = kernels.ready()
+        if compiled is not None:
+            return np.asarray(compiled.room_at(self.index, places_px, self.nearest_px))
         x, y = np.moveaxis(places_px[self.index] - places_px[:, None], -1, 0)
         return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=1))))
 
@@ -94,12 +102,10 @@ class Neighbourhood:
         compiled = kernels.ready()
         if compiled is not None:
             return np.asarray(compiled.neighbours_plane(self.index, self.moments, values, trust))
+        if trust.all() and trust.min() == trust.max():
+            return np.asarray((self.shares[:, None] @ values[self.index])[:, 0])
         trusted = trust[self.index]
-        one, x, y, xx, xy, yy = (trusted[:, None] @ self.moments)[:, 0].T
-        minors = np.stack([xx * yy - xy * xy, xy * y - x * yy, x * xy - xx * y], axis=-1)
-        determinant = one * minors[:, 0] + x * minors[:, 1] + y * minors[:, 2]
-        minors /= np.maximum(determinant, 1e-12)[:, None]
-        share = trusted * (self.moments[:, :, :3] @ minors[:, :, None])[..., 0]
+        share = _shares(self.moments, trusted)
         return np.asarray((share[:, None] @ values[self.index])[:, 0])
 
     def deviation(self, values: Array, known: Bool, rounds: int = 2) -> tuple[Array, Array]:
@@ -161,3 +167,12 @@ class Neighbourhood:
         one, other = self.pairs[bonds].T
         graph = coo_matrix((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
         return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def _shares(moments: Array, trusted: Array) -> Array:
+    """What each neighbour, (N, K) trusted, adds to the plane at a mark's place."""
+    one, x, y, xx, xy, yy = (trusted[:, None] @ moments)[:, 0].T
+    minors = np.stack([xx * yy - xy * xy, xy * y - x * yy, x * xy - xx * y], axis=-1)
+    determinant = one * minors[:, 0] + x * minors[:, 1] + y * minors[:, 2]
+    minors /= np.maximum(determinant, 1e-12)[:, None]
+    return np.asarray(trusted * (moments[:, :, :3] @ minors[:, :, None])[..., 0])

@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.tracking.beginning import FEW_MISFITS, begun
 from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
 from tactile_core.algorithms.tracking.hypotheses import best_explanation
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
+from tactile_core.algorithms.tracking.pairing import NOBODY, Intp
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 
-_GATE = 0.5
 _MOMENTUM = 0.7
-_FEW_MISFITS, _MISFITS = 3, 0.12
-_ENOUGH = 0.3
+_MISFITS = 0.12
 _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
@@ -27,6 +26,13 @@ _DOUBTFUL = 0.25
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
+_LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.07, 0.2
+"""Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
+sure to be itself, until its displacement is twice this near to what its sure neighbours have."""
+
+_EVEN = 0.06
+"""Of the same room: where sure marks are further off their own neighbours, nobody is taken in."""
+
 _SMALL_MOTION = 0.1
 
 
@@ -62,11 +68,18 @@ class MarkTracker:
     def __init__(self, reference_px: Array) -> None:
         self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
         count = len(self.reference_px)
-        self._around = Neighbourhood.of(self.reference_px) if count >= FEWEST_MARKS else None
+        self._around: Neighbourhood | None = None
+        if count >= FEWEST_MARKS:
+            self._around = Neighbourhood.of(self.reference_px)
+            self._low_px = self.reference_px.min(axis=0)
+            self._high_px = self.reference_px.max(axis=0)
         self.px = self.reference_px.copy()
         self.seen = np.zeros(count, np.bool_)
         self.lost = False
         self.began_displaced: bool | None = None
+        self._followed = self.seen
+        self._sure = np.ones(count, np.bool_)
+        self._agreed = np.zeros(count, np.bool_)
         self._momentum_px = np.zeros((count, 2))
         self._doubt_px = np.zeros(count)
 
@@ -85,9 +98,11 @@ class MarkTracker:
         owner = self._explained(scene)
         known = owner >= 0
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
-        self.lost = bool(known.sum() < max(FEWEST_MARKS, share * scene.in_view.sum()))
+        self.lost = bool(
+            np.count_nonzero(known) < max(FEWEST_MARKS, share * np.count_nonzero(scene.in_view))
+        )
         if self.lost:
-            self.seen = np.zeros(len(self.px), np.bool_)
+            self.seen = self._followed = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
             self._accept(scene, self._around, owner)
@@ -102,44 +117,72 @@ class MarkTracker:
         owner = None if self.lost else self._continued(scene, sought)
         if owner is None:
             owner = best_explanation(
-                scene, self.px, self._momentum_px, self.reference_px, sought, self.seen
+                scene, self.px, self._momentum_px, self.reference_px, sought, self._followed
             )
         return owner
 
     def _continued(self, scene: Scene, sought: Bool) -> Intp | None:
         """The frame as a small step from the one before; None where it is not."""
-        around = scene.around
-        base_px = self.px + self._momentum_px
-        gate = np.where(sought, _GATE * scene.room_px, -1.0)
-        owner = paired(base_px, scene.found_px, gate)
-        still = paired(self.px, scene.found_px, gate)
-        if ((still != owner) & (still >= 0) & (owner >= 0)).sum() > _FEW_MISFITS:
+        owner, (small, calm) = begun(scene, self.px, self._momentum_px, sought)
+        if not small:
             return None
-        step, known = scene.moved(base_px, owner)
-        if known.sum() < max(FEWEST_MARKS, _ENOUGH * sought.sum()):
-            return None
-        if scene.calm(step, known):
+        if calm:
             return owner
-        _, distance = around.deviation(step, known)
+        base_px = self.px + self._momentum_px
+        step, known = scene.moved(base_px, owner)
+        _, distance = scene.around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
-        if misfit.sum() > max(_FEW_MISFITS, _MISFITS * known.sum()):
+        if misfit.sum() > max(FEW_MISFITS, _MISFITS * known.sum()):
             return None
         owner = np.where(misfit, NOBODY, owner)
         held = scene.whole(base_px, owner)
-        if (held != owner).sum() > _FEW_MISFITS:
+        if (held != owner).sum() > FEW_MISFITS:
             return None
         owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
-        return scene.sure(base_px, owner, self.seen)
+        return scene.sure(base_px, owner, self._followed)
 
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
         seen = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
         px = self.px + step_px
+        self._sure = self._sure_of(scene, around, px, seen)
         self._doubt_px = np.where(seen, 0.0, self._doubt_px)
         if not seen.all():
             self._infer(around, px, step_px, seen)
         self._momentum_px = _MOMENTUM * (px - self.px)
-        self.px, self.seen = px, seen
+        self.px, self._followed, self.seen = px, seen, seen & self._sure
+
+    def _sure_of(self, scene: Scene, around: Neighbourhood, px: Array, followed: Bool) -> Bool:
+        """Which marks are themselves beyond doubt.
+
+        One that is doubted is so again once it agrees with sure neighbours in two of the frames
+        in which it is followed: in one, a gap and chance can show its neighbour in its place.
+        """
+        step_px = px - self.px
+        surprise_px = step_px - self._momentum_px
+        squared = np.minimum(
+            np.einsum("ij,ij->i", step_px, step_px), np.einsum("ij,ij->i", surprise_px, surprise_px)
+        )
+        leapt = squared > (_LEAP * scene.room_px) ** 2
+        returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
+        sure = self._sure & ~(followed & (leapt | returned))
+        if sure.all():
+            self._agreed = self._agreed | followed
+            return np.asarray(sure)
+        displaced_px = px - self.reference_px
+        trusted = followed & sure
+        _, off_px = around.deviation(displaced_px, trusted, rounds=0)
+        even = around.nearby(off_px, trusted) < _EVEN * scene.room_px
+        while (trusted != followed).any():
+            expected_px = around.fit(displaced_px, trusted.astype(np.float64))
+            near = np.hypot(*(displaced_px - expected_px).T) < _AGREEING * scene.room_px
+            regained = followed & ~trusted & near & even & (around.supporters(trusted) >= SUPPORT)
+            if not regained.any():
+                break
+            trusted = trusted | regained
+        twice = trusted & self._agreed
+        self._agreed = np.where(followed, trusted, self._agreed)
+        return np.asarray(sure | twice)
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""
@@ -165,9 +208,9 @@ class MarkTracker:
         return np.where(supported, around.nearby(distance, seen), unknown)
 
     def _in_view(self, pitch_px: float) -> Bool:
-        low, high = self.reference_px.min(axis=0), self.reference_px.max(axis=0)
-        near = (self.px > low - pitch_px / 2) & (self.px < high + pitch_px / 2)
-        return np.asarray(near.all(axis=1))
+        (left, top), (right, bottom) = self._low_px - pitch_px / 2, self._high_px + pitch_px / 2
+        x, y = self.px.T
+        return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
 
     def _displaced(self, around: Neighbourhood) -> bool:
         smooth_px = around.fit(self.px - self.reference_px, self.seen.astype(np.float64))

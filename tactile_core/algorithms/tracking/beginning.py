@@ -1,0 +1,78 @@
+"""The first look at a frame: marks and detections as a small, even step would have them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.tracking.growth import BEYOND_DOUBT, FEWEST_MARKS, SUPPORT, Scene
+from tactile_core.algorithms.tracking.pairing import Intp, paired
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+FEW_MISFITS = 3
+_GATE = 0.5
+_ENOUGH = 0.3
+
+
+def begun(scene: Scene, last_px: Array, momentum_px: Array, sought: Bool) -> tuple[Intp, Bool]:
+    """Pair each mark with the detection that is mutually nearest.
+
+    Parameters
+    ----------
+    scene : Scene
+    last_px : (N, 2) float64
+        Where the marks were.
+    momentum_px : (N, 2) float64
+        By how much they should have moved on.
+    sought : (N,) bool
+
+    Returns
+    -------
+    owner : (N,) intp
+        The detection of each mark, or -1.
+    small, calm : (2,) bool
+        Whether enough marks are paired, and alike with momentum and without; and whether, besides,
+        each is where its neighbours have it and none could be added.
+    """
+    base_px = last_px + momentum_px
+    gate = np.where(sought, _GATE * scene.room_px, -1.0)
+    enough = max(FEWEST_MARKS, _ENOUGH * np.count_nonzero(sought))
+    compiled = kernels.ready()
+    if compiled is not None and sought.any():
+        around, doubtful = scene.around, BEYOND_DOUBT * scene.room_px
+        limits = (FEW_MISFITS, enough, SUPPORT)
+        owner, small, calm = compiled.paired_both_ways(
+            around.index,
+            around.moments,
+            around.shares,
+            last_px,
+            momentum_px,
+            scene.found_px,
+            gate,
+            doubtful,
+            limits,
+        )
+        return owner, np.array([small, calm])
+    owner = paired(base_px, scene.found_px, gate)
+    still = paired(last_px, scene.found_px, gate)
+    misfits = np.count_nonzero((still != owner) & (still >= 0) & (owner >= 0))
+    step, known = scene.moved(base_px, owner)
+    small = bool(misfits <= FEW_MISFITS and np.count_nonzero(known) >= enough)
+    return owner, np.array([small, small and _calm(scene, step, known)])
+
+
+def _calm(scene: Scene, step: Array, known: Bool) -> bool:
+    around = scene.around
+    count = np.count_nonzero(known)
+    if count < min(len(known), len(scene.found_px)):
+        return False
+    expected = around.fit(step, known.astype(np.float64))
+    off = np.hypot(step[:, 0] - expected[:, 0], step[:, 1] - expected[:, 1])
+    if (off > BEYOND_DOUBT * scene.room_px)[known].any():
+        return False
+    return count == len(known) or bool((around.supporters(known)[known] >= SUPPORT).all())

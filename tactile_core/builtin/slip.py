@@ -27,9 +27,8 @@ from tactile_core.quantities import (
 )
 
 _FEWEST_MARKS = 3
-_UNSURE, _SHARPNESS = 0.4, 3
-"""Without a known contact the field's degree stays under that of an imprint that slips, and what
-an imprint loses before it slips counts little: how much that is differs from object to object."""
+_UNSURE = 0.2
+"""Without a known contact the field's degree stays under that of an imprint that slips."""
 
 _ENOUGH_MEASURED = 12
 """Places with a displacement that is not extended beyond the marks."""
@@ -170,8 +169,7 @@ class Slip(Estimator):
         if sure:
             return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
         told = 1.0 if gone else min(degree, self._warning_only)
-        lost = (imprint.lost / self._imprint_lost) ** _SHARPNESS
-        return told, max(_UNSURE * degree, lost / (1 + lost))
+        return told, max(_UNSURE * degree, imprint.degree)
 
     def _gone(self, imprint: ImprintMotion) -> bool:
         return imprint.lost >= self._imprint_lost

@@ -47,7 +47,7 @@ class MarkerField(Quantity):
     px : (N, 2) float32
         x and y of each mark now; inferred from its neighbours where it is not seen.
     seen : (N,) bool
-        False where the position is inferred.
+        False where the position is inferred, or the mark's identity is not sure.
     mm_per_px : float
     started_in_contact : bool
         The marks were away from rest when following began: the reference shows a contact, and

@@ -180,6 +180,18 @@ def test_kernels_and_numpy_follow_alike(seed: int, missing: float) -> None:
     np.testing.assert_allclose(fast, plain, rtol=0, atol=1e-6)
 
 
+def test_skin_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None:
+    rng = np.random.default_rng(5)
+    rest = grid() + rng.uniform(-2, 2, grid().shape)
+    tracker = MarkTracker(rest)
+    tracker.follow(rest)
+    for moved in (14.0, 28.0, 28.0):
+        truth = rest + np.array([moved, 0.0])
+        tracker.follow(truth)
+        assert tracker.seen.mean() > 0.95
+        assert np.hypot(*(tracker.px - truth).T)[tracker.seen].max() < 1
+
+
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("frames", [200, pytest.param(10_000, marks=pytest.mark.soak)])
 @pytest.mark.parametrize(

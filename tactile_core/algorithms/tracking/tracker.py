@@ -30,9 +30,6 @@ _LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.07, 0.2
 """Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
 sure to be itself, until its displacement is twice this near to what its sure neighbours have."""
 
-_EVEN = 0.06
-"""Of the same room: where sure marks are further off their own neighbours, nobody is taken in."""
-
 _SMALL_MOTION = 0.1
 
 
@@ -57,7 +54,7 @@ class MarkTracker:
     reference_px, px : (N, 2) float64
         Where each mark was on the resting skin, and where it is now.
     seen : (N,) bool
-        False where ``px`` is inferred from neighbours.
+        False where ``px`` is inferred from neighbours, or the identity of the mark is not sure.
     lost : bool
         So few were found that none can be told apart; ``px`` stays as it was.
     began_displaced : bool or None
@@ -159,10 +156,9 @@ class MarkTracker:
         in which it is followed: in one, a gap and chance can show its neighbour in its place.
         """
         step_px = px - self.px
-        surprise_px = step_px - self._momentum_px
-        squared = np.minimum(
-            np.einsum("ij,ij->i", step_px, step_px), np.einsum("ij,ij->i", surprise_px, surprise_px)
-        )
+        common_px = np.median(step_px[followed], axis=0) if followed.any() else 0.0
+        surprises_px = np.stack([step_px, step_px - self._momentum_px, step_px - common_px])
+        squared = np.einsum("kij,kij->ki", surprises_px, surprises_px).min(axis=0)
         leapt = squared > (_LEAP * scene.room_px) ** 2
         returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
         sure = self._sure & ~(followed & (leapt | returned))
@@ -171,12 +167,10 @@ class MarkTracker:
             return np.asarray(sure)
         displaced_px = px - self.reference_px
         trusted = followed & sure
-        _, off_px = around.deviation(displaced_px, trusted, rounds=0)
-        even = around.nearby(off_px, trusted) < _EVEN * scene.room_px
         while (trusted != followed).any():
             expected_px = around.fit(displaced_px, trusted.astype(np.float64))
             near = np.hypot(*(displaced_px - expected_px).T) < _AGREEING * scene.room_px
-            regained = followed & ~trusted & near & even & (around.supporters(trusted) >= SUPPORT)
+            regained = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
             if not regained.any():
                 break
             trusted = trusted | regained

@@ -22,6 +22,9 @@ _NOISE_SAMPLES = 4000
 _SEEN_SIGMAS = 5.0
 _REGION_SIGMAS = 2.5
 _RAYLEIGH_QUARTILE = 0.7585
+_MOST_NOISE = 0.1
+"""Of the greatest height: skin beside a wide contact bulges away from the camera, evenly and by up
+to a third of the depth, and is no noise."""
 
 
 def contact_mask(
@@ -43,7 +46,7 @@ def contact_mask(
     - large: ``min_area_mm2``, the flank as well, so that specks are left out.
 
     Both noises come from the map itself: from what lies below the rest surface, where no contact
-    is, and from the calmest quarter of the slopes.
+    is, up to a tenth of the greatest height, and from the calmest quarter of the slopes.
 
     The skin around a contact is drawn down with it, so the border is not where the indentation
     ends: it lies at ``border_fraction`` of the region's greatest depth. For a ball on a half-space
@@ -78,7 +81,7 @@ def contact_mask(
     shrink = max(1, round(np.sqrt(height_mm.size / _COARSE_PX)))
     size = max(1, height_mm.shape[1] // shrink), max(1, height_mm.shape[0] // shrink)
     coarse = shrunk(height_mm, size)
-    noise_mm = _height_noise(coarse)
+    noise_mm = min(_height_noise(coarse), _MOST_NOISE * float(coarse.max()))
     low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
     seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
     if coarse.max() <= seen_mm:

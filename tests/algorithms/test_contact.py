@@ -77,6 +77,14 @@ def test_a_contact_on_two_fifths_of_the_image_is_masked() -> None:
     assert overlap(mask, np.hypot(x + 3, y) < 5.1) > 0.95
 
 
+def test_the_bulge_beside_a_wide_contact_is_no_noise() -> None:
+    x, y = grid((120, 160), 0.1)
+    outside_mm = np.maximum(np.hypot(x, y) - 4.4, 0)
+    bulge = 0.035 * np.exp(-outside_mm / 3) * (outside_mm > 0)
+    mask = contact_mask((punch(x, y, 4.0, 0.1) - bulge).astype(np.float32), mm_per_px=0.1)
+    assert overlap(mask, np.hypot(x, y) < 4.1) > 0.94
+
+
 def test_a_contact_cut_by_the_image_border_is_masked_up_to_it() -> None:
     x, y = grid((240, 320), 0.06)
     height = punch(x - 9, y - 6.5, 2, 0.5)

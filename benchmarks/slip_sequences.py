@@ -237,6 +237,11 @@ class Judged:
         """(n,) whether slip is told, incipient or gross."""
         return np.array([state.state in ("incipient", "slip") for state in self.states])
 
+    @property
+    def gross(self) -> NDArray[np.bool_]:
+        """(n,) whether all of the contact slips."""
+        return self.stick_share < GROSS
+
 
 def judged(plan: Plan, *, with_height: bool = True, **options: float) -> Judged:
     """Run a plan's sequence through ``core.slip``."""

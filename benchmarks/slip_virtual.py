@@ -17,8 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
-from slip_sequences import GROSS, HALF, Plan, plans
+from slip_sequences import GROSS, HALF, Judged, Plan, plans
 from slip_thresholds import QUICK_MM_S, auc
 from virtual_calibration import Draw, command, simulated
 
@@ -52,36 +51,6 @@ class Shot:
     frame: Frame
     moving: bool
     stick_share: float
-
-
-@dataclass(frozen=True, eq=False)
-class Told:
-    """What one sequence gave, while the object moved.
-
-    Attributes
-    ----------
-    stick_share : (n,)
-    states : tuple of SlipState
-    """
-
-    plan: Plan
-    stick_share: NDArray[np.float64]
-    states: tuple[SlipState, ...]
-
-    @property
-    def degree(self) -> NDArray[np.float64]:
-        """(n,) degree of slip."""
-        return np.array([state.degree for state in self.states])
-
-    @property
-    def alarm(self) -> NDArray[np.bool_]:
-        """(n,) whether slip is told, incipient or gross."""
-        return np.array([state.state in ("incipient", "slip") for state in self.states])
-
-    @property
-    def gross(self) -> NDArray[np.bool_]:
-        """(n,) whether all of the contact slips."""
-        return self.stick_share < GROSS
 
 
 def shots(plan: Plan) -> Iterator[Shot]:
@@ -121,7 +90,7 @@ def untouched(frame: Frame) -> Reference:
     return Reference(frame.pixels.astype(np.float32), frame.channels, frame.full_scale)
 
 
-def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Told]:
+def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Judged]:
     """Measure one sequence, with each of some bundles or with none."""
     taken = shots(plan)
     reference = untouched(next(taken).frame)
@@ -135,7 +104,7 @@ def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Told]:
             shares.append(shot.stick_share)
             for told, slip in zip(states, slips, strict=True):
                 told.append(slip)
-    return [Told(plan, np.array(shares), tuple(told)) for told in states]
+    return [Judged(plan, np.array(shares), tuple(told)) for told in states]
 
 
 def drawn(count: int, seed: int) -> list[Plan]:
@@ -156,7 +125,7 @@ def calibrated(folder: Path) -> Path:
     return folder / "bundle"
 
 
-def row(name: str, sequences: Sequence[Told]) -> str:
+def row(name: str, sequences: Sequence[Judged]) -> str:
     """Score some sequences; what has nothing to score is a dash."""
     stick = np.concatenate([one.stick_share for one in sequences])
     degree = np.concatenate([one.degree for one in sequences])
@@ -171,7 +140,7 @@ def row(name: str, sequences: Sequence[Told]) -> str:
     )
 
 
-def report(sequences: Sequence[Told]) -> None:
+def report(sequences: Sequence[Judged]) -> None:
     """Print a table."""
     print(f"{'':24} seq incipient    gross   false alarms         warned")
     turned = [one for one in sequences if one.plan.turned]

@@ -15,6 +15,7 @@ from tactile_core.algorithms.elasticity import (
     THICKNESS_MM,
     Elastomer,
 )
+from tactile_core.errors import InputError
 from tactile_core.profiles.model import Gel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.viscoelasticity import Branch
@@ -76,6 +77,15 @@ class SoftGel:
             gel.size_mm,
             gel.crown_mm or 0.0,
         )
+
+    def check_depth(self, depth_mm: float) -> None:
+        """Refuse a depth that reaches the plate behind the gel, by an InputError."""
+        thickness = self.elastomer.thickness_mm
+        if depth_mm >= thickness:
+            raise InputError(
+                f"the object would be pressed {depth_mm:.3g} mm deep into a gel that is "
+                f"{thickness:g} mm thick; press less"
+            )
 
     def extent_mm(self, view_mm: tuple[float, float]) -> tuple[float, float]:
         """Width and height of the area to solve on, for a view of this size.

@@ -32,7 +32,6 @@ from tactile_core.sim.truth import Truth
 Mode = Literal["accurate", "fast"]
 
 _NODES_ACROSS: dict[Mode, int] = {"fast": 128, "accurate": 256}
-
 _PRECISION: dict[Mode, Precision] = {
     "fast": Precision(normal=2e-3, friction=5e-3, sweeps=1),
     "accurate": Precision(normal=1e-4, friction=1e-3, sweeps=3),
@@ -175,7 +174,7 @@ class Skin:
                 else f"depth_mm should be 0 or more, not {wanted:g}"
             )
         if not by_force:
-            self.check_depth(wanted)
+            self.gel.check_depth(wanted)
         count = checked_steps(_PRESS_STEPS[self.mode] if steps is None else steps)
         duration = checked_seconds(seconds)
         with self._undone_on_error():
@@ -396,16 +395,7 @@ class Skin:
         assert self._indenter is not None
         move = Move(pose, self._load.depth_mm, self._load.force_n, seconds, rolls)
         new = self._model.step(self._state, self._indenter, move)
-        self.check_depth(new.depth_mm)
+        self.gel.check_depth(new.depth_mm)
         self._state = new
         if np.isfinite(seconds):
             self.time_s += seconds
-
-    def check_depth(self, depth_mm: float) -> None:
-        """Refuse a depth that reaches the plate behind the gel, by an InputError."""
-        thickness = self.gel.elastomer.thickness_mm
-        if depth_mm >= thickness:
-            raise InputError(
-                f"the object would be pressed {depth_mm:.3g} mm deep into a gel that is "
-                f"{thickness:g} mm thick; press less"
-            )

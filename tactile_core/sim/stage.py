@@ -154,7 +154,7 @@ class VirtualStage:
 
     def check_depth(self, depth_mm: float) -> None:
         """Refuse a depth that reaches the plate behind the gel, by an InputError."""
-        self._skin.check_depth(depth_mm)
+        self._skin.gel.check_depth(depth_mm)
 
     @property
     def depth_mm(self) -> float:

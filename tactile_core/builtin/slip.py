@@ -6,7 +6,6 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core import device
-from tactile_core.algorithms.markers import find_marker_diameter
 from tactile_core.algorithms.slip.core import NOISE_MM
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.drag import DraggedContact
@@ -15,14 +14,13 @@ from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
 from tactile_core.builtin.slip_touch import TouchFinder
 from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.profiles.model import Markers
+from tactile_core.marks import MarkFinder
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,
     Frame,
     HeightMap,
     MarkerField,
-    Reference,
     SlipState,
 )
 
@@ -101,6 +99,9 @@ class Slip(Estimator):
         )
         self._warning_only = float(np.nextafter(chosen.slip, 0))
         self._imprint_lost = chosen.imprint_lost
+        self._marks: MarkFinder | None = None
+        if context.reference is not None:
+            self._marks = MarkFinder.of(context, context.reference)
         self._imprint: ImprintFollower | None = None
         self.reset()
 
@@ -193,24 +194,15 @@ class Slip(Estimator):
             frame is None
             or markers is None
             or reference is None
+            or self._marks is None
             or len(markers.ids) < _FEWEST_MARKS
         ):
             return None
         if self._imprint is None:
-            diameter_px = self._diameter_px(reference)
-            if diameter_px is None:
-                return None
             rest_px = markers.untouched_px
             rest_px = markers.reference_px if rest_px is None else rest_px
-            self._imprint = ImprintFollower(reference.pixels, rest_px, diameter_px)
+            self._imprint = ImprintFollower(reference.pixels, rest_px, self._marks.diameter_px)
         return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
-
-    def _diameter_px(self, reference: Reference) -> float | None:
-        told = self.context.gel.markers
-        if isinstance(told, Markers):
-            return told.diameter_mm / self.context.image.mm_per_px
-        found = find_marker_diameter(reference.pixels)
-        return None if found is None else found[0]
 
 
 def _kind(cues: Cues) -> Kind:

@@ -19,12 +19,7 @@ from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import Indenter
-from tactile_core.sim.motion import (
-    checked_seconds,
-    checked_steps,
-    slowing_steps,
-    straight_path,
-)
+from tactile_core.sim.motion import checked_seconds, checked_steps, slowing_steps, straight_path
 from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
 from tactile_core.sim.truth import Truth

@@ -25,6 +25,7 @@ _CELLS_PER_PITCH = 4.0
 _REACH_PITCHES = 1.0
 _RIDGE = 1e-3
 _STEPS = 2
+_TINY = float(np.finfo(np.float32).tiny)
 
 
 class MarkedSkin:
@@ -137,8 +138,9 @@ class MarkedSkin:
         fields, against = (a.view(np.complex128) for a in (columns, self._kriging.weighed(columns)))
         products = (fields.conj().T @ against).real
         normal, right = products[:-1, :-1], products[:-1, -1]
-        size = np.sqrt(np.maximum(np.diag(normal), np.finfo(np.float32).tiny))
-        scaled = normal / np.outer(size, size) + _RIDGE * np.eye(len(size))
+        size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
+        scaled = normal / (size * size[:, None])
+        scaled.flat[:: len(size) + 1] += _RIDGE
         strength = np.linalg.solve(scaled, right / size) / size
         left = fields[:, -1] - fields[:, :-1] @ strength
         return left[:, None].view(np.float64), strength

@@ -89,16 +89,18 @@ class SkinView:
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
         drawn = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
-        seen = (within & ~self._hidden).astype(np.float32)
-        return _pattern(drawn.reshape(height, width, -1), seen, self._side), seen
+        seen = within & ~self._hidden
+        pattern = _pattern(drawn.reshape(height, width, -1), seen, self._side)
+        return pattern, seen.astype(np.float32)
 
 
-def _pattern(drawn: Float32, seen: Float32, side: int) -> Float32:
+def _pattern(drawn: Float32, seen: Bool, side: int) -> Float32:
     size, shape = (side, side), drawn.shape
+    around = np.maximum(cv2.boxFilter(seen.view(np.uint8), cv2.CV_32F, size), 1e-6)
     # one weight for each channel, since broadcasting along so short an axis is slow
     weight, share = (
         np.asarray(cv2.merge([plane] * shape[2]), np.float32).reshape(shape)
-        for plane in (seen, np.maximum(cv2.blur(seen, size), 1e-6))
+        for plane in (seen.astype(np.float32), around)
     )
     drawn *= weight
     # a mean below an intensity of 1 counts as 1

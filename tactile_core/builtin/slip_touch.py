@@ -101,12 +101,15 @@ class TouchFinder:
             return Touch(mask, Load(area_px, 0.0))
         height_mm = self.picked(height.mm)
         if mask.any():
-            return self._hold(Touch(mask, Load(area_px, float(height_mm[mask].sum()))), height_mm)
+            return self._hold(mask, area_px, height_mm)
         return self._still_raised(height_mm, frame) or Touch(mask, Load(0.0, 0.0))
 
-    def _hold(self, touch: Touch, height_mm: NDArray[np.float32]) -> Touch:
-        self._held, self._held_mm = touch, float(height_mm[touch.mask].mean())
-        return touch
+    def _hold(self, mask: Bool, area_px: float, height_mm: NDArray[np.float32]) -> Touch:
+        raised_mm = height_mm[mask]
+        total_mm = float(raised_mm.sum())
+        self._held = Touch(mask, Load(area_px, total_mm))
+        self._held_mm = total_mm / len(raised_mm)
+        return self._held
 
     def _still_raised(self, height_mm: NDArray[np.float32], frame: Frame | None) -> Touch | None:
         """A contact that the mask misses: beside wide or shallow ones the skin is drawn down, as
@@ -121,7 +124,7 @@ class TouchFinder:
             self._held = None
         elif mask.any() and height_mm[mask].mean() > _RAISED_MM:
             area_px = float(np.count_nonzero(mask)) * self.stride**2
-            return self._hold(Touch(mask, Load(area_px, float(height_mm[mask].sum()))), height_mm)
+            return self._hold(mask, area_px, height_mm)
         return None
 
     def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.elasticity import Elastomer
 
+Complex64 = NDArray[np.complex64]
 Float32 = NDArray[np.float32]
 
 COUNT = 4
+_COMPONENTS = 0, 1, 1, 2, 3, 4, 5, 6
 _MARGIN_THICKNESSES = 0.75
 _BLUNT_CELLS = 0.7
 _FEWEST_CELLS = 4.0
@@ -53,12 +55,22 @@ class ContactDrag:
         cos, sin = (np.divide(side, k, out=np.zeros_like(k), where=k > 0) for side in (kx, ky))
         found = elastomer.compliance(k)
         along, across = (part / found.across[0, 0] for part in (found.along, found.across))
-        self._xx = (along * cos**2 + across * sin**2).astype(np.float32)
-        self._yy = (along * sin**2 + across * cos**2).astype(np.float32)
-        self._xy = ((along - across) * cos * sin).astype(np.float32)
-        self._xx[0, 0] = self._yy[0, 0] = 1
+        response = np.stack(
+            [
+                along * cos**2 + across * sin**2,
+                (along - across) * cos * sin,
+                along * sin**2 + across * cos**2,
+            ]
+        )
+        response[:, 0, 0] = 1, 0, 1
+        # along x of a pull along x, of the one along the other, along y of a pull along y
+        self._response = response.astype(np.float32)[:, None]
+        self._x, self._y = (
+            (side * np.arange(count)).astype(np.float32)
+            for side, count in zip(self._cell_mm, self._shape[::-1], strict=True)
+        )
 
-    def fields(self, contact: Float32) -> Float32 | None:
+    def fields(self, contact: Float32) -> Complex64 | None:
         """Return the fields of a contact.
 
         Parameters
@@ -68,28 +80,26 @@ class ContactDrag:
 
         Returns
         -------
-        (4, rows, columns, 2) float32 or None
-            In no unit. None for a contact that is too small to have a border of its own.
+        (rows, columns, 4) complex64 or None
+            x + iy, in no unit. None for a contact that is too small to have a border of its own.
         """
         from scipy.fft import irfft2, rfft2
 
         if contact.sum() < _FEWEST_CELLS:
             return None
-        pull = self._pull(contact)
-        one, x, y = rfft2(np.stack([pull, *self._arms(pull)]))
-        slanted = self._xy * one
-        straight_x, slanted_x = self._xx * x, self._xy * x
-        waves = np.array(
-            [
-                *(self._xx * one, slanted, slanted, self._yy * one),
-                *(slanted_x - self._xx * y, self._yy * x - self._xy * y),
-                *(straight_x + self._xy * y, slanted_x + self._yy * y),
-            ]
-        )
-        moved = irfft2(waves, s=self._shape)
+        answers = self._response * rfft2(self._pulls(contact))
+        even, x, y = answers[:, 0], answers[:, 1], answers[:, 2]
+        waves = np.concatenate([even, x[1:] - y[:2], x[:2] + y[1:]])
         (rows, columns), (top, left) = self._grid.shape, self._margin
-        moved = moved[:, top : top + rows, left : left + columns]
-        return np.stack([moved[::2], moved[1::2]], axis=3)
+        moved = irfft2(waves, s=self._shape)[:, top : top + rows, left : left + columns]
+        return np.asarray(cv2.merge([moved[i] for i in _COMPONENTS]), np.float32).view(np.complex64)
+
+    def _pulls(self, contact: Float32) -> Float32:
+        """(3, …) pull of a contact, and that times x and y from its middle."""
+        pull = self._pull(contact)
+        total, x, y = pull.sum(), self._x, self._y
+        x, y = x - pull.sum(0) @ x / total, y - pull.sum(1) @ y / total
+        return np.stack([pull, pull * x, pull * y[:, None]])
 
     def _pull(self, contact: Float32) -> Float32:
         """The contact with a margin, in which it goes on as at the border of the image."""
@@ -99,13 +109,3 @@ class ContactDrag:
         inside = np.asarray(wide > 0.5).view(np.uint8)
         depth = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_5)
         return np.asarray(wide / np.sqrt(depth + np.float32(_BLUNT_CELLS)), np.float32)
-
-    def _arms(self, pull: Float32) -> tuple[Float32, Float32]:
-        """The pull times x and y from its middle."""
-        total = pull.sum()
-        x, y = (
-            side * np.arange(count, dtype=np.float32)
-            for side, count in zip(self._cell_mm, self._shape[::-1], strict=True)
-        )
-        x, y = x - pull.sum(0) @ x / total, y - pull.sum(1) @ y / total
-        return (pull * x).astype(np.float32), (pull * y[:, None]).astype(np.float32)

@@ -15,6 +15,7 @@ from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elas
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
+Complex64 = NDArray[np.complex64]
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -24,6 +25,7 @@ _CELLS_PER_PITCH = 4.0
 _REACH_PITCHES = 1.0
 _RIDGE = 1e-3
 _STEPS = 2
+_TINY = float(np.finfo(np.float32).tiny)
 
 
 class MarkedSkin:
@@ -66,6 +68,13 @@ class MarkedSkin:
         self._mm_per_px = mm_per_px
         self._grid = grid = CoarseGrid.of(shape, self._pitch_px / _CELLS_PER_PITCH)
         self._nodes = grid.nodes
+        # for each node, since broadcasting along so short an axis is slow
+        self._per_mm = np.tile(
+            (1 / (mm_per_px * grid.cell_px)).astype(np.float32), (*grid.shape, 1)
+        )
+        reach_px = min(_REACH_PITCHES * self._pitch_px, max(shape))
+        across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
+        self._around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down))
         # two nodes between marks are enough for what is as smooth as the marks are apart
         self._rough = grid.half
         self._kriging = Kriging(
@@ -102,7 +111,7 @@ class MarkedSkin:
             dragged = np.zeros((*grid.shape, 2), np.float32)
         else:
             moved_mm, strength = self._without(moved_mm, pulled, grid.in_cells(px), seen)
-            dragged = np.tensordot(strength.astype(np.float32), pulled, 1)
+            dragged = (pulled @ strength.astype(np.complex64))[..., None].view(np.float32)
         rest = grid.refined(self._kriging.field(moved_mm).reshape(*self._rough.shape, 2))
         return grid.enlarged(self._carried(rest, dragged))
 
@@ -113,42 +122,34 @@ class MarkedSkin:
         at = np.rint(grid.in_cells(px[seen])).astype(int)
         inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=1)
         near[at[inside, 1], at[inside, 0]] = 1
-        reach_px = min(_REACH_PITCHES * self._pitch_px, max(grid.image_shape))
-        across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
-        near = np.asarray(
-            cv2.dilate(near, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down)))
-        )
+        near = np.asarray(cv2.dilate(near, self._around))
         return grid.marked(near.view(np.bool_))
 
     def _without(
-        self, moved_mm: Float64, pulled: Float32, at: Float32, seen: Bool
+        self, moved_mm: Float64, pulled: Complex64, at: Float32, seen: Bool
     ) -> tuple[Float64, Float64]:
         """Marks' displacements that the contact leaves unexplained, and the strength of its pulls.
 
         The strengths are those that make the rest most likely.
         """
-        marks = at[:, None, :]
-        there = [self._grid.sampled(field, marks)[:, 0] for field in pulled]
-        columns = self._kriging.completed(np.hstack([*there, moved_mm]), seen)
-        weighed = self._kriging.weighed(columns)
+        there = self._grid.sampled(pulled.view(np.float32), at[:, None])[:, 0]
+        columns = self._kriging.completed(np.hstack([there, moved_mm]), seen)
         # along x and along y each field has one strength: both add to the same equations
-        fields, against = (
-            np.moveaxis(a.reshape(len(at), -1, 2), 1, 2).reshape(2 * len(at), -1)
-            for a in (columns, weighed)
-        )
-        products = fields.T @ against
+        fields, against = (a.view(np.complex128) for a in (columns, self._kriging.weighed(columns)))
+        products = (fields.conj().T @ against).real
         normal, right = products[:-1, :-1], products[:-1, -1]
-        size = np.sqrt(np.maximum(np.diag(normal), np.finfo(np.float32).tiny))
-        scaled = normal / np.outer(size, size) + _RIDGE * np.eye(len(size))
+        size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
+        scaled = normal / (size * size[:, None])
+        scaled.flat[:: len(size) + 1] += _RIDGE
         strength = np.linalg.solve(scaled, right / size) / size
-        return (fields[:, -1] - fields[:, :-1] @ strength).reshape(-1, 2), strength
+        left = fields[:, -1] - fields[:, :-1] @ strength
+        return left[:, None].view(np.float64), strength
 
     def _carried(self, rest: Float32, dragged: Float32) -> Float32:
         """The sum at the present place of the skin, ``rest`` being told at its untouched place."""
-        per_mm = (1 / (self._mm_per_px * self._grid.cell_px)).astype(np.float32)
         moved = dragged + rest
         for _ in range(_STEPS):
-            moved = dragged + self._grid.sampled(rest, self._nodes - moved * per_mm)
+            moved = dragged + self._grid.sampled(rest, self._nodes - moved * self._per_mm)
         return moved
 
 

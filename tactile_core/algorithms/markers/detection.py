@@ -35,6 +35,7 @@ _BAR_INK, _BAR_WIDTH, _BAR_PEAK, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
 # Half the side of a square, and half the diameter of a disc, in standard deviations: about.
 _HALF_SIZE = 1.85
 _SAMPLE_PX = 6
+_SQUARES = np.arange(FULL + 1) ** 2
 
 
 def find_markers(
@@ -191,15 +192,15 @@ def _usual(peaks: UInt8) -> float:
     grain between marks that lie far apart does not.
     """
     counts = np.bincount(peaks[::_SAMPLE_PX, ::_SAMPLE_PX].ravel(), minlength=FULL + 1)
-    weight = np.cumsum(counts * np.arange(FULL + 1) ** 2)
-    return float(np.searchsorted(weight, weight[-1] / 2))
+    weight = np.cumsum(counts * _SQUARES)
+    return float(weight.searchsorted(weight[-1] / 2))
 
 
 def _heavy(ink: Float64) -> float:
     """Ink of the spot that holds the middle of all ink: a mark, however many specks there are."""
     ordered = np.sort(ink)
     total = np.cumsum(ordered)
-    return float(ordered[np.searchsorted(total, total[-1] / 2)])
+    return float(ordered[total.searchsorted(total[-1] / 2)])
 
 
 def _middle(values: NDArray[Any]) -> float:

@@ -29,8 +29,8 @@ class Spots:
         Sum of the weights.
     centres : (N, 2) float64
         x and y, px.
-    axes : (N, 2) float64
-        Unit vector along which each is longest.
+    turn : (N,) float64
+        Direction along which each is longest, rad from x towards y.
     spread : (N, 2) float64
         Standard deviation along that axis and across, px.
     peak : (N,) uint8
@@ -41,7 +41,7 @@ class Spots:
 
     ink: Float64
     centres: Float64
-    axes: Float64
+    turn: Float64
     spread: Float64
     peak: UInt8
     cut: Bool
@@ -49,12 +49,17 @@ class Spots:
     def __len__(self) -> int:
         return len(self.ink)
 
+    @property
+    def axes(self) -> Float64:
+        """(N, 2) unit vectors along which each is longest."""
+        return np.stack([np.cos(self.turn), np.sin(self.turn)], 1)
+
     def chosen(self, which: Bool | NDArray[np.intp]) -> Spots:
         """Return some of them."""
         return Spots(
             self.ink[which],
             self.centres[which],
-            self.axes[which],
+            self.turn[which],
             self.spread[which],
             self.peak[which],
             self.cut[which],
@@ -92,11 +97,10 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float,
     ink, x, y, xx, xy, yy = (v[kept] for v in (ink, x, y, xx, xy, yy))
     xx, xy, yy = xx - x * x + _LEAST_VARIANCE_PX2, xy - x * y, yy - y * y + _LEAST_VARIANCE_PX2
     mean, unlike = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    turn = np.arctan2(2 * xy, xx - yy) / 2
     return Spots(
         ink,
         np.stack([x, y], 1),
-        np.stack([np.cos(turn), np.sin(turn)], 1),
+        np.arctan2(2 * xy, xx - yy) / 2,
         np.sqrt(np.stack([mean + unlike, np.maximum(mean - unlike, _LEAST_VARIANCE_PX2)], 1)),
         peak[kept],
         cut[kept],
@@ -113,7 +117,8 @@ def _moments(labels: UInt16, weight: UInt8, count: int) -> Float64:
         return np.zeros((6, count))
     # Pixels side by side are added up first: a tenth as many numbers are left to be sorted out.
     of = labels.ravel()[places]
-    fresh = (np.diff(places, prepend=-2) != 1) | (np.diff(of, prepend=of[0]) != 0)
+    fresh = np.ones(len(places), np.bool_)
+    fresh[1:] = (places[1:] != places[:-1] + 1) | (of[1:] != of[:-1])
     rows = np.searchsorted(places, np.arange(0, labels.size, labels.shape[1]))
     fresh[rows[rows < len(fresh)]] = True
     starts = np.flatnonzero(fresh)

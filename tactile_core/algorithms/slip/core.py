@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,7 @@ _ROUNDS = 3
 _CORE_TOLERANCE = 0.06
 _LARGEST_SINE = 0.9
 _FAR_POWER = 6
+_TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class Core:
         Root mean square over the contact of the core's motion.
     turned_mm : float
         The same of its turn alone.
+    dragged_mm : float
+        The same of the contact as a whole: 0 where skin is spread by a load.
     lag_mm : (n,)
         By how much each place fell short of that motion.
     weight : (n,)
@@ -46,6 +50,7 @@ class Core:
     turn_rad: float
     motion_mm: float
     turned_mm: float
+    dragged_mm: float
     lag_mm: NDArray[Any]
     weight: NDArray[Any]
 
@@ -70,19 +75,6 @@ def far_places(displacement: Complex) -> NDArray[Any]:
     return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
 
 
-def dragged_mm(displacement: Complex, place: Complex) -> float:
-    """How far the contact was dragged and turned as a whole: 0 where skin is spread by a load.
-
-    Parameters
-    ----------
-    displacement, place : (n,) complex64
-        As of :func:`sticking_core`.
-    """
-    away = place - complex(place.mean())
-    shift, rate = _rigid(displacement, away, np.ones(len(place), np.float32))
-    return float(np.sqrt(np.mean(np.abs(shift + rate * away) ** 2)))
-
-
 def sticking_core(
     displacement: Complex, place: Complex, start: NDArray[Any], noise_mm: float = NOISE_MM
 ) -> Core:
@@ -99,33 +91,50 @@ def sticking_core(
     noise_mm : float
         Of a displacement.
     """
-    weight = start
-    middle = complex(place.mean())
+    weight, contact = start, _Contact(displacement, place)
     for _ in range(_ROUNDS):
-        shift, rate = _rigid(displacement, place - middle, weight)
-        expected = shift + rate * (place - middle)
-        lag = np.abs(displacement - expected)
-        motion = float(np.sqrt(np.mean(np.abs(expected) ** 2)))
+        shift, rate = contact.rigid(weight)
+        lag = np.abs(displacement - (shift + rate * contact.away))
+        motion = contact.motion(shift, rate)
         weight = 1 / (1 + (lag / max(_CORE_TOLERANCE * motion, noise_mm)) ** 2) ** 2
     return Core(
         shift,
-        float(np.arcsin(rate.imag)),
+        math.asin(rate.imag),
         motion,
-        float(abs(rate) * np.sqrt(np.mean(np.abs(place - middle) ** 2))),
+        contact.motion(0, rate),
+        contact.motion(*contact.rigid(np.ones(len(place)))),
         lag,
         weight,
     )
 
 
-def _rigid(displacement: Complex, place: Complex, weight: NDArray[Any]) -> tuple[complex, complex]:
-    """Shift of the origin, and what a turn about it displaces for each mm away from it."""
-    total = float(weight.sum())
-    at, moved = (complex(np.dot(weight, field) / total) for field in (place, displacement))
-    away, rest = place - at, displacement - moved
-    weighted = weight * away
-    spread = max(float(np.vdot(weighted, away).real), 1e-12)
-    sine = float(np.vdot(weighted, rest).imag) / spread
-    sine = min(max(sine, -_LARGEST_SINE), _LARGEST_SINE)
-    # the field belongs to the skin's present places: a turn pulls it outwards a little, too
-    rate = complex(1 - np.sqrt(1 - sine**2), sine)
-    return moved - rate * at, rate
+class _Contact:
+    """Places (n,) of a contact from its middle, and what their displacements sum up to."""
+
+    def __init__(self, displacement: Complex, place: Complex) -> None:
+        self.away = place - complex(place.sum()) / len(place)
+        self._terms = terms = np.empty((7, len(place)))
+        _, x, y, moved_x, moved_y, square, turned = terms
+        terms[0] = 1
+        x[:], y[:], moved_x[:], moved_y[:] = (
+            *(self.away.real, self.away.imag),
+            *(displacement.real, displacement.imag),
+        )
+        square[:], turned[:] = x * x + y * y, x * moved_y - y * moved_x
+        self._square = float(square.sum()) / len(place)
+
+    def rigid(self, weight: NDArray[Any]) -> tuple[complex, complex]:
+        """Shift of the middle, and what a turn about it displaces for each mm away from it."""
+        total, *sums = (self._terms @ weight).tolist()
+        x, y, moved_x, moved_y, square, turned = (value / total for value in sums)
+        at, moved = complex(x, y), complex(moved_x, moved_y)
+        spread = max(square - abs(at) ** 2, _TINY)
+        sine = (turned - (at.conjugate() * moved).imag) / spread
+        sine = min(max(sine, -_LARGEST_SINE), _LARGEST_SINE)
+        # the field belongs to the skin's present places: a turn pulls it outwards a little, too
+        rate = complex(1 - math.sqrt(1 - sine**2), sine)
+        return moved - rate * at, rate
+
+    def motion(self, shift: complex, rate: complex) -> float:
+        """Root mean square over the contact of a rigid motion."""
+        return math.sqrt(abs(shift) ** 2 + abs(rate) ** 2 * self._square)

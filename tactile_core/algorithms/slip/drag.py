@@ -10,14 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.quantile import quantile
-from tactile_core.algorithms.slip.core import (
-    NOISE_MM,
-    Core,
-    calm_places,
-    dragged_mm,
-    far_places,
-    sticking_core,
-)
+from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, far_places, sticking_core
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
 
@@ -108,9 +101,8 @@ class DraggedContact:
             return Cues()
         chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
         moved = since(field, self._settled, self.spacing_mm)
-        place = places_mm(field.shape, self.spacing_mm).ravel()[chosen]
-        self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
         whole = self._whole(moved, chosen)
+        self._dragged_mm = whole.dragged_mm
         stalled = self._stalled(field, chosen)
         before = self._following if self._judged else 0.0
         self._follow(field, chosen, whole, stalled)
@@ -138,7 +130,7 @@ class DraggedContact:
 
     def _whole(self, moved: Complex, chosen: Indices) -> Core:
         displacement = moved.ravel()[chosen]
-        strains = strain(moved, self.spacing_mm).ravel()[chosen]
+        strains = strain(moved, self.spacing_mm, chosen)
         return self._core(displacement, chosen, calm_places(displacement, strains), moved.shape)
 
     def _core(

@@ -175,9 +175,13 @@ class _Imprint:
 
     def __init__(self, pattern: Float32, seen: Float32) -> None:
         self.pattern, self.seen = pattern, seen
-        self.square = np.einsum("ijk,ijk->ij", pattern, pattern)
-        self.energy = float(self.square.sum())
-        self.count = float(seen.sum()) * pattern.shape[2]
+        channels = pattern.shape[2]
+        self.square = cv2.transform(pattern * pattern, np.ones((1, channels), np.float32))
+        moments = cv2.moments(self.square)
+        self.energy, total = moments["m00"], max(moments["m00"], _TINY)
+        self.count = float(seen.sum()) * channels
+        self.centre = moments["m10"] / total, moments["m01"] / total
+        self.radius = float(np.sqrt((moments["mu20"] + moments["mu02"]) / total))
 
     def product(self, other: _Imprint) -> float:
         return float(np.vdot(self.pattern, other.pattern))
@@ -189,21 +193,6 @@ class _Imprint:
     def distance(self, other: _Imprint) -> float:
         within = self.energy_within(other) + other.energy_within(self)
         return within - 2 * self.product(other)
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        columns, rows = np.arange(self.square.shape[1]), np.arange(self.square.shape[0])
-        total = max(self.energy, _TINY)
-        x = float(self.square.sum(axis=0) @ columns) / total
-        return x, float(self.square.sum(axis=1) @ rows) / total
-
-    @property
-    def radius(self) -> float:
-        (x, y), total = self.centre, max(self.energy, _TINY)
-        columns, rows = np.arange(self.square.shape[1]), np.arange(self.square.shape[0])
-        spread = self.square.sum(axis=0) @ (columns - x) ** 2
-        spread += self.square.sum(axis=1) @ (rows - y) ** 2
-        return float(np.sqrt(spread / total))
 
 
 def _motion(before: _Imprint, now: _Imprint) -> Array:

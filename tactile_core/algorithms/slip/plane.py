@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 Complex = NDArray[np.complex64]
 Float32 = NDArray[np.float32]
+Indices = NDArray[np.intp]
 
 _COLUMNS = 80
 """A displacement between marks a millimetre apart has no more to tell."""
@@ -24,8 +25,8 @@ def stride_of(width_px: int) -> int:
 def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex:
     """(h, w) complex mm: every so many pixels of a field (H, W, 2), from the middle of each."""
     first = stride // 2
-    picked = displacement_mm[first::stride, first::stride]
-    return np.ascontiguousarray(picked, np.float32).view(np.complex64)[..., 0]
+    field = np.ascontiguousarray(displacement_mm, np.float32).view(np.complex64)[..., 0]
+    return np.ascontiguousarray(field[first::stride, first::stride])
 
 
 def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
@@ -42,15 +43,15 @@ def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
     -------
     (h, w) complex64
     """
-    columns, rows = _places(now.shape)
+    nodes, per_place = _nodes(now.shape), np.float32(1 / spacing_mm)
     moved = now - before
     # the same skin was elsewhere then: twice is enough, for displacements change slowly in space
     for _ in range(2):
-        came = moved * np.float32(1 / spacing_mm)
+        came_from = nodes - _parts(moved) * per_place
         was = cv2.remap(
             _parts(before),
-            columns - came.real,
-            rows - came.imag,
+            came_from,
+            np.empty(0),
             cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
         )
@@ -58,32 +59,44 @@ def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
     return moved
 
 
-def strain(displacement: Complex, spacing_mm: float) -> Float32:
-    """(h, w) by how much the skin is stretched or sheared: 0 where it moves as a rigid body."""
+def strain(displacement: Complex, spacing_mm: float, chosen: Indices) -> Float32:
+    """(n,) by how much the skin is stretched or sheared: 0 where it moves as a rigid body.
+
+    Parameters
+    ----------
+    displacement : (h, w) complex64
+        In mm.
+    spacing_mm : float
+        Distance of neighbouring places.
+    chosen : (n,) intp
+        Places, counted along the rows.
+    """
     scale = 1 / (8 * spacing_mm)
     parts = _parts(displacement)
-    along = cv2.Sobel(parts, cv2.CV_32F, 1, 0, ksize=3, scale=scale)
-    down = cv2.Sobel(parts, cv2.CV_32F, 0, 1, ksize=3, scale=scale)
-    shear = along[..., 1] + down[..., 0]
-    return np.asarray(np.sqrt(along[..., 0] ** 2 + down[..., 1] ** 2 + 0.5 * shear**2))
+    along, down = (
+        np.asarray(cv2.Sobel(parts, cv2.CV_32F, *order, ksize=3, scale=scale))
+        .reshape(-1, 2)
+        .take(chosen, axis=0)
+        for order in ((1, 0), (0, 1))
+    )
+    shear = along[:, 1] + down[:, 0]
+    return np.asarray(np.sqrt(along[:, 0] ** 2 + down[:, 1] ** 2 + 0.5 * shear**2), np.float32)
 
 
 @lru_cache(maxsize=4)
 def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex:
     """(h, w) complex: where each value of such a field is, from the field's middle."""
-    columns, rows = _places(shape)
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
-    places = np.asarray((columns + 1j * rows - middle) * spacing_mm, np.complex64)
+    places = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
     places.flags.writeable = False
     return places
 
 
 @lru_cache(maxsize=4)
-def _places(shape: tuple[int, ...]) -> tuple[Float32, Float32]:
-    columns, rows = np.meshgrid(
-        np.arange(shape[1], dtype=np.float32), np.arange(shape[0], dtype=np.float32)
-    )
-    return columns, rows
+def _nodes(shape: tuple[int, ...]) -> Float32:
+    """(h, w, 2) column and row of each value."""
+    columns, rows = np.meshgrid(np.arange(shape[1]), np.arange(shape[0]))
+    return np.stack([columns, rows], axis=-1).astype(np.float32)
 
 
 def _parts(field: Complex) -> Float32:

@@ -23,7 +23,6 @@ _STIFFNESS = 0.05
 _RIM_DIAMETERS = 0.25
 _HIDDEN_SHARE = 0.25
 _NEIGHBOURHOOD_PITCHES = 1.5
-_DARKEST = 1.0
 _GRAIN_PX = 3
 _FEWEST_MARKS = 3
 
@@ -84,23 +83,33 @@ class SkinView:
             1 where something is.
         """
         frame = _reduced(pixels, self.times)
+        height, width = frame.shape[:2]
         moved = self._spread @ (_at(px, self.times) - self._marks_px)
-        moved = cv2.resize(moved.reshape(*self._nodes, 2), frame.shape[1::-1])
-        x, y = self._columns + moved[..., 0], self._rows + moved[..., 1]
+        x, y = (cv2.resize(along.reshape(self._nodes), (width, height)) for along in moved.T)
+        x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
         drawn = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
-        within = (x >= 0) & (y >= 0) & (x <= frame.shape[1] - 1) & (y <= frame.shape[0] - 1)
-        seen = (within & ~self._hidden).astype(np.float32)
-        return _pattern(drawn.reshape(*frame.shape[:2], -1), seen, self._side)
+        within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
+        seen = within & ~self._hidden
+        pattern = _pattern(drawn.reshape(height, width, -1), seen, self._side)
+        return pattern, seen.astype(np.float32)
 
 
-def _pattern(drawn: Float32, seen: Float32, side: int) -> tuple[Float32, Float32]:
-    weight = seen[..., np.newaxis]
-    count = cv2.blur(seen, (side, side))
-    total = cv2.blur(drawn * weight, (side, side)).reshape(drawn.shape)
-    mean = total / np.maximum(count, 1e-6)[..., np.newaxis]
-    relief = (drawn / np.maximum(mean, _DARKEST) - 1) * weight
-    smooth = cv2.blur(relief, (_GRAIN_PX, _GRAIN_PX)).reshape(drawn.shape)
-    return np.asarray(smooth * weight, np.float32), seen
+def _pattern(drawn: Float32, seen: Bool, side: int) -> Float32:
+    size, shape = (side, side), drawn.shape
+    around = np.maximum(cv2.boxFilter(seen.view(np.uint8), cv2.CV_32F, size), 1e-6)
+    # one weight for each channel, since broadcasting along so short an axis is slow
+    weight, share = (
+        np.asarray(cv2.merge([plane] * shape[2]), np.float32).reshape(shape)
+        for plane in (seen.astype(np.float32), around)
+    )
+    drawn *= weight
+    # a mean below an intensity of 1 counts as 1
+    total = np.asarray(cv2.max(cv2.blur(drawn, size), share), np.float32).reshape(shape)
+    drawn *= np.divide(share, total, out=total)
+    drawn -= weight
+    smooth = np.asarray(cv2.blur(drawn, (_GRAIN_PX, _GRAIN_PX)), np.float32).reshape(shape)
+    smooth *= weight
+    return smooth
 
 
 def _reduced(pixels: Array, times: int) -> Float32:

@@ -23,7 +23,7 @@ CONTACT = np.abs(PLACE) < RADIUS_MM
 def _found(displacement: NDArray[Any]) -> Core:
     displacement = displacement.astype(np.complex64)
     moved = displacement[CONTACT]
-    start = calm_places(moved, strain(displacement, SPACING_MM)[CONTACT])
+    start = calm_places(moved, strain(displacement, SPACING_MM, np.flatnonzero(CONTACT)))
     return sticking_core(moved, PLACE[CONTACT], start)
 
 
@@ -107,11 +107,11 @@ def test_skin_is_compared_with_itself_and_not_with_what_was_there_before() -> No
 
 
 def test_strain_is_the_slope_of_a_stretch_and_none_of_a_turn() -> None:
-    inside = np.s_[2:-2, 2:-2]
-    stretched = strain((0.02 * PLACE.real).astype(np.complex64), SPACING_MM)
-    np.testing.assert_allclose(stretched[inside], 0.02, rtol=1e-3)
-    turned = strain((0.02j * PLACE).astype(np.complex64), SPACING_MM)
-    np.testing.assert_allclose(turned[inside], 0, atol=1e-5)
+    inside = np.arange(PLACE.size).reshape(SHAPE)[2:-2, 2:-2].ravel()
+    stretched = strain((0.02 * PLACE.real).astype(np.complex64), SPACING_MM, inside)
+    np.testing.assert_allclose(stretched, 0.02, rtol=1e-3)
+    turned = strain((0.02j * PLACE).astype(np.complex64), SPACING_MM, inside)
+    np.testing.assert_allclose(turned, 0, atol=1e-5)
 
 
 def test_a_field_is_looked_at_from_the_middle_of_each_block() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,8 @@ from pydantic import Field, model_validator
 
 from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
+from tactile_core.algorithms.photometric import planes_of, skin_of
+from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.sines import to_sines
 from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
 from tactile_core.calibration import Calibration, Press
@@ -317,24 +318,31 @@ def _table_from(arrays: Arrays) -> ColourTable:
 
 def _measurable(frame: Frame) -> Bool:
     """Where two channels are neither saturated nor dark, and no mark hides the skin."""
-    valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
+    *shape, channels = frame.pixels.shape
+    dtype = frame.pixels.dtype
     floor, ceiling = DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
-    channels = frame.pixels.shape[2]
-    # Extremes are found ten times faster than where they are, and are rarely out of range.
-    planar = frame.pixels.transpose(2, 0, 1)
-    stored = planar if planar.flags.c_contiguous else frame.pixels
-    darkest, brightest, *_ = cv2.minMaxLoc(stored.reshape(len(stored), -1))
-    if darkest <= floor or brightest >= ceiling:
-        if frame.pixels.dtype.kind == "u":
-            # compared as they are stored, integers take a tenth of the time
-            floor, ceiling = int(floor), math.ceil(ceiling)
-        usable = ((stored > floor) & (stored < ceiling)).view(np.uint8)
-        by_channel = usable if stored is planar else cv2.split(usable)
-        count = sum(by_channel[1:], start=by_channel[0])
-        valid &= np.asarray(count >= min(2, channels))
+    below = float(np.nextafter(np.float32(ceiling), np.float32(0)))
+    with (
+        planes_of(frame.pixels) as planes,
+        borrowed((*shape,), dtype) as unusable,
+        borrowed((*shape,), dtype) as some,
+    ):
+        unusable.fill(0)
+        for plane in planes:
+            # extremes are found faster than where they are, and are rarely out of range
+            darkest, brightest = cv2.minMaxLoc(plane)[:2]
+            if darkest <= floor:
+                cv2.threshold(plane, floor, 1, cv2.THRESH_BINARY_INV, dst=some)
+                cv2.add(unusable, some, dst=unusable)
+            if brightest >= ceiling:
+                cv2.threshold(plane, below, 1, cv2.THRESH_BINARY, dst=some)
+                cv2.add(unusable, some, dst=unusable)
+        spared: Any = channels - min(2, channels)
+        valid = np.asarray(cv2.compare(unusable, spared, cv2.CMP_LE), np.uint8)
     if frame.marks is not None:
-        valid &= ~frame.marks
-    return valid
+        valid &= skin_of(frame.marks)
+    valid &= 1
+    return valid.view(np.bool_)
 
 
 def _size(shape: tuple[int, ...]) -> str:

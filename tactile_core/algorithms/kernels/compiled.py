@@ -1,6 +1,5 @@
 """Every kernel, by name; importing this module imports numba."""
 
-from tactile_core.algorithms.kernels.averages import means_of_bytes
 from tactile_core.algorithms.kernels.integration import (
     divergence,
     from_dft_order,
@@ -14,7 +13,7 @@ from tactile_core.algorithms.kernels.neighbours import (
     room_at,
 )
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
-from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.slopes import to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.touching import steepness
 
@@ -24,7 +23,6 @@ __all__ = [
     "halved_brightness",
     "in_dft_order",
     "lower",
-    "means_of_bytes",
     "moments_of_labels",
     "mutual_nearest",
     "neighbours_plane",
@@ -32,7 +30,6 @@ __all__ = [
     "rest_plane",
     "resting_gain",
     "room_at",
-    "sines_of_bytes",
     "solve_columns",
     "steepness",
     "to_slopes",

@@ -1,7 +1,4 @@
-"""Kernels of :mod:`tactile_core.algorithms.slope_field`.
-
-Bytes are divided without fast mathematics, so that they round as OpenCV's do.
-"""
+"""Kernel of :mod:`tactile_core.algorithms.slope_field`."""
 
 from __future__ import annotations
 
@@ -11,128 +8,61 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
+from tactile_core.algorithms.kernels.options import LOOP, ROW
 
 Float32 = NDArray[np.float32]
-UInt8 = NDArray[np.uint8]
-
-
-@njit(**EXACT_ROW)
-def _entries(
-    smoothed: UInt8, base: UInt8, per_unit: Any, first: Any, last: Any, entries: UInt8
-) -> None:
-    for j in range(entries.size):
-        ratio = np.rint(np.float32(smoothed[j]) * per_unit / np.float32(base[j]))
-        # a ratio is a byte before the first entry is taken off
-        entry = min(ratio, np.float32(255)) - first
-        entries[j] = np.uint8(np.int32(min(max(entry, np.float32(0)), last)))
-
-
-@njit(**EXACT_ROW)
-def _places(entries: UInt8, count: Any, places: Any) -> None:
-    for j in range(places.size):
-        first, second = np.uint32(entries[3 * j]), np.uint32(entries[3 * j + 1])
-        places[j] = (first * count + second) * count + np.uint32(entries[3 * j + 2])
-
-
-@njit(**EXACT_ROW)
-def _looked_up(places: Any, table: Any, found: Any) -> None:
-    for j in range(places.size):
-        found[j] = table[places[j]]
-
-
-@njit(**EXACT_ROW)
-def _split(pairs: Float32, nx: Float32, ny: Float32) -> None:
-    for j in range(nx.size):
-        nx[j] = pairs[2 * j]
-        ny[j] = pairs[2 * j + 1]
-
-
-@njit(**LOOP)
-def sines_of_bytes(
-    smoothed: UInt8,
-    base: UInt8,
-    table: Any,
-    axis: tuple[float, int, int],
-    nx: Float32,
-    ny: Float32,
-) -> None:
-    """Sines of the table's entry of each pixel.
-
-    Parameters
-    ----------
-    smoothed, base : (H, 3 W) uint8
-        Interleaved channels; no base is 0.
-    table : (B³,) int64
-        Pairs of float32 sines, moved as one; the last channel is the fastest axis.
-    axis : (per_unit, first, count)
-        How a ratio becomes an entry.
-    nx, ny : (H, W) float32
-        Overwritten.
-    """
-    columns = nx.shape[1]
-    per_unit, first, last = np.float32(axis[0]), np.float32(axis[1]), np.float32(axis[2] - 1)
-    entries = np.empty(3 * columns, np.uint8)
-    places = np.empty(columns, np.uint32)
-    found = np.empty(columns, np.int64)
-    # four short loops over a row, three of them vectors, take half the time of one
-    for i in range(len(nx)):
-        _entries(smoothed[i], base[i], per_unit, first, last, entries)
-        _places(entries, np.uint32(axis[2]), places)
-        _looked_up(places, table, found)
-        _split(found.view(np.float32), nx[i], ny[i])
 
 
 @njit(**ROW)
-def _finished_row(
+def _slopes_of_row(
     above_x: Float32,
     below_x: Float32,
     above_y: Float32,
     below_y: Float32,
     share: Any,
     steepest: Any,
-    nx: Float32,
-    ny: Float32,
+    gx: Float32,
+    gy: Float32,
 ) -> None:
     one = np.float32(1)
     limit = steepest * steepest
-    for j in range(nx.size):
-        x = nx[j] + above_x[j] + share * (below_x[j] - above_x[j])
-        y = ny[j] + above_y[j] + share * (below_y[j] - above_y[j])
+    for j in range(gx.size):
+        x = above_x[j] + share * (below_x[j] - above_x[j])
+        y = above_y[j] + share * (below_y[j] - above_y[j])
         square = x * x + y * y
         gain = one / np.sqrt(one - min(square, limit))
         gain *= min(one, steepest / np.sqrt(max(square, np.float32(1e-12))))
-        nx[j] = x * gain
-        ny[j] = y * gain
+        gx[j] = x * gain
+        gy[j] = y * gain
 
 
 @njit(**LOOP)
 def to_slopes(
-    missing_x: Float32, missing_y: Float32, steepest: float, nx: Float32, ny: Float32
+    nx: Float32, ny: Float32, step: int, steepest: float, gx: Float32, gy: Float32
 ) -> None:
-    """Add a correction that is known on some rows, and turn sines into slopes, in place.
+    """Turn sines, which are known on every ``step``-th row, into slopes; linear between them.
 
     Parameters
     ----------
-    missing_x, missing_y : (R, W) float32
-        Sines to add, at rows evenly spread over the image's height; linear between them.
+    nx, ny : (R, W) float32
+        Sines; each row is the middle of ``step`` rows of the image.
+    step : int
     steepest : float
         The largest sine; steeper ones keep their direction.
-    nx, ny : (H, W) float32
-        Sines; overwritten by slopes.
+    gx, gy : (H, W) float32
+        Overwritten by slopes.
     """
-    rows, known = len(nx), len(missing_x)
-    for i in range(rows):
-        place = min(max((i + 0.5) * known / rows - 0.5, 0.0), known - 1.0)
-        above = min(int(place), known - 1)
-        below = min(above + 1, known - 1)
-        _finished_row(
-            missing_x[above],
-            missing_x[below],
-            missing_y[above],
-            missing_y[below],
+    for i in range(len(gx)):
+        place = min(max((i + 0.5) / step - 0.5, 0.0), len(nx) - 1.0)
+        above = int(place)
+        below = min(above + 1, len(nx) - 1)
+        _slopes_of_row(
+            nx[above],
+            nx[below],
+            ny[above],
+            ny[below],
             np.float32(place - above),
             np.float32(steepest),
-            nx[i],
-            ny[i],
+            gx[i],
+            gy[i],
         )

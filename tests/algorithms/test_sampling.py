@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.photometric import Smoothing
-from tactile_desktop_six_led.sampling import Sampling
+from tactile_core.algorithms.sampling import Sampling
 
 
 def there_and_back(image, blur_px):

@@ -9,13 +9,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.photometric import around_marks, fill_marks
+from tactile_core.algorithms.photometric import AroundMarks, around_marks, planes_of, skin_of
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 
 _PX_PER_BLUR = 0.75
 """Smoothing over sampling step, standard deviation: an image loses nothing that one would see."""
+
+_SIGMAS = 2.5
+"""Half the width of the smoothing's window."""
+
+_ALL: Any = 255  # numbers are compared with as well, which the types do not say
 
 
 @dataclass(frozen=True)
@@ -35,7 +40,8 @@ class Sampling:
     blur : float
         Standard deviation of the smoothing on the coarse grid, in its pixels.
     around_px : int
-        Side of the neighbourhood that marks are filled from, in the image.
+        Side of the neighbourhood that marks are filled from, on the coarse grid; 0 for a skin
+        without marks.
     """
 
     step: int
@@ -51,13 +57,18 @@ class Sampling:
         variance = blur_px**2 - (step**2 - 1) / 12 - (step**2 / 6 if step > 1 else 0)
         rest = max(0.0, variance) ** 0.5 / step
         rows, columns = (-(-side // step) for side in shape)
-        return cls(step, (rows, columns), rest, around_marks(marks))
+        return cls(step, (rows, columns), rest, -(-around_marks(marks) // step))
 
     def planes(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
-        """(H, W, K) intensities → K coarse smooth planes of the same dtype."""
-        if marks is not None and self.around_px:
-            pixels = fill_marks(pixels, marks, self.around_px)
-        return [self._smooth(self._coarse(plane)) for plane in _channels(pixels)]
+        """(H, W, K) intensities → K coarse smooth planes of the same dtype, marks filled."""
+        with planes_of(pixels) as whole:
+            planes = [self._coarse(plane) for plane in whole]
+            if marks is not None and self.around_px:
+                # a coarse pixel is of a mark as soon as one of its pixels is
+                skin = cv2.compare(self._coarse(skin_of(marks)), _ALL, cv2.CMP_EQ)
+                around = AroundMarks(np.asarray(skin, np.uint8), self.around_px)
+                planes = [around.filled(plane) for plane in planes]
+            return [self._smooth(plane) for plane in planes]
 
     def enlarged(self, plane: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
         """A coarse plane at the size of the image, in a new array."""
@@ -67,8 +78,16 @@ class Sampling:
         whole = cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR)
         return np.ascontiguousarray(whole[: shape[0], : shape[1]])
 
+    def widened(self, plane: NDArray[Any]) -> NDArray[Any]:
+        """A coarse plane as wide as the image, and perhaps a little wider, with its own rows."""
+        size = self.shape[1] * self.step, self.shape[0]
+        return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR))
+
     def _smooth(self, plane: NDArray[Any]) -> NDArray[Any]:
-        return plane if self.blur == 0 else np.asarray(cv2.GaussianBlur(plane, (0, 0), self.blur))
+        if self.blur == 0:
+            return plane.copy()
+        side = 2 * max(1, round(_SIGMAS * self.blur)) + 1
+        return np.asarray(cv2.GaussianBlur(plane, (side, side), self.blur))
 
     def _coarse(self, plane: NDArray[Any]) -> NDArray[Any]:
         if self.step == 1:
@@ -79,10 +98,3 @@ class Sampling:
         if below or right:
             plane = cv2.copyMakeBorder(plane, 0, below, 0, right, cv2.BORDER_REPLICATE)
         return np.asarray(cv2.resize(plane, self.shape[::-1], interpolation=cv2.INTER_AREA))
-
-
-def _channels(pixels: NDArray[Any]) -> list[NDArray[Any]]:
-    """The channels as (H, W) planes; no copy where they already lie one after another."""
-    if pixels.transpose(2, 0, 1).flags.c_contiguous:
-        return list(pixels.transpose(2, 0, 1))
-    return [np.asarray(plane) for plane in cv2.split(pixels)]

@@ -92,7 +92,7 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
 
 @contextmanager
 def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
-    """Lend the channels of an (H, W, K) image as (H, W) planes, until the end of the ``with`` block."""
+    """Lend the channels of an (H, W, K) image as planes, until the end of the ``with`` block."""
     planar = pixels.transpose(2, 0, 1)
     if planar.flags.c_contiguous:
         yield list(planar)
@@ -108,7 +108,7 @@ def skin_of(marks: NDArray[np.bool_]) -> NDArray[np.uint8]:
 
 
 class AroundMarks:
-    """Fills the marks of one frame, a channel at a time.
+    """Fills the marks of one frame, up to four channels at a time.
 
     Parameters
     ----------
@@ -128,21 +128,22 @@ class AroundMarks:
         self._box = (max(3, size_px // step) | 1,) * 2
         self._count = np.maximum(self._total(skin) / np.float32(255), np.float32(1e-3))
 
-    def filled(self, plane: NDArray[Any]) -> NDArray[Any]:
-        """(H, W) with the marks filled, same dtype."""
-        with borrowed(plane.shape, plane.dtype) as without:
+    def filled(self, part: NDArray[Any]) -> NDArray[Any]:
+        """(H, W) or a few channels of (H, W, K) with the marks filled, same dtype."""
+        with borrowed(part.shape, part.dtype) as without:
             without.fill(0)
-            cv2.copyTo(plane, self._skin, without)
+            cv2.copyTo(part, self._skin, without)
             total = self._total(without)
-        around = np.asarray(cv2.divide(total, self._count))
-        if plane.dtype.kind == "u":
-            around = np.rint(around, out=around).astype(plane.dtype)
-        filled = cv2.resize(around, plane.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        cv2.copyTo(plane, self._skin, filled)
+        count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
+        around = np.asarray(cv2.divide(total, count))
+        if part.dtype.kind == "u":
+            around = np.rint(around, out=around).astype(part.dtype)
+        filled = cv2.resize(around, part.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+        cv2.copyTo(part, self._skin, filled)
         return np.asarray(filled)
 
-    def _total(self, plane: NDArray[Any]) -> Float32:
-        small = shrunk(plane, self._coarse)
+    def _total(self, part: NDArray[Any]) -> Float32:
+        small = shrunk(part, self._coarse)
         return np.asarray(cv2.boxFilter(small, cv2.CV_32F, self._box), np.float32)
 
 

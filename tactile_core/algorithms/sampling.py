@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.photometric import AroundMarks, around_marks, planes_of, skin_of
+from tactile_core.algorithms.shrinking import MOST_CHANNELS, shrunk
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
@@ -59,16 +60,31 @@ class Sampling:
         rows, columns = (-(-side // step) for side in shape)
         return cls(step, (rows, columns), rest, -(-around_marks(marks) // step))
 
+    def smooth(self, pixels: NDArray[Any], marks: Bool | None) -> NDArray[Any]:
+        """(H, W, K) intensities → (h, w, K) coarse smooth ones of the same dtype, marks filled."""
+        parts = self._parts(pixels, marks)
+        return parts[0] if parts[0].ndim == 3 else np.dstack(parts)
+
     def planes(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
-        """(H, W, K) intensities → K coarse smooth planes of the same dtype, marks filled."""
-        with planes_of(pixels) as whole:
-            planes = [self._coarse(plane) for plane in whole]
-            if marks is not None and self.around_px:
-                # a coarse pixel is of a mark as soon as one of its pixels is
-                skin = cv2.compare(self._coarse(skin_of(marks)), _ALL, cv2.CMP_EQ)
-                around = AroundMarks(np.asarray(skin, np.uint8), self.around_px)
-                planes = [around.filled(plane) for plane in planes]
-            return [self._smooth(plane) for plane in planes]
+        """The same as K planes of (h, w)."""
+        parts = self._parts(pixels, marks)
+        return parts if parts[0].ndim == 2 else [np.asarray(p) for p in cv2.split(parts[0])]
+
+    def _parts(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
+        """The smooth image as a whole where OpenCV can work on it so, or its planes."""
+        if pixels.flags.c_contiguous and 1 < pixels.shape[2] <= MOST_CHANNELS:
+            return self._worked_on([pixels], marks)
+        with planes_of(pixels) as planes:
+            return self._worked_on(planes, marks)
+
+    def _worked_on(self, parts: list[NDArray[Any]], marks: Bool | None) -> list[NDArray[Any]]:
+        parts = [self._coarse(part) for part in parts]
+        if marks is not None and self.around_px:
+            # a coarse pixel is of a mark as soon as one of its pixels is
+            skin = cv2.compare(self._coarse(skin_of(marks)), _ALL, cv2.CMP_EQ)
+            around = AroundMarks(np.asarray(skin, np.uint8), self.around_px)
+            parts = [around.filled(part) for part in parts]
+        return [self._smooth(part) for part in parts]
 
     def enlarged(self, plane: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
         """A coarse plane at the size of the image, in a new array."""
@@ -83,18 +99,18 @@ class Sampling:
         size = self.shape[1] * self.step, self.shape[0]
         return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR))
 
-    def _smooth(self, plane: NDArray[Any]) -> NDArray[Any]:
+    def _smooth(self, part: NDArray[Any]) -> NDArray[Any]:
         if self.blur == 0:
-            return plane.copy()
+            return part.copy()
         side = 2 * max(1, round(_SIGMAS * self.blur)) + 1
-        return np.asarray(cv2.GaussianBlur(plane, (side, side), self.blur))
+        return np.asarray(cv2.GaussianBlur(part, (side, side), self.blur))
 
-    def _coarse(self, plane: NDArray[Any]) -> NDArray[Any]:
+    def _coarse(self, part: NDArray[Any]) -> NDArray[Any]:
         if self.step == 1:
-            return plane
+            return part
         below, right = (
-            coarse * self.step - side for coarse, side in zip(self.shape, plane.shape, strict=True)
+            coarse * self.step - side for coarse, side in zip(self.shape, part.shape, strict=False)
         )
         if below or right:
-            plane = cv2.copyMakeBorder(plane, 0, below, 0, right, cv2.BORDER_REPLICATE)
-        return np.asarray(cv2.resize(plane, self.shape[::-1], interpolation=cv2.INTER_AREA))
+            part = cv2.copyMakeBorder(part, 0, below, 0, right, cv2.BORDER_REPLICATE)
+        return shrunk(part, self.shape[::-1])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-_MOST_CHANNELS = 4
+MOST_CHANNELS = 4
 """OpenCV shrinks no more at once, unless by a whole factor."""
 
 
@@ -39,7 +39,7 @@ def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Arra
         half = columns // 2, rows // 2
         image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA))
     if image.shape[1::-1] != size_px:
-        wide = image.ndim == 3 and channels[0] > _MOST_CHANNELS
+        wide = image.ndim == 3 and channels[0] > MOST_CHANNELS
         planes = cv2.split(image) if wide else [image]
         small = [cv2.resize(plane, size_px, interpolation=cv2.INTER_AREA) for plane in planes]
         image = np.dstack(small) if wide else np.asarray(small[0])

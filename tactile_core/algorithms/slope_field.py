@@ -8,7 +8,7 @@ on the coarse grid. Small images and other channel counts take the model everywh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -21,7 +21,6 @@ from tactile_core.algorithms.photometric import (
     DARK_FRACTION,
     Smoothing,
     place,
-    planes_of,
     relative_change,
 )
 from tactile_core.algorithms.sampling import Sampling
@@ -35,6 +34,9 @@ Model = Callable[[Float32], Float32]
 
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
+
+
+_NO_ALPHA = np.uint32(0x00FFFFFF)
 
 
 def takes_table(shape: tuple[int, int, int]) -> bool:
@@ -82,14 +84,11 @@ class SlopeField:
             return
         self._sampling = Sampling.of((h, w), reference_marks, blur_px)
         self._coarse = coarse_size(*self._sampling.shape, self._table.points)
-        smoothed = self._sampling.planes(reference, reference_marks)
-        self._base = self._averaged(smoothed)
-        with planes_of(place(self._sampling.shape)) as sides:
-            self._place = self._averaged(sides).reshape(-1, 2)
-        dark = np.float32(DARK_FRACTION * full_scale)
-        self._fine_base = np.maximum(np.dstack(smoothed), dark)
-        self._base_bytes = [_bytes(np.maximum(plane, dark)) for plane in smoothed]
-        self._no_alpha = np.zeros(self._sampling.shape, np.uint8)
+        base = np.asarray(self._sampling.smooth(reference, reference_marks), np.float32)
+        self._base = self._averaged(base)
+        self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
+        self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
+        self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
 
     def measure(
@@ -108,57 +107,52 @@ class SlopeField:
             smoothed = self._smoothing.apply(pixels, marks)
             both = to_gradient(self._from_model(smoothed)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
-        planes = self._sampling.planes(pixels, marks)
+        smoothed = self._sampling.smooth(pixels, marks)
         with borrowed((2, *self._sampling.shape), np.float32) as sines:
-            self._look_up(self._table, planes, sines)
-            coarse = self._from_model(self._averaged(planes)).reshape(*self._coarse[::-1], 2)
-            self._correct(sines, coarse - self._averaged(sines))
+            self._look_up(self._table, smoothed, sines)
+            coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
+            missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(sines)]
+            self._correct(sines, missing)
             return *self._slopes(sines, (h, w)), None
 
-    def _averaged(self, planes: Iterable[NDArray[Any]]) -> Float32:
-        """(h, w, K) means of whole images over the cells of the coarse grid."""
+    def _averaged(self, image: NDArray[Any]) -> Float32:
+        """Means of a whole image over the cells of the coarse grid."""
         # whole numbers are rounded at each halving, so that they are halved but once
-        means = [
-            shrunk(plane, self._coarse, halvings=8 if plane.dtype == np.float32 else 1)
-            for plane in planes
-        ]
-        return np.dstack(means).astype(np.float32)
+        halvings = 8 if image.dtype == np.float32 else 1
+        return np.asarray(shrunk(image, self._coarse, halvings=halvings), np.float32)
 
     def _from_model(self, smoothed: NDArray[Any]) -> Float32:
         """(N, 2) sines of intensities as large as the base."""
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
-    def _look_up(self, table: ColourTable, planes: list[NDArray[Any]], sines: Float32) -> None:
-        """Write the (2, H, W) sines of each pixel's entry."""
-        h, w = planes[0].shape
+    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], sines: Float32) -> None:
+        """Write the (2, h, w) sines of each pixel's entry."""
+        h, w = smoothed.shape[:2]
         with borrowed((h, w, 4), np.uint8) as entries, borrowed((h, w), np.complex64) as found:
-            cv2.merge([*self._bins(table, planes), self._no_alpha], entries)
-            self._flat.take(entries.view(np.int32)[..., 0], out=found, mode="clip")
+            cv2.cvtColor(self._bins(table, smoothed), cv2.COLOR_RGB2RGBA, dst=entries)
+            entry = entries.view(np.uint32)[..., 0]
+            np.bitwise_and(entry, _NO_ALPHA, out=entry)
+            self._flat.take(entry.view(np.int32), out=found, mode="clip")
             cv2.split(found.view(np.float32).reshape(h, w, 2), list(sines))
 
-    def _bins(self, table: ColourTable, planes: list[NDArray[Any]]) -> list[NDArray[np.uint8]]:
-        """(H, W) entry of each channel."""
-        if planes[0].dtype != np.uint8:
-            change = relative_change(
-                np.dstack(planes), self._fine_base, full_scale=self._full_scale
-            )
-            return [np.asarray(plane) for plane in cv2.split(table.bins(change))]
-        first, last = (np.array([n], float) for n in (table.axis.first, table.axis.last))
-        bins = []
-        for plane, base in zip(planes, self._base_bytes, strict=True):
-            ratio = cv2.divide(plane, base, scale=table.axis.per_unit)
-            # the subtraction saturates at the first entry
-            cv2.subtract(ratio, first, dst=ratio)
-            bins.append(np.asarray(cv2.min(ratio, last, dst=ratio), np.uint8))
-        return bins
+    def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
+        """(h, w, 3) entry of each channel."""
+        if smoothed.dtype != np.uint8:
+            change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
+            return table.bins(change)
+        ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
+        # On one channel the subtraction takes a scalar, and saturates at the first entry.
+        rows = np.asarray(ratio).reshape(len(ratio), -1)
+        cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
+        cv2.min(rows, np.array([table.axis.last], float), dst=rows)
+        return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
-    def _correct(self, sines: Float32, missing: Float32) -> None:
-        """Add to (2, H, W) sines what the coarse grid misses."""
-        size = sines.shape[:0:-1]
-        with borrowed(sines.shape[1:], np.float32) as spare, planes_of(missing) as sides:
-            for plane, coarse in zip(sines, sides, strict=True):
-                cv2.resize(coarse, size, dst=spare, interpolation=cv2.INTER_LINEAR)
+    def _correct(self, sines: Float32, missing: list[Float32]) -> None:
+        """Add to (2, h, w) sines what the coarse grid misses."""
+        with borrowed(sines.shape[1:], np.float32) as spare:
+            for plane, coarse in zip(sines, missing, strict=True):
+                cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
 
     def _slopes(self, sines: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
@@ -173,10 +167,6 @@ class SlopeField:
             wide = (self._sampling.widened(plane) for plane in sines)
             compiled.to_slopes(*wide, self._sampling.step, STEEPEST_SINE, gx, gy)
         return gx, gy
-
-
-def _bytes(plane: Float32) -> NDArray[np.uint8]:
-    return np.rint(plane).clip(1, 255).astype(np.uint8)
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

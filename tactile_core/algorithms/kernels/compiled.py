@@ -1,7 +1,7 @@
 """Every kernel, by name; importing this module imports numba."""
 
 from tactile_core.algorithms.kernels.integration import (
-    divergence,
+    divergence_in_dft_order,
     from_dft_order,
     in_dft_order,
     solve_columns,
@@ -18,7 +18,7 @@ from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_
 from tactile_core.algorithms.kernels.touching import steepness
 
 __all__ = [
-    "divergence",
+    "divergence_in_dft_order",
     "from_dft_order",
     "halved_brightness",
     "in_dft_order",

@@ -31,24 +31,6 @@ def _sum(first: Float32, second: Float32, sign: Any, out: Float32) -> None:
         out[j] = sign * (first[j] + second[j])
 
 
-@njit(**LOOP)
-def divergence(gx: Float32, gy: Float32, out: Float32) -> None:
-    """Twice the divergence with free borders, of at least 2 × 2 pixels."""
-    rows, columns = gx.shape
-    for i in range(rows):
-        to = out[i]
-        if i == 0:
-            _sum(gy[0], gy[1], np.float32(1), to)
-        elif i == rows - 1:
-            _sum(gy[i - 1], gy[i], np.float32(-1), to)
-        else:
-            _difference(gy[i - 1], gy[i + 1], to)
-        slope = gx[i]
-        to[0] += slope[0] + slope[1]
-        to[columns - 1] -= slope[columns - 2] + slope[columns - 1]
-        _add_difference(slope[:-2], slope[2:], to[1:-1])
-
-
 @njit(**ROW)
 def _row_in_dft_order(row: Float32, evens: Float32, odds: Float32) -> None:
     for j in range(odds.size):
@@ -59,12 +41,12 @@ def _row_in_dft_order(row: Float32, evens: Float32, odds: Float32) -> None:
 
 
 @njit(**ROW)
-def _row_from_dft_order(evens: Float32, odds: Float32, row: Float32) -> None:
+def _row_from_dft_order(evens: Float32, odds: Float32, gain: Any, row: Float32) -> None:
     for j in range(odds.size):
-        row[2 * j] = evens[j]
-        row[2 * j + 1] = odds[odds.size - 1 - j]
+        row[2 * j] = gain * evens[j]
+        row[2 * j + 1] = gain * odds[odds.size - 1 - j]
     if evens.size > odds.size:
-        row[-1] = evens[-1]
+        row[-1] = gain * evens[-1]
 
 
 @njit(**LOOP)
@@ -76,11 +58,39 @@ def in_dft_order(rows: Float32, ordered: Float32) -> None:
 
 
 @njit(**LOOP)
-def from_dft_order(ordered: Float32, rows: Float32) -> None:
-    """Undo :func:`in_dft_order`."""
+def divergence_in_dft_order(gx: Float32, gy: Float32, out: Float32) -> None:
+    """Twice the divergence with free borders, each row as from :func:`in_dft_order`.
+
+    Parameters
+    ----------
+    gx, gy : (H, W) float32
+        At least 2 × 2.
+    out : (H, W) float32
+        Overwritten.
+    """
+    rows, columns = gx.shape
+    half = (columns + 1) // 2
+    to = np.empty(columns, np.float32)
+    for i in range(rows):
+        if i == 0:
+            _sum(gy[0], gy[1], np.float32(1), to)
+        elif i == rows - 1:
+            _sum(gy[i - 1], gy[i], np.float32(-1), to)
+        else:
+            _difference(gy[i - 1], gy[i + 1], to)
+        slope = gx[i]
+        to[0] += slope[0] + slope[1]
+        to[columns - 1] -= slope[columns - 2] + slope[columns - 1]
+        _add_difference(slope[:-2], slope[2:], to[1:-1])
+        _row_in_dft_order(to, out[i, :half], out[i, half:])
+
+
+@njit(**LOOP)
+def from_dft_order(ordered: Float32, gain: float, rows: Float32) -> None:
+    """Undo :func:`in_dft_order`, and multiply by ``gain``."""
     half = (rows.shape[1] + 1) // 2
     for i in range(len(rows)):
-        _row_from_dft_order(ordered[i, :half], ordered[i, half:], rows[i])
+        _row_from_dft_order(ordered[i, :half], ordered[i, half:], np.float32(gain), rows[i])
 
 
 @njit(**ROW)

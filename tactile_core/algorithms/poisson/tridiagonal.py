@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import Any
 
 import cv2
@@ -45,15 +46,32 @@ class TridiagonalLaplacian:
 
     def solve(self, rhs: Array) -> Array:
         """Return the z of L z = rhs."""
-        kernels = load()
-        assert kernels is not None
         with borrowed(rhs.shape, np.float32) as ordered:
-            kernels.in_dft_order(rhs, ordered)
-            cv2.dft(ordered, dst=rhs, flags=cv2.DFT_ROWS)
-            kernels.solve_columns(rhs, self._cosine, self._sine, self._pivots, self._low_pivots)
-            cv2.dft(rhs, dst=ordered, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE)
-            kernels.from_dft_order(ordered, rhs)
+            _kernels().in_dft_order(rhs, ordered)
+            self._solve(ordered, 1.0, rhs)
         return rhs
+
+    def integrated(self, gx: Array, gy: Array, mm_per_px: float) -> Array:
+        """Return the (H, W) float32 height of these slopes, of at least 2 × 2 pixels."""
+        height = np.empty(gx.shape, np.float32)
+        with borrowed(gx.shape, np.float32) as ordered:
+            _kernels().divergence_in_dft_order(gx, gy, ordered)
+            self._solve(ordered, 0.5 * mm_per_px, height)
+        return height
+
+    def _solve(self, ordered: Array, gain: float, out: Array) -> None:
+        """Write ``gain`` times the solution; the right-hand side, in the DFT's order, is spoilt."""
+        kernels = _kernels()
+        cv2.dft(ordered, dst=out, flags=cv2.DFT_ROWS)
+        kernels.solve_columns(out, self._cosine, self._sine, self._pivots, self._low_pivots)
+        cv2.dft(out, dst=ordered, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE)
+        kernels.from_dft_order(ordered, gain, out)
+
+
+def _kernels() -> ModuleType:
+    kernels = load()
+    assert kernels is not None
+    return kernels
 
 
 def _inverse_pivots(eigenvalues: Array, height: int) -> Array:

@@ -7,17 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
-from tactile_core.algorithms.photometric import planes_of, skin_of
-from tactile_core.algorithms.scratch import borrowed
+from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.sines import to_sines
 from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
+from tactile_core.algorithms.validity import two_within
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
@@ -318,30 +317,11 @@ def _table_from(arrays: Arrays) -> ColourTable:
 
 def _measurable(frame: Frame) -> Bool:
     """Where two channels are neither saturated nor dark, and no mark hides the skin."""
-    *shape, channels = frame.pixels.shape
-    dtype = frame.pixels.dtype
-    floor, ceiling = DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
-    below = float(np.nextafter(np.float32(ceiling), np.float32(0)))
-    with (
-        planes_of(frame.pixels) as planes,
-        borrowed((*shape,), dtype) as unusable,
-        borrowed((*shape,), dtype) as some,
-    ):
-        unusable.fill(0)
-        for plane in planes:
-            # extremes are found faster than where they are, and are rarely out of range
-            darkest, brightest = cv2.minMaxLoc(plane)[:2]
-            if darkest <= floor:
-                cv2.threshold(plane, floor, 1, cv2.THRESH_BINARY_INV, dst=some)
-                cv2.add(unusable, some, dst=unusable)
-            if brightest >= ceiling:
-                cv2.threshold(plane, below, 1, cv2.THRESH_BINARY, dst=some)
-                cv2.add(unusable, some, dst=unusable)
-        spared: Any = channels - min(2, channels)
-        valid = np.asarray(cv2.compare(unusable, spared, cv2.CMP_LE), np.uint8)
+    valid = two_within(
+        frame.pixels, DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
+    )
     if frame.marks is not None:
         valid &= skin_of(frame.marks)
-    valid &= 1
     return valid.view(np.bool_)
 
 

@@ -16,6 +16,7 @@ from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_g
 from tactile_core.algorithms.kernels.slopes import to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.touching import steepness
+from tactile_core.algorithms.kernels.validity import two_of_three_within
 
 __all__ = [
     "divergence_in_dft_order",
@@ -33,4 +34,5 @@ __all__ = [
     "solve_columns",
     "steepness",
     "to_slopes",
+    "two_of_three_within",
 ]

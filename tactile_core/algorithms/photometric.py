@@ -120,10 +120,12 @@ class AroundMarks:
 
     def __init__(self, skin: NDArray[np.uint8], size_px: int) -> None:
         self._skin = skin
+        rows, columns = skin.shape
         # The mean around a mark varies slowly: a coarser image holds it as well, and halving is
         # by far the fastest way to one.
-        step = 2 ** int(np.log2(max(1, size_px // _FINEST)))
-        rows, columns = skin.shape
+        step = 1
+        while 2 * step * _FINEST <= size_px and rows % (2 * step) == columns % (2 * step) == 0:
+            step *= 2
         self._coarse = max(1, columns // step), max(1, rows // step)
         self._box = (max(3, size_px // step) | 1,) * 2
         self._count = np.maximum(self._total(skin) / np.float32(255), np.float32(1e-3))

@@ -1,10 +1,12 @@
 """Every kernel, by name; importing this module imports numba."""
 
 from tactile_core.algorithms.kernels.integration import (
+    backward_columns,
     divergence_in_dft_order,
+    forward_columns,
     from_dft_order,
     in_dft_order,
-    solve_columns,
+    solve_low,
 )
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
@@ -19,7 +21,9 @@ from tactile_core.algorithms.kernels.touching import steepness
 from tactile_core.algorithms.kernels.validity import two_of_three_within
 
 __all__ = [
+    "backward_columns",
     "divergence_in_dft_order",
+    "forward_columns",
     "from_dft_order",
     "halved_brightness",
     "in_dft_order",
@@ -31,7 +35,7 @@ __all__ = [
     "rest_plane",
     "resting_gain",
     "room_at",
-    "solve_columns",
+    "solve_low",
     "steepness",
     "to_slopes",
     "two_of_three_within",

@@ -129,6 +129,13 @@ class SlopeField:
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], sines: Float32) -> None:
         """Write the (2, h, w) sines of each pixel's entry."""
         h, w = smoothed.shape[:2]
+        compiled = kernels.ready()
+        if compiled is not None and smoothed.dtype == np.uint8:
+            rows = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
+            axis = table.axis.per_unit, table.axis.first, table.axis.count
+            pairs = table.sines.view(np.int64).reshape(-1)
+            compiled.sines_of_bytes(*rows, pairs, axis, *sines)
+            return
         with borrowed((h, w, 4), np.uint8) as entries, borrowed((h, w), np.complex64) as found:
             cv2.cvtColor(self._bins(table, smoothed), cv2.COLOR_RGB2RGBA, dst=entries)
             entry = entries.view(np.uint32)[..., 0]

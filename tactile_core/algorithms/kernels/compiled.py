@@ -15,7 +15,7 @@ from tactile_core.algorithms.kernels.neighbours import (
     room_at,
 )
 from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
-from tactile_core.algorithms.kernels.slopes import to_slopes
+from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.touching import steepness
 from tactile_core.algorithms.kernels.validity import two_of_three_within
@@ -35,6 +35,7 @@ __all__ = [
     "rest_plane",
     "resting_gain",
     "room_at",
+    "sines_of_bytes",
     "solve_low",
     "steepness",
     "to_slopes",

@@ -116,10 +116,8 @@ class SlopeField:
             return *self._slopes(sines, (h, w)), None
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
-        """Means of a whole image over the cells of the coarse grid."""
-        # whole numbers are rounded at each halving, so that they are halved but once
-        halvings = 8 if image.dtype == np.float32 else 1
-        return np.asarray(shrunk(image, self._coarse, halvings=halvings), np.float32)
+        """Means of a whole image over the cells of the coarse grid, not rounded."""
+        return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
 
     def _from_model(self, smoothed: NDArray[Any]) -> Float32:
         """(N, 2) sines of intensities as large as the base."""

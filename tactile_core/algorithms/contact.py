@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.quantile import median, quantile
-from tactile_core.algorithms.shrinking import shrunk
+from tactile_core.algorithms.shrinking import repeated, shrunk
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -175,7 +175,7 @@ def _draw(
     across, down = columns / coarse_size[0], rows / coarse_size[1]
     left, right = (round(across * i) for i in (x - 1, x + 1 + touched.shape[1]))
     top, bottom = (round(down * i) for i in (y - 1, y + 1 + touched.shape[0]))
-    near = cv2.resize(near, (right - left, bottom - top), interpolation=cv2.INTER_NEAREST)
+    near = repeated(np.asarray(near, np.uint8), (bottom - top, right - left))
     near = near[max(0, -top) : rows - top, max(0, -left) : columns - left]
     window = np.s_[max(0, top) : bottom, max(0, left) : right]
-    mask[window] |= (height_mm[window] > border_mm) & (near > 0)
+    mask[window] |= (height_mm[window] > border_mm).view(np.uint8) & near

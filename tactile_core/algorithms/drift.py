@@ -52,31 +52,37 @@ class RestingLevels:
             np.linspace(0, size - 1, min(size, 2 * cells)).astype(np.intp)
             for size, cells in zip((columns, rows), self._cells, strict=True)
         )
-        self._places = np.ix_(down, across)
+        self._down, self._across = down, across
+        self._places = (down[:, None] * columns + across).ravel()
         self._full_scale = full_scale
         self._untouched = self._few(reference)
-        self._bright = (self._untouched > _DARK * full_scale).all(axis=1)
+        self._bright = (self._untouched > _DARK * full_scale).all(axis=0)
 
     def gains(self, pixels: Array, marks: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
         seen = self._few(pixels)
-        lowest, highest = seen.min(axis=1), seen.max(axis=1)
-        good = (lowest > _DARK * self._full_scale) & (highest < _FULL * self._full_scale)
-        good &= self._bright
+        good = (seen.min(axis=0) > _DARK * self._full_scale) & self._bright
+        good &= seen.max(axis=0) < _FULL * self._full_scale
         if marks is not None:
-            good &= self._few(marks.view(np.uint8)[..., None])[:, 0] == 0
-        if good.sum() < _FEWEST:
+            good &= self._few(marks.view(np.uint8)[..., None])[0] == 0
+        if np.count_nonzero(good) < _FEWEST:
             return np.ones(pixels.shape[2], np.float32)
-        gain, share = _resting_gain(np.log(seen[good] / self._untouched[good]))
+        gain, share = _resting_gain(np.log(seen[:, good] / self._untouched[:, good]))
         if np.abs(gain).max() > _MOST:
             return np.ones(pixels.shape[2], np.float32)
         trust = min(max((share - _LEAST) / (_ENOUGH - _LEAST), 0.0), 1.0)
         return np.asarray(np.exp(trust * gain), np.float32)
 
     def _few(self, pixels: Array) -> Array:
-        """(N, K) float32: means of neighbouring samples on a coarse grid."""
-        some = pixels[self._places].astype(np.float32)
-        return shrunk(some, self._cells, halvings=0).reshape(-1, pixels.shape[2])
+        """(K, N) float32: means of neighbouring samples on a coarse grid."""
+        channels = pixels.shape[2]
+        if pixels.flags.c_contiguous:
+            some = pixels.reshape(-1, channels).take(self._places, axis=0)
+        else:
+            some = pixels[np.ix_(self._down, self._across)]
+        some = some.reshape(len(self._down), len(self._across), channels).astype(np.float32)
+        means = shrunk(some, self._cells, halvings=0).reshape(-1, channels)
+        return np.ascontiguousarray(means.T)
 
 
 def channel_gains(
@@ -137,13 +143,12 @@ def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
 
 
 def _resting_gain(logs: Array) -> tuple[Array, float]:
-    """Gain of (N, K) logarithms, and the share of them that agrees with it."""
+    """Gain of (K, N) logarithms, and the share of them that agrees with it."""
     gain = _modes(logs)
     compiled = kernels.ready()
     if compiled is not None:
         gain, share = compiled.resting_gain(logs, gain, _NEAR, _ROUNDS)
         return gain, share
-    logs = np.ascontiguousarray(logs.T)
     for _ in range(_ROUNDS):
         square = np.square(logs - gain[:, None]).sum(axis=0)
         weight = np.square(np.maximum(1 - square / (2 * len(logs) * _NEAR**2), 0))
@@ -153,8 +158,10 @@ def _resting_gain(logs: Array) -> tuple[Array, float]:
 
 
 def _modes(logs: Array) -> Array:
-    """(K,): mean of the shortest interval that holds half of each column."""
-    ordered = np.sort(logs, axis=0)
-    half = len(ordered) // 2
-    first = (ordered[half:] - ordered[: len(ordered) - half]).argmin(axis=0)
-    return np.array([ordered[i : i + half, k].mean() for k, i in enumerate(first)], np.float32)
+    """(K,): mean of the shortest interval that holds half of each row."""
+    ordered = np.sort(logs, axis=1)
+    half = ordered.shape[1] // 2
+    first = (ordered[:, half:] - ordered[:, : ordered.shape[1] - half]).argmin(axis=1)
+    return np.array(
+        [row[i : i + half].mean() for row, i in zip(ordered, first, strict=True)], np.float32
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +11,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.shrinking import shrunk
 
@@ -19,8 +20,10 @@ DARK_FRACTION = 0.04
 """Intensities below this fraction of full scale are too dark to divide by."""
 
 
-_LARGEST_SUM = 16
-"""Side of the largest square whose bytes add up to less than 65536."""
+_FINEST = 3
+"""Pixels that are left of a neighbourhood's side when marks are filled."""
+
+_NO_MARK: Any = 0  # numbers are compared with as well, which the types do not say
 
 
 @dataclass(frozen=True)
@@ -81,36 +84,69 @@ def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> 
     -------
     (H, W, K), same dtype
     """
-    rows, columns, channels = pixels.shape
-    skin = cv2.bitwise_not(marks.view(np.uint8) * np.uint8(255))
-    # The mean around a mark varies slowly: a coarser image holds it as well.
-    step = max(1, size_px // 8)
-    coarse = max(1, columns // step), max(1, rows // step)
-    box = (max(3, size_px // step) | 1,) * 2
-    with borrowed(pixels.shape, pixels.dtype) as without:
-        without.fill(0)
-        cv2.copyTo(pixels, skin, without)
-        small = _shrunk(without, coarse, step)
-    total = cv2.blur(small, box).reshape(small.shape)
-    count = np.maximum(cv2.blur(_shrunk(skin[..., None], coarse, step)[..., 0], box) / 255, 1e-3)
-    # a count per channel: numpy is slow where one number serves so few
-    counts = np.repeat(count, channels, axis=1).reshape(total.shape)
-    around = np.asarray(total / counts).astype(pixels.dtype)
-    filled = np.asarray(cv2.resize(around, (columns, rows), interpolation=cv2.INTER_LINEAR))
-    cv2.copyTo(pixels, skin, filled)
-    return filled.reshape(pixels.shape)
+    around = AroundMarks(skin_of(marks), size_px)
+    with planes_of(pixels) as planes:
+        filled = [around.filled(plane) for plane in planes]
+    return np.asarray(cv2.merge(filled)).reshape(pixels.shape)
 
 
-def _shrunk(pixels: NDArray[Any], size: tuple[int, int], step: int) -> Float32:
-    """(h, w, K) means over squares of ``step`` pixels' side, rounded where ``pixels`` are."""
-    rows, columns, channels = pixels.shape
-    compiled = kernels.ready()
-    whole = rows % step == columns % step == 0 and step <= _LARGEST_SUM and step != 2
-    if compiled is not None and whole and pixels.dtype == np.uint8:
-        small = compiled.means_of_bytes(pixels.reshape(rows, -1), channels, step)
-    else:
-        small = shrunk(pixels, size, halvings=0)
-    return np.asarray(small, np.float32).reshape(size[1], size[0], channels)
+@contextmanager
+def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
+    """Lend the channels of an (H, W, K) image as planes, until the end of the ``with`` block."""
+    planar = pixels.transpose(2, 0, 1)
+    if planar.flags.c_contiguous:
+        yield list(planar)
+        return
+    with borrowed(planar.shape, planar.dtype) as memory:
+        cv2.split(pixels, list(memory))
+        yield list(memory)
+
+
+def skin_of(marks: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """(H, W) uint8: 255 where no mark hides the skin, else 0."""
+    return np.asarray(cv2.compare(marks.view(np.uint8), _NO_MARK, cv2.CMP_EQ), np.uint8)
+
+
+class AroundMarks:
+    """Fills the marks of one frame, up to four channels at a time.
+
+    Parameters
+    ----------
+    skin : (H, W) uint8
+        From :func:`skin_of`.
+    size_px : int
+        Side of the neighbourhood that marks are filled from.
+    """
+
+    def __init__(self, skin: NDArray[np.uint8], size_px: int) -> None:
+        self._skin = skin
+        rows, columns = skin.shape
+        # The mean around a mark varies slowly: a coarser image holds it as well, and halving is
+        # by far the fastest way to one.
+        step = 1
+        while 2 * step * _FINEST <= size_px and rows % (2 * step) == columns % (2 * step) == 0:
+            step *= 2
+        self._coarse = max(1, columns // step), max(1, rows // step)
+        self._box = (max(3, size_px // step) | 1,) * 2
+        self._count = np.maximum(self._total(skin) / np.float32(255), np.float32(1e-3))
+
+    def filled(self, part: NDArray[Any]) -> NDArray[Any]:
+        """(H, W) or a few channels of (H, W, K) with the marks filled, same dtype."""
+        with borrowed(part.shape, part.dtype) as without:
+            without.fill(0)
+            cv2.copyTo(part, self._skin, without)
+            total = self._total(without)
+        count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
+        around = np.asarray(cv2.divide(total, count))
+        if part.dtype.kind == "u":
+            around = np.rint(around, out=around).astype(part.dtype)
+        filled = cv2.resize(around, part.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+        cv2.copyTo(part, self._skin, filled)
+        return np.asarray(filled)
+
+    def _total(self, part: NDArray[Any]) -> Float32:
+        small = shrunk(part, self._coarse)
+        return np.asarray(cv2.boxFilter(small, cv2.CV_32F, self._box), np.float32)
 
 
 def around_marks(marks: NDArray[np.bool_] | None) -> int:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-_MOST_CHANNELS = 4
+MOST_CHANNELS = 4
 """OpenCV shrinks no more at once, unless by a whole factor."""
 
 
@@ -39,8 +39,19 @@ def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Arra
         half = columns // 2, rows // 2
         image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA))
     if image.shape[1::-1] != size_px:
-        wide = image.ndim == 3 and channels[0] > _MOST_CHANNELS
+        wide = image.ndim == 3 and channels[0] > MOST_CHANNELS
         planes = cv2.split(image) if wide else [image]
         small = [cv2.resize(plane, size_px, interpolation=cv2.INTER_AREA) for plane in planes]
         image = np.dstack(small) if wide else np.asarray(small[0])
     return image.reshape(size_px[1], size_px[0], *channels)
+
+
+def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Enlarge an (h, w) uint8 image to an (H, W) shape; each pixel is the nearest one's."""
+    times = shape[0] // image.shape[0]
+    if (image.shape[0] * times, image.shape[1] * times) != shape:
+        nearest = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST)
+        return np.asarray(nearest, np.uint8)
+    # much faster than any interpolation: channels that are all alike are pixels side by side
+    wide = np.asarray(cv2.merge([image] * times), np.uint8).reshape(len(image), -1)
+    return np.repeat(wide, times, axis=0)

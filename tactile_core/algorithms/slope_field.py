@@ -23,6 +23,7 @@ from tactile_core.algorithms.photometric import (
     place,
     relative_change,
 )
+from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.algorithms.sines import STEEPEST_SINE, planes_to_gradient, to_gradient
@@ -33,6 +34,7 @@ Model = Callable[[Float32], Float32]
 
 EXACT_PIXELS = 20_000
 """Images up to this size take the model at every pixel."""
+
 
 _NO_ALPHA = np.uint32(0x00FFFFFF)
 
@@ -73,17 +75,18 @@ class SlopeField:
     ) -> None:
         self._model = model
         self._full_scale = full_scale
-        self._smoothing = Smoothing.of(reference_marks, blur_px)
-        base = np.asarray(self._smoothing.apply(reference, reference_marks), np.float32)
-        h, w, k = base.shape
+        h, w, k = reference.shape
         self._table = table if takes_table((h, w, k)) else None
         if self._table is None:
-            self._base = base
+            self._smoothing = Smoothing.of(reference_marks, blur_px)
+            self._base = np.asarray(self._smoothing.apply(reference, reference_marks), np.float32)
             self._place = place((h, w)).reshape(-1, 2)
             return
-        self._coarse = coarse_size(h, w, self._table.points)
+        self._sampling = Sampling.of((h, w), reference_marks, blur_px)
+        self._coarse = coarse_size(*self._sampling.shape, self._table.points)
+        base = np.asarray(self._sampling.smooth(reference, reference_marks), np.float32)
         self._base = self._averaged(base)
-        self._place = self._averaged(place((h, w))).reshape(-1, 2)
+        self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
         self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
@@ -104,35 +107,25 @@ class SlopeField:
             smoothed = self._smoothing.apply(pixels, marks)
             both = to_gradient(self._from_model(smoothed)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
-        sines = np.empty((h, w), np.float32), np.empty((h, w), np.float32)
-        with borrowed(pixels.shape, pixels.dtype) as out:
-            smoothed = self._smoothing.apply(pixels, marks, out)
+        smoothed = self._sampling.smooth(pixels, marks)
+        with borrowed((2, *self._sampling.shape), np.float32) as sines:
             self._look_up(self._table, smoothed, sines)
             coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
-        missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(sines)]
-        compiled = kernels.ready()
-        if compiled is None:
+            missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(sines)]
             self._correct(sines, missing)
-        else:
-            across = [cv2.resize(m, (w, len(m)), interpolation=cv2.INTER_LINEAR) for m in missing]
-            compiled.to_slopes(*across, STEEPEST_SINE, *sines)
-        return *sines, None
+            return *self._slopes(sines, (h, w)), None
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
-        """Means of a whole image over the cells of the coarse grid."""
-        # whole numbers are rounded at each halving, so that they are halved but once
-        halvings = 8 if image.dtype == np.float32 else 1
-        return np.asarray(shrunk(image, self._coarse, halvings=halvings), np.float32)
+        """Means of a whole image over the cells of the coarse grid, not rounded."""
+        return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
 
     def _from_model(self, smoothed: NDArray[Any]) -> Float32:
         """(N, 2) sines of intensities as large as the base."""
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
-    def _look_up(
-        self, table: ColourTable, smoothed: NDArray[Any], sines: tuple[Float32, Float32]
-    ) -> None:
-        """Write the sines of each pixel's entry."""
+    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], sines: Float32) -> None:
+        """Write the (2, h, w) sines of each pixel's entry."""
         h, w = smoothed.shape[:2]
         compiled = kernels.ready()
         if compiled is not None and smoothed.dtype == np.uint8:
@@ -141,17 +134,15 @@ class SlopeField:
             pairs = table.sines.view(np.int64).reshape(-1)
             compiled.sines_of_bytes(*rows, pairs, axis, *sines)
             return
-        bins = self._bins(table, smoothed)
-        with borrowed((h, w), np.complex64) as found:
-            with borrowed((h, w, 4), np.uint8) as quadruples:
-                cv2.cvtColor(bins, cv2.COLOR_RGB2RGBA, dst=quadruples)
-                entry = quadruples.view(np.uint32)[..., 0]
-                np.bitwise_and(entry, _NO_ALPHA, out=entry)
-                self._flat.take(entry.view(np.int32), out=found, mode="clip")
-            cv2.split(found.view(np.float32).reshape(h, w, 2), sines)
+        with borrowed((h, w, 4), np.uint8) as entries, borrowed((h, w), np.complex64) as found:
+            cv2.cvtColor(self._bins(table, smoothed), cv2.COLOR_RGB2RGBA, dst=entries)
+            entry = entries.view(np.uint32)[..., 0]
+            np.bitwise_and(entry, _NO_ALPHA, out=entry)
+            self._flat.take(entry.view(np.int32), out=found, mode="clip")
+            cv2.split(found.view(np.float32).reshape(h, w, 2), list(sines))
 
     def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
-        """(H, W, 3) entry of each channel."""
+        """(h, w, 3) entry of each channel."""
         if smoothed.dtype != np.uint8:
             change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
             return table.bins(change)
@@ -162,14 +153,25 @@ class SlopeField:
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
         return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
-    def _correct(self, sines: tuple[Float32, Float32], missing: list[Float32]) -> None:
-        """Add what the coarse grid misses, and turn sines into slopes."""
-        h, w = sines[0].shape
-        with borrowed((h, w), np.float32) as spare:
+    def _correct(self, sines: Float32, missing: list[Float32]) -> None:
+        """Add to (2, h, w) sines what the coarse grid misses."""
+        with borrowed(sines.shape[1:], np.float32) as spare:
             for plane, coarse in zip(sines, missing, strict=True):
-                cv2.resize(coarse, (w, h), dst=spare, interpolation=cv2.INTER_LINEAR)
+                cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
-            planes_to_gradient(*sines, spare)
+
+    def _slopes(self, sines: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+        """Slopes at every pixel of an (H, W) image from sines on the grid of the smoothing."""
+        compiled = kernels.ready()
+        if compiled is None:
+            gx, gy = (self._sampling.enlarged(plane, shape) for plane in sines)
+            with borrowed(shape, np.float32) as spare:
+                planes_to_gradient(gx, gy, spare)
+        else:
+            gx, gy = np.empty(shape, np.float32), np.empty(shape, np.float32)
+            wide = (self._sampling.widened(plane) for plane in sines)
+            compiled.to_slopes(*wide, self._sampling.step, STEEPEST_SINE, gx, gy)
+        return gx, gy
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

@@ -29,6 +29,7 @@ def bench(
     profiles: Sequence[Profile],
     *,
     sizes_px: Sequence[tuple[int, int]] = (),
+    calibration: str | None = None,
     seconds: float = SECONDS,
     progress: Progress | None = None,
 ) -> Benches:
@@ -42,6 +43,8 @@ def bench(
     profiles : sequence of Profile
     sizes_px : sequence of (width, height), optional
         Image sizes; by default each profile's own.
+    calibration : str, optional
+        The model that is fitted, ``plugin.name``; by default each profile's own.
     seconds : float
         How long to measure the stages of all together; each is measured ten times at least.
     progress : Progress, optional
@@ -59,7 +62,7 @@ def bench(
         for profile, size_px in asked:
             progress.stage(f"calibrating {profile.name}", 0.4 / len(asked))
             try:
-                units.append(virtual_unit(profile, size_px=size_px))
+                units.append(virtual_unit(profile, size_px=size_px, model=calibration))
             except TactileError as error:
                 if len(profiles) == 1:
                     raise

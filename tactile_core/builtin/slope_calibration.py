@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
+from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.sines import to_sines
 from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
+from tactile_core.algorithms.validity import two_within
 from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
@@ -317,24 +317,12 @@ def _table_from(arrays: Arrays) -> ColourTable:
 
 def _measurable(frame: Frame) -> Bool:
     """Where two channels are neither saturated nor dark, and no mark hides the skin."""
-    valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
-    floor, ceiling = DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
-    channels = frame.pixels.shape[2]
-    # Extremes are found ten times faster than where they are, and are rarely out of range.
-    planar = frame.pixels.transpose(2, 0, 1)
-    stored = planar if planar.flags.c_contiguous else frame.pixels
-    darkest, brightest, *_ = cv2.minMaxLoc(stored.reshape(len(stored), -1))
-    if darkest <= floor or brightest >= ceiling:
-        if frame.pixels.dtype.kind == "u":
-            # compared as they are stored, integers take a tenth of the time
-            floor, ceiling = int(floor), math.ceil(ceiling)
-        usable = ((stored > floor) & (stored < ceiling)).view(np.uint8)
-        by_channel = usable if stored is planar else cv2.split(usable)
-        count = sum(by_channel[1:], start=by_channel[0])
-        valid &= np.asarray(count >= min(2, channels))
+    valid = two_within(
+        frame.pixels, DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
+    )
     if frame.marks is not None:
-        valid &= ~frame.marks
-    return valid
+        valid &= skin_of(frame.marks)
+    return valid.view(np.bool_)
 
 
 def _size(shape: tuple[int, ...]) -> str:

@@ -27,6 +27,13 @@ def bench(
             "profile's own.",
         ),
     ] = None,
+    calibration: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="The model that is fitted, as core.lookup_table; by default each profile's own.",
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Measure what each stage of a frame's way costs here, on one core.
@@ -40,7 +47,9 @@ def bench(
     sizes_px = [_size(words) for words in size or []]
     profiles, unusable = _profiles(profile)
     with Bar() as progress:
-        result = measure_all(profiles, sizes_px=sizes_px, progress=progress)
+        result = measure_all(
+            profiles, sizes_px=sizes_px, calibration=calibration, progress=progress
+        )
     for line in (*unusable, *result.left_out):
         typer.echo(f"left out {line}", err=True)
     if as_json:

@@ -19,7 +19,6 @@ from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.markers.darkness import brightness_of
 from tactile_core.algorithms.markers.spots import measured_spots
-from tactile_core.algorithms.photometric import fill_marks
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest import rest_plane
 from tactile_core.algorithms.slope_field import SlopeField
@@ -149,19 +148,6 @@ def test_contacts_agree(both_ways: Callable[..., Any], shape: tuple[int, int]) -
     fast, plain = both_ways(lambda: contact_mask(height, mm_per_px=MM_PER_PX))
     np.testing.assert_array_equal(fast, plain)
     assert plain.any()
-
-
-@needs_kernels
-@pytest.mark.parametrize("channels", [1, 3, 6])
-@pytest.mark.parametrize("size_px", [9, 17, 25, 33, 41, 128, 200])
-def test_marks_are_filled_to_the_same_byte(
-    both_ways: Callable[..., Any], channels: int, size_px: int
-) -> None:
-    rng = np.random.default_rng(0)
-    pixels = rng.integers(0, 256, (240, 320, channels), np.uint8)
-    marks = rng.random((240, 320)) < 0.2
-    fast, plain = both_ways(lambda: fill_marks(pixels, marks, size_px))
-    np.testing.assert_array_equal(fast, plain)
 
 
 @needs_kernels

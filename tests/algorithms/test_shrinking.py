@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.photometric import fill_marks
-from tactile_core.algorithms.shrinking import shrunk
+from tactile_core.algorithms.shrinking import repeated, shrunk
 
 sides = st.integers(1, 8)
 SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
@@ -48,3 +48,17 @@ def test_each_pixel_is_the_mean_of_those_it_stands_for(width: int, height: int, 
     squares = image.reshape(height, times, width, times, 2)
     small = shrunk(image.astype(np.float32), (width, height))
     assert small == pytest.approx(squares.mean(axis=(1, 3)), abs=1e-6)
+
+
+@given(rows=st.integers(1, 9), columns=st.integers(1, 9), times=st.integers(1, 5))
+def test_a_mask_is_enlarged_pixel_by_pixel(rows: int, columns: int, times: int) -> None:
+    mask = np.random.default_rng(rows).integers(0, 2, (rows, columns)).astype(np.uint8)
+    large = repeated(mask, (rows * times, columns * times))
+    np.testing.assert_array_equal(large, np.kron(mask, np.ones((times, times), np.uint8)))
+
+
+def test_a_mask_is_enlarged_to_any_size() -> None:
+    mask = np.array([[0, 1], [1, 0]], np.uint8)
+    large = repeated(mask, (5, 7))
+    assert large.shape == (5, 7)
+    assert (large[0, 0], large[0, -1], large[-1, 0], large[-1, -1]) == (0, 1, 1, 0)

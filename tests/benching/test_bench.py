@@ -43,6 +43,13 @@ def result(lab: VirtualLab) -> Benches:
     return bench([marked(), lab.profile], sizes_px=[SMALL], seconds=0.2)
 
 
+def test_another_calibration_may_be_asked_for() -> None:
+    (found,) = bench(
+        [marked()], sizes_px=[SMALL], calibration="core.lookup_table", seconds=0.1
+    ).benches
+    assert found.model == "core.lookup_table"
+
+
 def test_another_size_shows_the_same_piece_of_gel(unit: VirtualUnit) -> None:
     plain, image = marked().image, unit.profile.image
     assert (image.width_px, image.height_px) == SMALL

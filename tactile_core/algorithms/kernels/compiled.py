@@ -1,11 +1,12 @@
 """Every kernel, by name; importing this module imports numba."""
 
-from tactile_core.algorithms.kernels.averages import means_of_bytes
 from tactile_core.algorithms.kernels.integration import (
-    divergence,
+    backward_columns,
+    divergence_in_dft_order,
+    forward_columns,
     from_dft_order,
     in_dft_order,
-    solve_columns,
+    solve_low,
 )
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
@@ -17,14 +18,16 @@ from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_g
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.touching import steepness
+from tactile_core.algorithms.kernels.validity import two_of_three_within
 
 __all__ = [
-    "divergence",
+    "backward_columns",
+    "divergence_in_dft_order",
+    "forward_columns",
     "from_dft_order",
     "halved_brightness",
     "in_dft_order",
     "lower",
-    "means_of_bytes",
     "moments_of_labels",
     "mutual_nearest",
     "neighbours_plane",
@@ -33,7 +36,8 @@ __all__ = [
     "resting_gain",
     "room_at",
     "sines_of_bytes",
-    "solve_columns",
+    "solve_low",
     "steepness",
     "to_slopes",
+    "two_of_three_within",
 ]

@@ -31,24 +31,6 @@ def _sum(first: Float32, second: Float32, sign: Any, out: Float32) -> None:
         out[j] = sign * (first[j] + second[j])
 
 
-@njit(**LOOP)
-def divergence(gx: Float32, gy: Float32, out: Float32) -> None:
-    """Twice the divergence with free borders, of at least 2 × 2 pixels."""
-    rows, columns = gx.shape
-    for i in range(rows):
-        to = out[i]
-        if i == 0:
-            _sum(gy[0], gy[1], np.float32(1), to)
-        elif i == rows - 1:
-            _sum(gy[i - 1], gy[i], np.float32(-1), to)
-        else:
-            _difference(gy[i - 1], gy[i + 1], to)
-        slope = gx[i]
-        to[0] += slope[0] + slope[1]
-        to[columns - 1] -= slope[columns - 2] + slope[columns - 1]
-        _add_difference(slope[:-2], slope[2:], to[1:-1])
-
-
 @njit(**ROW)
 def _row_in_dft_order(row: Float32, evens: Float32, odds: Float32) -> None:
     for j in range(odds.size):
@@ -59,12 +41,12 @@ def _row_in_dft_order(row: Float32, evens: Float32, odds: Float32) -> None:
 
 
 @njit(**ROW)
-def _row_from_dft_order(evens: Float32, odds: Float32, row: Float32) -> None:
+def _row_from_dft_order(evens: Float32, odds: Float32, gain: Any, row: Float32) -> None:
     for j in range(odds.size):
-        row[2 * j] = evens[j]
-        row[2 * j + 1] = odds[odds.size - 1 - j]
+        row[2 * j] = gain * evens[j]
+        row[2 * j + 1] = gain * odds[odds.size - 1 - j]
     if evens.size > odds.size:
-        row[-1] = evens[-1]
+        row[-1] = gain * evens[-1]
 
 
 @njit(**LOOP)
@@ -76,11 +58,42 @@ def in_dft_order(rows: Float32, ordered: Float32) -> None:
 
 
 @njit(**LOOP)
-def from_dft_order(ordered: Float32, rows: Float32) -> None:
-    """Undo :func:`in_dft_order`."""
+def divergence_in_dft_order(gx: Float32, gy: Float32, first: int, out: Float32) -> None:
+    """Twice the divergence with free borders, of some rows, as from :func:`in_dft_order`.
+
+    Parameters
+    ----------
+    gx, gy : (H, W) float32
+        At least 2 × 2.
+    first : int
+        The first of the rows.
+    out : (B, W) float32
+        Overwritten; as many rows as are wanted.
+    """
+    rows, columns = gx.shape
+    half = (columns + 1) // 2
+    row = np.empty(columns, np.float32)
+    for k in range(len(out)):
+        i = first + k
+        if i == 0:
+            _sum(gy[0], gy[1], np.float32(1), row)
+        elif i == rows - 1:
+            _sum(gy[i - 1], gy[i], np.float32(-1), row)
+        else:
+            _difference(gy[i - 1], gy[i + 1], row)
+        slope = gx[i]
+        row[0] += slope[0] + slope[1]
+        row[columns - 1] -= slope[columns - 2] + slope[columns - 1]
+        _add_difference(slope[:-2], slope[2:], row[1:-1])
+        _row_in_dft_order(row, out[k, :half], out[k, half:])
+
+
+@njit(**LOOP)
+def from_dft_order(ordered: Float32, gain: float, rows: Float32) -> None:
+    """Undo :func:`in_dft_order`, and multiply by ``gain``."""
     half = (rows.shape[1] + 1) // 2
     for i in range(len(rows)):
-        _row_from_dft_order(ordered[i, :half], ordered[i, half:], rows[i])
+        _row_from_dft_order(ordered[i, :half], ordered[i, half:], np.float32(gain), rows[i])
 
 
 @njit(**ROW)
@@ -127,8 +140,16 @@ def _copy(values: Any, to: Any) -> None:
 
 
 @njit(**LOOP)
-def _solve_low(low: Any, pivots: Any) -> None:
-    """Solve in double precision; the first column, whose constant is free, gets the mean 0."""
+def solve_low(low: Any, pivots: Any) -> None:
+    """Solve in double precision, in place; the constant, which is free, becomes 0.
+
+    Parameters
+    ----------
+    low : (H, L) float64
+        Coefficients from :func:`forward_columns`.
+    pivots : (H, L) float64
+        Inverse pivots of the elimination.
+    """
     rows = len(low)
     _centre(low)
     _forward(np.zeros(low.shape[1]), pivots[0], low[0])
@@ -140,35 +161,47 @@ def _solve_low(low: Any, pivots: Any) -> None:
 
 
 @njit(**LOOP)
-def solve_columns(
-    packed: Float32, cosine: Float32, sine: Float32, pivots: Float32, low_pivots: Any
+def forward_columns(
+    packed: Float32, first: int, last: int, turn: Float32, pivots: Float32, low: Any
 ) -> None:
-    """Solve the tridiagonal equations of every cosine coefficient, in place.
+    """Eliminate downwards in the tridiagonal equations of every cosine coefficient, in place.
 
     Parameters
     ----------
     packed : (H, W) float32
-        A real DFT of each row, as OpenCV packs it; overwritten by that of the solution.
-    cosine, sine : (P,) float32
-        What turns the DFT's pairs into coefficients.
+        A real DFT of each row, as OpenCV packs it.
+    first, last : int
+        The rows to do, those above them having been done.
+    turn : (2, P) float32
+        Cosines and sines of what turns the DFT's pairs into coefficients.
     pivots : (R, W) float32
         Inverse pivots of the first rows, then that of all others, then that of the last row.
-    low_pivots : (H, L) float64
-        Inverse pivots of the coefficients that need double precision, the first in the row.
+    low : (H, L) float64
+        Receives the coefficients that need double precision, the first in the row.
     """
-    rows, end = len(packed), 1 + 2 * cosine.size
+    end = 1 + 2 * turn.shape[1]
     settled = len(pivots) - 2
-    low = np.empty(low_pivots.shape)
-    count = low.shape[1]
-    nothing = np.zeros(packed.shape[1], np.float32)
-    for i in range(rows):
-        _turned(packed[i, 1:end], cosine, sine)
-        _copy(packed[i], low[i])
-        pivot = pivots[-1] if i == rows - 1 else pivots[min(i, settled)]
-        _forward(packed[i - 1] if i else nothing, pivot, packed[i])
-    _solve_low(low, low_pivots)
-    for i in range(rows - 1, -1, -1):
+    above = packed[first - 1] if first else np.zeros(packed.shape[1], np.float32)
+    for i in range(first, last):
+        row = packed[i]
+        _turned(row[1:end], turn[0], turn[1])
+        _copy(row, low[i])
+        _forward(above, pivots[-1] if i == len(packed) - 1 else pivots[min(i, settled)], row)
+        above = row
+
+
+@njit(**LOOP)
+def backward_columns(
+    packed: Float32, first: int, last: int, turn: Float32, pivots: Float32, low: Any
+) -> None:
+    """Substitute upwards after :func:`forward_columns`, and make the DFT of the solution.
+
+    The rows below have been done; ``low`` holds the solution of :func:`solve_low`.
+    """
+    end = 1 + 2 * turn.shape[1]
+    settled = len(pivots) - 2
+    for i in range(last - 1, first - 1, -1):
         if i:
             _backward(packed[i], pivots[min(i - 1, settled)], packed[i - 1])
-        _copy(low[i], packed[i, :count])
-        _turned_back(packed[i, 1:end], cosine, sine)
+        _copy(low[i], packed[i, : low.shape[1]])
+        _turned_back(packed[i, 1:end], turn[0], turn[1])

@@ -189,7 +189,7 @@ def lower(height_mm: Any, levels: Any, across: Any) -> None:
 
 @njit(**LOOP)
 def resting_gain(logs: Any, gain: Any, near: float, rounds: int) -> tuple[Any, float]:
-    """Refine a gain by Tukey's biweight on (N, K) logarithms of all channels at once.
+    """Refine a gain by Tukey's biweight on (K, N) logarithms of all channels at once.
 
     Returns
     -------
@@ -197,7 +197,7 @@ def resting_gain(logs: Any, gain: Any, near: float, rounds: int) -> tuple[Any, f
     share : float
         Share of the samples that agree with it.
     """
-    count, channels = logs.shape
+    channels, count = logs.shape
     gain = gain.astype(np.float64)
     for _ in range(rounds):
         total = 0.0
@@ -205,16 +205,16 @@ def resting_gain(logs: Any, gain: Any, near: float, rounds: int) -> tuple[Any, f
         for i in range(count):
             square = 0.0
             for k in range(channels):
-                square += ((logs[i, k] - gain[k]) / near) ** 2
+                square += ((logs[k, i] - gain[k]) / near) ** 2
             weight = max(1 - square / (2 * channels), 0.0) ** 2
             total += weight
             for k in range(channels):
-                pull[k] += weight * logs[i, k]
+                pull[k] += weight * logs[k, i]
         gain = pull / max(total, 1e-6)
     agreeing = 0
     for i in range(count):
         farthest = 0.0
         for k in range(channels):
-            farthest = max(farthest, abs(logs[i, k] - gain[k]))
+            farthest = max(farthest, abs(logs[k, i] - gain[k]))
         agreeing += farthest < 2 * near
     return gain, agreeing / count

@@ -84,55 +84,55 @@ def sines_of_bytes(
 
 
 @njit(**ROW)
-def _finished_row(
+def _slopes_of_row(
     above_x: Float32,
     below_x: Float32,
     above_y: Float32,
     below_y: Float32,
     share: Any,
     steepest: Any,
-    nx: Float32,
-    ny: Float32,
+    gx: Float32,
+    gy: Float32,
 ) -> None:
     one = np.float32(1)
     limit = steepest * steepest
-    for j in range(nx.size):
-        x = nx[j] + above_x[j] + share * (below_x[j] - above_x[j])
-        y = ny[j] + above_y[j] + share * (below_y[j] - above_y[j])
+    for j in range(gx.size):
+        x = above_x[j] + share * (below_x[j] - above_x[j])
+        y = above_y[j] + share * (below_y[j] - above_y[j])
         square = x * x + y * y
         gain = one / np.sqrt(one - min(square, limit))
         gain *= min(one, steepest / np.sqrt(max(square, np.float32(1e-12))))
-        nx[j] = x * gain
-        ny[j] = y * gain
+        gx[j] = x * gain
+        gy[j] = y * gain
 
 
 @njit(**LOOP)
 def to_slopes(
-    missing_x: Float32, missing_y: Float32, steepest: float, nx: Float32, ny: Float32
+    nx: Float32, ny: Float32, step: int, steepest: float, gx: Float32, gy: Float32
 ) -> None:
-    """Add a correction that is known on some rows, and turn sines into slopes, in place.
+    """Turn sines, which are known on every ``step``-th row, into slopes; linear between them.
 
     Parameters
     ----------
-    missing_x, missing_y : (R, W) float32
-        Sines to add, at rows evenly spread over the image's height; linear between them.
+    nx, ny : (R, W) float32
+        Sines; each row is the middle of ``step`` rows of the image.
+    step : int
     steepest : float
         The largest sine; steeper ones keep their direction.
-    nx, ny : (H, W) float32
-        Sines; overwritten by slopes.
+    gx, gy : (H, W) float32
+        Overwritten by slopes.
     """
-    rows, known = len(nx), len(missing_x)
-    for i in range(rows):
-        place = min(max((i + 0.5) * known / rows - 0.5, 0.0), known - 1.0)
-        above = min(int(place), known - 1)
-        below = min(above + 1, known - 1)
-        _finished_row(
-            missing_x[above],
-            missing_x[below],
-            missing_y[above],
-            missing_y[below],
+    for i in range(len(gx)):
+        place = min(max((i + 0.5) / step - 0.5, 0.0), len(nx) - 1.0)
+        above = int(place)
+        below = min(above + 1, len(nx) - 1)
+        _slopes_of_row(
+            nx[above],
+            nx[below],
+            ny[above],
+            ny[below],
             np.float32(place - above),
             np.float32(steepest),
-            nx[i],
-            ny[i],
+            gx[i],
+            gy[i],
         )

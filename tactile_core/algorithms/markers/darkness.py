@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -78,8 +79,8 @@ def brightness_of(pixels: Array, times: int) -> Array:
     if compiled is not None and even and pixels.dtype == np.uint8:
         return np.asarray(compiled.halved_brightness(pixels.reshape(height, -1)))
     if times > 1:
-        size = tuple(max(1, side // times) for side in pixels.shape[1::-1])
-        pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
+        size = max(1, width // times), max(1, height // times)
+        pixels = shrunk(pixels, size)
     if pixels.ndim == 2:
         return pixels
     if pixels.shape[2] == 3 and pixels.dtype == np.uint8:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.markers.darkness import FULL, UInt8, darkness_of
+from tactile_core.algorithms.shrinking import repeated
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
@@ -56,16 +57,6 @@ def mask_of(darkness: UInt8, shape: tuple[int, ...], *, least: float = _LEAST_DA
     -------
     (H, W) bool
     """
-    _, dark = cv2.threshold(darkness, least * FULL, FULL, cv2.THRESH_BINARY)
-    dark = _enlarged(dark, shape)
-    return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)) > 0)
-
-
-def _enlarged(dark: Array, shape: tuple[int, ...]) -> Array:
-    """Repeat each pixel of a shrunk (h, w) uint8 image, up to an (H, W) shape."""
-    times = shape[0] // dark.shape[0]
-    if (dark.shape[0] * times, dark.shape[1] * times) != shape:
-        return np.asarray(cv2.resize(dark, shape[::-1], interpolation=cv2.INTER_NEAREST))
-    # much faster than any interpolation: channels that are all alike are pixels side by side
-    wide = np.asarray(cv2.merge([dark] * times)).reshape(len(dark), -1)
-    return np.repeat(wide, times, axis=0)
+    _, dark = cv2.threshold(darkness, least * FULL, 1, cv2.THRESH_BINARY)
+    dark = repeated(np.asarray(dark, np.uint8), shape)
+    return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)), np.uint8).view(np.bool_)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.poisson.laplacian import Boundary
 from tactile_core.algorithms.scratch import borrowed
 
@@ -34,10 +33,6 @@ def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
         A new one.
     """
     across = np.empty_like(gx)
-    compiled = kernels.ready()
-    if compiled is not None and boundary == "neumann" and min(gx.shape) > 1:
-        compiled.divergence(gx, gy, across)
-        return across
     flat = gx.reshape(-1)
     if flat.size > 2:
         # the flat difference is wrong at the ends of rows, which follow; it takes a quarter of

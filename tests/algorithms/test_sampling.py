@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.photometric import Smoothing
-from tactile_desktop_six_led.sampling import Sampling
+from tactile_core.algorithms.sampling import Sampling
 
 
 def there_and_back(image, blur_px):
@@ -61,3 +61,23 @@ def test_marks_are_filled_before_anything_is_averaged():
     sampling = Sampling.of((80, 80), marks, 2.0)
     for plane in sampling.planes(image, marks):
         assert plane.min() >= 99
+
+
+@pytest.mark.parametrize("blur_px", [0.0, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("shape", [(80, 96), (81, 97)])
+def test_all_channels_at_once_give_what_each_gives_by_itself(shape, blur_px):
+    image = np.random.default_rng(0).integers(0, 256, (*shape, 3)).astype(np.uint8)
+    marks = np.zeros(shape, bool)
+    marks[30:40, 50:60] = True
+    sampling = Sampling.of(shape, marks, blur_px)
+    together = sampling.smooth(image, marks)
+    planar = np.ascontiguousarray(image.transpose(2, 0, 1)).transpose(1, 2, 0)
+    np.testing.assert_array_equal(sampling.smooth(planar, marks), together)
+    np.testing.assert_array_equal(np.dstack(sampling.planes(image, marks)), together)
+
+
+def test_what_is_smoothed_owns_its_memory():
+    image = np.full((20, 30, 3), 50, np.uint8)
+    before = Sampling.of((20, 30), None, 0.0).planes(image, None)
+    Sampling.of((20, 30), None, 0.0).planes(image + np.uint8(100), None)
+    assert all((plane == 50).all() for plane in before)

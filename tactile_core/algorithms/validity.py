@@ -1,0 +1,61 @@
+"""Which pixels tell a slope: those that are neither too dark nor saturated in enough channels."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.photometric import planes_of
+from tactile_core.algorithms.scratch import borrowed
+
+
+def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np.uint8]:
+    """Tell where at least two channels, or the only one, are between two bounds.
+
+    Parameters
+    ----------
+    pixels : (H, W, K) uint8, uint16 or float32
+    floor, ceiling : float
+        Neither is within.
+
+    Returns
+    -------
+    (H, W) uint8
+        0 or 1.
+    """
+    compiled = kernels.ready()
+    if compiled is not None and _interleaved_bytes(pixels):
+        first, last = math.floor(floor) + 1, math.ceil(ceiling) - 1
+        return np.asarray(
+            compiled.two_of_three_within(pixels.reshape(len(pixels), -1), first, last)
+        )
+    rows, columns, channels = pixels.shape
+    below = float(np.nextafter(np.float32(ceiling), np.float32(0)))
+    with (
+        planes_of(pixels) as planes,
+        borrowed((rows, columns), pixels.dtype) as outside,
+        borrowed((rows, columns), pixels.dtype) as some,
+    ):
+        outside.fill(0)
+        for plane in planes:
+            # extremes are found faster than where they are, and are rarely out of range
+            darkest, brightest = cv2.minMaxLoc(plane)[:2]
+            if darkest <= floor:
+                cv2.threshold(plane, floor, 1, cv2.THRESH_BINARY_INV, dst=some)
+                cv2.add(outside, some, dst=outside)
+            if brightest >= ceiling:
+                cv2.threshold(plane, below, 1, cv2.THRESH_BINARY, dst=some)
+                cv2.add(outside, some, dst=outside)
+        spared: Any = channels - min(2, channels)
+        valid = np.asarray(cv2.compare(outside, spared, cv2.CMP_LE), np.uint8)
+    valid &= 1
+    return valid
+
+
+def _interleaved_bytes(pixels: NDArray[Any]) -> bool:
+    return pixels.dtype == np.uint8 and pixels.shape[2] == 3 and pixels.flags.c_contiguous

@@ -20,7 +20,7 @@ DARK_FRACTION = 0.04
 """Intensities below this fraction of full scale are too dark to divide by."""
 
 
-_FINEST = 3
+_FINEST = 6
 """Pixels that are left of a neighbourhood's side when marks are filled."""
 
 _NO_MARK: Any = 0  # numbers are compared with as well, which the types do not say

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.photometric import AroundMarks, around_marks, planes_of, skin_of
+from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.shrinking import MOST_CHANNELS, shrunk
 
 Float32 = NDArray[np.float32]
@@ -21,7 +22,7 @@ _PX_PER_BLUR = 0.75
 _SIGMAS = 2.5
 """Half the width of the smoothing's window."""
 
-_ALL: Any = 255  # numbers are compared with as well, which the types do not say
+_HALF: Any = 128  # of 255; numbers are compared with as well, which the types do not say
 
 
 @dataclass(frozen=True)
@@ -78,13 +79,27 @@ class Sampling:
             return self._worked_on(planes, marks)
 
     def _worked_on(self, parts: list[NDArray[Any]], marks: Bool | None) -> list[NDArray[Any]]:
-        parts = [self._coarse(part) for part in parts]
-        if marks is not None and self.around_px:
-            # a coarse pixel is of a mark as soon as one of its pixels is
-            skin = cv2.compare(self._coarse(skin_of(marks)), _ALL, cv2.CMP_EQ)
-            around = AroundMarks(np.asarray(skin, np.uint8), self.around_px)
-            parts = [around.filled(part) for part in parts]
-        return [self._smooth(part) for part in parts]
+        if marks is None or not self.around_px:
+            return [self._smooth(self._coarse(part)) for part in parts]
+        skin = skin_of(marks)
+        share = self._coarse(skin)
+        mostly_skin = np.asarray(cv2.compare(share, _HALF, cv2.CMP_GE), np.uint8)
+        around = AroundMarks(mostly_skin, self.around_px)
+        small = [self._of_skin(part, skin, share) for part in parts]
+        return [self._smooth(around.filled(part)) for part in small]
+
+    def _of_skin(
+        self, part: NDArray[Any], skin: NDArray[np.uint8], share: NDArray[np.uint8]
+    ) -> NDArray[Any]:
+        """Means over what a coarse pixel has of skin, so that none is lost beside marks."""
+        with borrowed(part.shape, part.dtype) as bare:
+            bare.fill(0)
+            cv2.copyTo(part, skin, bare)
+            small = self._coarse(bare)
+            shares = share.astype(part.dtype)
+            if small.ndim == 3:
+                shares = np.asarray(cv2.merge([shares] * small.shape[2]))
+            return np.asarray(cv2.divide(small, shares, scale=255))
 
     def enlarged(self, plane: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
         """A coarse plane at the size of the image, in a new array."""

@@ -81,3 +81,15 @@ def test_what_is_smoothed_owns_its_memory():
     before = Sampling.of((20, 30), None, 0.0).planes(image, None)
     Sampling.of((20, 30), None, 0.0).planes(image + np.uint8(100), None)
     assert all((plane == 50).all() for plane in before)
+
+
+def test_skin_beside_a_mark_is_not_lost_to_it():
+    rows, columns = np.indices((96, 96), np.float32)
+    skin = (100 + 40 * np.sin(rows / 6) * np.cos(columns / 6))[..., None]
+    marks = np.zeros((96, 96), bool)
+    marks[8:88, 41:44] = True  # beside it a coarse pixel is half mark, half skin
+    sampling = Sampling.of((96, 96), marks, 2.0)
+    (seen,) = sampling.planes(np.where(marks[..., None], np.float32(0), skin), marks)
+    (bare,) = sampling.planes(skin, None)
+    error = (seen - bare)[6:42]
+    assert np.sqrt(np.mean(np.square(error[:, 20:22]))) < 8

@@ -81,8 +81,13 @@ class Slip(Estimator):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         chosen = self.Options.model_validate(options.model_dump())
-        self._touch = TouchFinder(stride_of(context.image.width_px), context.reference)
-        spacing_mm = self._touch.stride * context.image.mm_per_px
+        self._marks: MarkFinder | None = None
+        if context.reference is not None:
+            self._marks = MarkFinder.of(context, context.reference)
+        stride = stride_of(context.image.width_px)
+        spacing_mm = stride * context.image.mm_per_px
+        mark_px = 0.0 if self._marks is None else self._marks.diameter_px
+        self._touch = TouchFinder(stride, spacing_mm, context.reference, mark_px)
         self._contact = DraggedContact(
             spacing_mm,
             window_mm=chosen.window_mm,
@@ -99,9 +104,6 @@ class Slip(Estimator):
         )
         self._warning_only = float(np.nextafter(chosen.slip, 0))
         self._imprint_lost = chosen.imprint_lost
-        self._marks: MarkFinder | None = None
-        if context.reference is not None:
-            self._marks = MarkFinder.of(context, context.reference)
         self._imprint: ImprintFollower | None = None
         self.reset()
 
@@ -130,7 +132,7 @@ class Slip(Estimator):
         time_s = displacement.timestamp_s
         imprint = self._imprint_motion(frame, markers)
         field = coarse(displacement.mm, self._touch.stride)
-        mask, load = self._touch.find(np.abs(field), frame, height, contact)
+        mask, load = self._touch.find(np.abs(field), frame, markers, height, contact)
         if not mask.any():
             self._forget()
             if imprint is None or contact is not None:

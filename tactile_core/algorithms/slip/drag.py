@@ -111,14 +111,13 @@ class DraggedContact:
         place = places_mm(field.shape, self.spacing_mm).ravel()[chosen]
         self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
         whole = self._whole(moved, chosen)
-        stalled = self._stalled(field, chosen)
         before = self._following if self._judged else 0.0
-        self._follow(field, chosen, whole, stalled)
+        self._follow(field, chosen, whole)
         self._before.append(field)
         return Cues(
             self._following,
             max(0.0, before - self._following),
-            stalled,
+            self._stalled,
             whole.motion_mm,
             whole.turned_mm,
             whole.turn_rad,
@@ -129,7 +128,7 @@ class DraggedContact:
         self._before: deque[Complex] = deque(maxlen=_EARLIER)
         self._following, self._span = 1.0, 1
         self._judged = False
-        self._peak_mm = self._dragged_mm = 0.0
+        self._peak_mm = self._stalled = self._dragged_mm = 0.0
 
     def _grew(self, load: Load) -> bool:
         """What spreads the skin under a growing load is no shear."""
@@ -152,24 +151,11 @@ class DraggedContact:
         moved = np.abs((now - before).ravel()[chosen])
         return quantile(moved, _FAR_QUANTILE)
 
-    def _stalled(self, field: Complex, chosen: Indices) -> float:
-        """How much slower the skin moves than it did, told over a motion that noise does not hide.
+    def _follow(self, field: Complex, chosen: Indices, whole: Core) -> None:
+        """Learn what share of the contact followed in the last motion, and how fast its core is.
 
         Frames are counted, not seconds: quasi-static motions have none.
         """
-        frames = len(self._before)
-        if self._peak_mm > 0:
-            frames = min(frames, max(2, int(np.ceil(self.window_mm / 2 / self._peak_mm))))
-        if frames < 1:
-            return 0.0
-        rate = self._far(field, self._before[-frames], chosen) / frames
-        if self._peak_mm > 0 or rate * frames > self.window_mm / 2:
-            self._peak_mm = max(self._peak_mm, rate)
-            return 1 - rate / self._peak_mm
-        return 0.0
-
-    def _follow(self, field: Complex, chosen: Indices, whole: Core, stalled: float) -> None:
-        """Learn what share of the contact followed in the last motion."""
         earlier = len(self._before)
         if not earlier:
             return
@@ -180,12 +166,20 @@ class DraggedContact:
             span += 1
             moved_mm = self._far(field, self._before[-span], chosen)
         self._span = span
-        begins = whole.motion_mm < _BEGINS * self.window_mm
-        if begins or moved_mm <= _MOVED_NOISES * self.noise_mm:
+        if whole.motion_mm < _BEGINS * self.window_mm:
+            return
+        if moved_mm <= _MOVED_NOISES * self.noise_mm:
+            self._slowed(moved_mm / span)
             return
         lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
         core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)
         following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
+        self._slowed(core.motion_mm / span)
         # skin that has all but halted creeps as one, whether its object holds it or slides over it
-        self._following = min(following, self._following) if stalled > _HALTED else following
+        halted = self._stalled > _HALTED
+        self._following = min(following, self._following) if halted else following
         self._judged = True
+
+    def _slowed(self, rate_mm: float) -> None:
+        self._peak_mm = max(self._peak_mm, rate_mm)
+        self._stalled = 1 - rate_mm / max(self._peak_mm, 1e-9)

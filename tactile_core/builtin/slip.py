@@ -49,13 +49,14 @@ class Slip(Estimator):
         """
 
         window_mm: PositiveFloat = Field(
-            default=0.06, description="Slip is told over the last motion of the skin by so much."
+            default=0.1, description="Slip is told over the last motion of the skin by so much."
         )
         tolerance: float = Field(
-            default=0.2,
+            default=0.1,
             gt=0,
             lt=1,
-            description="The skin follows its core if it lags by less than this share of its way.",
+            description="The skin follows its core if it lags by less than this share of its "
+            "way; twice that where the contact is told from the image.",
         )
         noise_mm: PositiveFloat = Field(
             default=NOISE_MM, description="Of a displacement along x or y."
@@ -132,7 +133,7 @@ class Slip(Estimator):
         time_s = displacement.timestamp_s
         imprint = self._imprint_motion(frame, markers)
         field = coarse(displacement.mm, self._touch.stride)
-        mask, load = self._touch.find(np.abs(field), frame, markers, height, contact)
+        mask, load, blurred = self._touch.find(np.abs(field), frame, markers, height, contact)
         if not mask.any():
             self._forget()
             if imprint is None or contact is not None:
@@ -143,7 +144,7 @@ class Slip(Estimator):
         valid = mask & self._touch.picked(displacement.valid)
         if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
             mask = valid
-        cues = self._contact.update(field, mask, load)
+        cues = self._contact.update(field, mask, load, blurred=blurred)
         if self._contact.began and imprint and self._imprint and self._knows_load:
             imprint = self._imprint.settle()
         told, degree = self._with_imprint(

@@ -37,10 +37,13 @@ class Touch(NamedTuple):
     ----------
     mask : (h, w) bool
     load : Load
+    blurred : bool
+        Its border is one that the displacement field was made without.
     """
 
     mask: Bool
     load: Load
+    blurred: bool = False
 
 
 class TouchFinder:
@@ -146,7 +149,7 @@ class TouchFinder:
         least = max(_LEAST_CHANGE, _NOISES * reference.noise / reference.full_scale)
         # shear changes the light of a contact more than its volume
         load = Load(0.0, float(np.sqrt(change.sum())))
-        return Touch(touched_within(change, least), load)
+        return Touch(touched_within(change, least), load, blurred=True)
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:

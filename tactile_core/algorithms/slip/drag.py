@@ -32,7 +32,8 @@ is dragged already begins anew only under a much larger load."""
 _ENOUGH_PLACES = 12
 _MOST_PLACES = 600
 _EARLIER = 16
-_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.6
+_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.4
+_BLURRED = 2.0
 _FAR_QUANTILE = 0.95
 _BEGINS = 0.7
 
@@ -73,8 +74,8 @@ class DraggedContact:
         self,
         spacing_mm: float,
         *,
-        window_mm: float = 0.06,
-        tolerance: float = 0.2,
+        window_mm: float = 0.1,
+        tolerance: float = 0.1,
         noise_mm: float = NOISE_MM,
     ) -> None:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
@@ -88,7 +89,7 @@ class DraggedContact:
         self._load = Load(0.0, 0.0)
         self._start_again()
 
-    def update(self, field: Complex, mask: Bool, load: Load) -> Cues:
+    def update(self, field: Complex, mask: Bool, load: Load, *, blurred: bool = False) -> Cues:
         """Judge the next field.
 
         Parameters
@@ -98,6 +99,8 @@ class DraggedContact:
         mask : (h, w) bool
             The contact.
         load : Load
+        blurred : bool
+            The field was made without knowing the contact, and does not bend at its border.
         """
         self.began = self._settled is None or self._grew(load)
         if self._settled is None or self.began:
@@ -112,7 +115,8 @@ class DraggedContact:
         self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
         whole = self._whole(moved, chosen)
         before = self._following if self._judged else 0.0
-        self._follow(field, chosen, whole)
+        tolerance = self.tolerance * (_BLURRED if blurred else 1)
+        self._follow(field, chosen, whole, tolerance)
         self._before.append(field)
         return Cues(
             self._following,
@@ -151,7 +155,7 @@ class DraggedContact:
         moved = np.abs((now - before).ravel()[chosen])
         return quantile(moved, _FAR_QUANTILE)
 
-    def _follow(self, field: Complex, chosen: Indices, whole: Core) -> None:
+    def _follow(self, field: Complex, chosen: Indices, whole: Core, tolerance: float) -> None:
         """Learn what share of the contact followed in the last motion, and how fast its core is.
 
         Frames are counted, not seconds: quasi-static motions have none.
@@ -173,12 +177,11 @@ class DraggedContact:
             return
         lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
         core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)
-        following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
+        following = core.following(tolerance, _SURE_NOISES * self.noise_mm)
         self._slowed(core.motion_mm / span)
-        # skin that has all but halted creeps as one, whether its object holds it or slides over it
-        halted = self._stalled > _HALTED
-        self._following = min(following, self._following) if halted else following
-        self._judged = True
+        # skin that halts creeps as one, whether its object holds it or slides over it
+        if self._stalled < _HALTED:
+            self._following, self._judged = following, True
 
     def _slowed(self, rate_mm: float) -> None:
         self._peak_mm = max(self._peak_mm, rate_mm)

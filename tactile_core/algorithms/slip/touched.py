@@ -84,19 +84,18 @@ def touched_within(steep: Float32, least: float) -> Bool:
     (h, w) bool
     """
     limit = max(least, _OF_STRONGEST * quantile(steep.ravel(), _STRONGEST))
-    ring = (steep > limit).astype(np.uint8)
-    ring = cv2.copyMakeBorder(ring, *(4 * [_GAP]), cv2.BORDER_CONSTANT, value=0)
+    ring = np.pad((steep > limit).astype(np.uint8), _GAP)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _GAP + 1, 2 * _GAP + 1))
-    ring = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, disc)[_GAP:-_GAP, _GAP:-_GAP].copy()
-    borders, _ = cv2.findContours(ring, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, disc)[_GAP:-_GAP, _GAP:-_GAP]
+    borders, _ = cv2.findContours(closed.copy(), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     borders = [border for border in borders if cv2.contourArea(border) >= _LEAST_AREA]
-    cut = [border for border in borders if _leaves(border, ring.shape)]
-    whole = [border for border in borders if not _leaves(border, ring.shape)]
+    cut = [border for border in borders if _leaves(border, steep.shape)]
+    whole = [border for border in borders if not _leaves(border, steep.shape)]
     whole += [np.concatenate(cut)] if cut else []
-    mask = np.zeros_like(ring)
+    mask = np.zeros(steep.shape, np.uint8)
     cv2.drawContours(mask, [cv2.convexHull(border) for border in whole], -1, 1, cv2.FILLED)
-    mask = cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=_BESIDE)
-    return np.asarray(mask).view(np.bool_)
+    inner = cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=_BESIDE)
+    return np.asarray(inner).view(np.bool_)
 
 
 def touched_by_motion(moved_mm: Float32) -> Bool:

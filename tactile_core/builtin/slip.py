@@ -44,8 +44,7 @@ class Slip(Estimator):
     class Options(device.Options):
         """Options of the step.
 
-        The thresholds' source is ``benchmarks/slip_thresholds.py``; for rendered frames, of
-        ``benchmarks/slip_virtual.py``, those of incipient slip are 0.01 higher.
+        The thresholds' source is ``benchmarks/slip_thresholds.py``.
         """
 
         window_mm: PositiveFloat = Field(
@@ -62,14 +61,14 @@ class Slip(Estimator):
             default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
-            default=0.46, ge=0, le=1, description="Degree at which slip begins at the border."
+            default=0.44, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.34, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.31, ge=0, le=1, description="Degree under which the contact sticks again."
         )
-        slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
+        slip: float = Field(default=0.64, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(
-            default=0.47, ge=0, le=1, description="Degree under which part of it sticks again."
+            default=0.51, ge=0, le=1, description="Degree under which part of it sticks again."
         )
         imprint_lost: PositiveFloat = Field(
             default=SLIP_SHARE,

@@ -146,9 +146,11 @@ class Slip(Estimator):
         cues = self._contact.update(field, mask, load, blurred=blurred)
         if self._contact.began and imprint and self._imprint and self._knows_load:
             imprint = self._imprint.settle()
-        told, degree = self._with_imprint(
-            cues.degree, imprint, sure=contact is not None or self._knows_load
-        )
+        sure = contact is not None or self._knows_load
+        if sure and _kind(cues) == "rotation":
+            # turning under its lamps changes the light of an object that is held, too
+            imprint = None
+        told, degree = self._with_imprint(cues.degree, imprint, sure=sure)
         self._machine.update(
             told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), time_s
         )

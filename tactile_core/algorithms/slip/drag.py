@@ -33,7 +33,7 @@ _ENOUGH_PLACES = 12
 _MOST_PLACES = 600
 _EARLIER = 16
 _SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.4
-_BLURRED = 2.0
+_BLURRED = 1.5
 _FAR_QUANTILE = 0.95
 _BEGINS = 0.7
 
@@ -115,7 +115,10 @@ class DraggedContact:
         self._dragged_mm = dragged_mm(moved.ravel()[chosen], place)
         whole = self._whole(moved, chosen)
         before = self._following if self._judged else 0.0
-        tolerance = self.tolerance * (_BLURRED if blurred else 1)
+        tolerance = self.tolerance
+        if blurred:
+            # a turn of the contact is rounded off at its border; a shift, hardly
+            tolerance *= 1 + _BLURRED * (whole.turned_mm / max(whole.motion_mm, 1e-9)) ** 2
         self._follow(field, chosen, whole, tolerance)
         self._before.append(field)
         return Cues(

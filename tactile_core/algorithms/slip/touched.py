@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import cv2
@@ -50,7 +51,7 @@ def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
         Where a mark is, or was.
     """
     seen = (~hidden).astype(np.float32)
-    change = np.abs(now - untouched).max(axis=2) * seen
+    change = reduce(np.maximum, cv2.split(cv2.absdiff(now, untouched))) * seen
     return np.asarray(cv2.blur(change, _SMOOTH) / np.maximum(cv2.blur(seen, _SMOOTH), _FEWEST_SEEN))
 
 

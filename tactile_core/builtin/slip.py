@@ -33,12 +33,13 @@ _ENOUGH_MEASURED = 12
 
 
 class Slip(Estimator):
-    """How much of the contact still follows its sticking core, and whether the skin halts.
+    """How much of the contact still follows its sticking core, and whether that halts.
 
-    The contact is that of the height map where there is one, else what changes in the image, else
-    the skin that is dragged along. Where marks and frames are there, the object's imprint is
-    followed over the skin, too: what leaves its place slips. Without a height map and with no
-    picture of the untouched skin the imprint alone tells gross slip, and the field warns.
+    The contact lies within what is steep in the height map where there is one, else within what
+    changes in the image, else it is the skin that is dragged along. Where marks and frames are
+    there, the object's imprint is followed over the skin, too: once the field warns, an imprint
+    that leaves its place tells that all slips. Without a height map and with no picture of the
+    untouched skin the imprint alone tells gross slip, and the field warns.
     """
 
     class Options(device.Options):
@@ -147,8 +148,8 @@ class Slip(Estimator):
         if self._contact.began and imprint and self._imprint and self._knows_load:
             imprint = self._imprint.settle()
         sure = contact is not None or self._knows_load
-        if sure and _kind(cues) == "rotation":
-            # turning under its lamps changes the light of an object that is held, too
+        if sure and cues.degree < self._machine.thresholds.incipient:
+            # what is held but dragged far, or turned under its lamps, looks different, too
             imprint = None
         told, degree = self._with_imprint(cues.degree, imprint, sure=sure)
         self._machine.update(
@@ -172,7 +173,7 @@ class Slip(Estimator):
             return degree, degree
         gone = self._gone(imprint)
         if sure:
-            return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
+            return 1.0 if gone else degree, degree
         told = 1.0 if gone else min(degree, self._warning_only)
         return told, max(_UNSURE * degree, imprint.degree)
 

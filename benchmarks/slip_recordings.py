@@ -13,9 +13,8 @@ import csv
 import json
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -66,8 +65,9 @@ def grasp_lift(folder: Path, profile: str | None) -> None:
     trials = []
     for row in _labels(folder):
         source = folder / row["object"] / f"{row['trial_folder']}_mm"
-        slipped = row["label_stable1_slip0"] == "0"
-        trials.append(_trial(row["object"], source.name, slipped, _images(source), 30.0, profile))
+        lost = row["label_stable1_slip0"] == "0"
+        trial = _trial(row["object"], source.name, lost, _images(source), 30.0)
+        trials.append(trial if profile is None else _measured(trial, source, profile))
     slipped = np.array([trial.slipped for trial in trials])
     objects = np.array([trial.object for trial in trials])
     degrees = np.array([trial.degrees for trial in trials])
@@ -100,8 +100,11 @@ def gripper_pair(folder: Path, profile: str | None) -> None:
         if int(row["n_frames"]) < WINDOW.stop:
             continue
         key = row["object"], row["trial"]
-        images = _images(folder / row["object"] / row["trial"] / row["video"])[WINDOW]
-        trial = _trial(*key, row["slip"] == "1", images, float(row["fps"]), profile)
+        video = folder / row["object"] / row["trial"] / row["video"]
+        images = _images(video)[WINDOW]
+        trial = _trial(*key, row["slip"] == "1", images, float(row["fps"]))
+        if profile is not None:
+            trial = _measured(trial, video, profile, WINDOW)
         fingers.setdefault(key, []).append(trial)
     slipped = np.array([pair[0].slipped for pair in fingers.values()])
     objects = np.array([pair[0].object for pair in fingers.values()])
@@ -159,7 +162,6 @@ def _trial(
     slipped: bool,
     images: Sequence[NDArray[np.uint8]],
     rate_hz: float,
-    profile: str | None,
 ) -> Trial:
     found = find_marker_diameter(images[0])
     if found is None:
@@ -172,22 +174,22 @@ def _trial(
     ]
     degrees = np.array([motion.degree for motion in motions])
     alarms = np.array([motion.slips for motion in motions])
-    if profile is not None:
-        told = list(_run(images, profile))
-        degrees = np.array([slip["degree"] for slip in told])
-        alarms = np.array([slip["state"] == "slip" for slip in told])
     return Trial(object_, name, slipped, degrees, alarms, -_relief(images[0], *found))
 
 
-def _run(images: Iterable[NDArray[np.uint8]], profile: str) -> Iterable[dict[str, object]]:
-    with tempfile.TemporaryDirectory() as folder:
-        for number, pixels in enumerate(images):
-            cv2.imwrite(f"{folder}/{number:04d}.png", pixels[..., ::-1])
-        command = [sys.executable, "-m", "tactile_core.cli", "run", profile, "--input", folder]
-        command += ["--reference", "first", "--json"]
-        lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    for line in lines.splitlines():
-        yield json.loads(line)["slip"]
+def _measured(trial: Trial, source: Path, profile: str, window: slice = slice(None)) -> Trial:
+    """The same trial as a profile's whole chain tells it, from the recording's first frame on."""
+    command = [sys.executable, "-m", "tactile_core.cli", "run", profile, "--input", str(source)]
+    command += ["--reference", "first", "--json"]
+    if window.stop is not None:
+        command += ["--frames", str(window.stop)]
+    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+    told = [json.loads(line)["slip"] for line in lines][window]
+    return replace(
+        trial,
+        degrees=np.array([slip["degree"] for slip in told]),
+        alarms=np.array([slip["state"] == "slip" for slip in told]),
+    )
 
 
 def _follow(
@@ -200,7 +202,7 @@ def _follow(
     for pixels in images[1:]:
         spots, before = _spots(pixels, diameter_px), places[-1]
         distance, nearest = KDTree(spots).query(before)
-        mutual = KDTree(before).query(spots)[1][nearest] == np.arange(len(before))
+        mutual = np.asarray(KDTree(before).query(spots)[1])[nearest] == np.arange(len(before))
         step = spots[nearest] - before
         step[(distance > 0.45 * pitch_px) | ~mutual] = np.nan
         common = np.nan_to_num(np.nanmedian(step, axis=0))

@@ -22,6 +22,9 @@ _NOISE_SAMPLES = 4000
 _SEEN_SIGMAS = 5.0
 _REGION_SIGMAS = 2.5
 _RAYLEIGH_QUARTILE = 0.7585
+_BANDS, _HIGHEST_BAND = 20, 11
+_BLUNT = 0.8
+"""The steepest contour of a smoothed map lies within the border, at so much more of the depth."""
 _MOST_NOISE = 0.1
 """Of the greatest height: skin beside a wide contact bulges away from the camera, evenly and by up
 to a third of the depth, and is no noise."""
@@ -32,7 +35,7 @@ def contact_mask(
     *,
     mm_per_px: float,
     min_indentation_mm: float = 0.03,
-    border_fraction: float = 0.45,
+    border_fraction: float | None = None,
     min_slope: float = 0.1,
     min_area_mm2: float = 0.05,
 ) -> Bool:
@@ -49,10 +52,11 @@ def contact_mask(
     is, up to a tenth of the greatest height, and from the calmest quarter of the slopes.
 
     The skin around a contact is drawn down with it, so the border is not where the indentation
-    ends: it lies at ``border_fraction`` of the region's greatest depth. For a ball on a half-space
-    it is at half the depth (Hertz), in real presses of balls at 0.4–0.5, and the steep wall of a
-    flat-ended object is cut at much the same place by any fraction. What is less than
-    that fraction as deep as its deepest neighbour in the same region, say the high side of a
+    ends. It is where the skin leaves the object and its slope falls off: at half the depth of a
+    ball that touches little of the skin (Hertz), and the lower, the wider the contact is beside
+    the gel's thickness. So it is told from the contour of the region that is steepest on average;
+    the steep wall of a flat-ended object is cut at much the same place by any fraction. What is
+    less deep than the border of its deepest neighbour in the same region, say the high side of a
     strongly tilted plate, is missed.
 
     Parameters
@@ -61,8 +65,10 @@ def contact_mask(
         0 at rest, positive where pressed.
     mm_per_px : float
         Scale of the image.
-    min_indentation_mm, border_fraction, min_slope, min_area_mm2 : float
+    min_indentation_mm, min_slope, min_area_mm2 : float
         As above.
+    border_fraction : float, optional
+        Depth at the border over the greatest depth of the region, if it is known.
 
     Returns
     -------
@@ -86,7 +92,8 @@ def contact_mask(
     seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
     if coarse.max() <= seen_mm:
         return mask.view(bool)
-    steep = _steep(coarse, shrink * mm_per_px, min_slope)
+    slope = _steepness(coarse, 0.5 / (shrink * mm_per_px))
+    steep = slope > max(min_slope, _SEEN_SIGMAS * _slope_noise(slope))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (coarse > low_mm).view(np.uint8), connectivity=8, ltype=cv2.CV_16U
     )
@@ -99,7 +106,10 @@ def contact_mask(
         peak_mm = float(coarse[window][region].max())
         flank = np.count_nonzero(region & steep[window])
         if peak_mm > seen_mm and flank >= max(1, min_area_px):
-            border_mm = max(low_mm, border_fraction * peak_mm)
+            share = border_fraction
+            if share is None:
+                share = _border(coarse[window][region] / peak_mm, slope[window][region])
+            border_mm = max(low_mm, share * peak_mm)
             touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
             _draw(mask, height_mm, touched, (x, y), size, border_mm)
     return mask.view(bool)
@@ -112,10 +122,18 @@ def _height_noise(coarse: Array) -> float:
     return 1.4826 * median(below) if len(below) else 0.0
 
 
-def _steep(coarse: Float32, mm_per_px: float, min_slope: float) -> Bool:
-    slope = _steepness(coarse, 0.5 / mm_per_px)
-    noise = quantile(_sample(slope), 0.25) / _RAYLEIGH_QUARTILE
-    return np.asarray(slope > max(min_slope, _SEEN_SIGMAS * noise))
+def _slope_noise(slope: Array) -> float:
+    """Sigma of each component of the slope at rest, from the calmest quarter."""
+    return quantile(_sample(slope), 0.25) / _RAYLEIGH_QUARTILE
+
+
+def _border(depth: Array, slope: Array) -> float:
+    """Depth at a region's border, over the greatest, from (N,) relative depths and slopes."""
+    band = np.clip((_BANDS * depth).astype(np.intp), 0, _BANDS - 1)
+    steepness = np.bincount(band, slope, _BANDS) / np.maximum(np.bincount(band, None, _BANDS), 1)
+    steepness[1:-1] += (steepness[:-2] + steepness[2:]) / 2
+    steepest = 1 + int(np.argmax(steepness[1 : _HIGHEST_BAND + 1]))
+    return _BLUNT * (steepest + 0.5) / _BANDS
 
 
 def _steepness(coarse: Float32, scale: float) -> Float32:

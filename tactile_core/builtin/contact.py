@@ -19,8 +19,11 @@ class Contact(Estimator):
         min_indentation_mm: NonNegativeFloat = Field(
             default=0.03, description="A contact is indented by this and by 5 times the noise."
         )
-        border_fraction: float = Field(
-            default=0.45, ge=0, lt=1, description="Depth at the border, over the greatest depth."
+        border_fraction: float | None = Field(
+            default=None,
+            ge=0,
+            lt=1,
+            description="Depth at the border, over the greatest depth; else told from the slopes.",
         )
         min_slope: NonNegativeFloat = Field(
             default=0.1, description="A contact's flank is as steep as this, and 5 times the noise."

@@ -11,8 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from tactile_core import load_profile
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.errors import InputError
+from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.skin import Skin
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
@@ -58,6 +61,19 @@ def test_a_ball_on_a_half_space_is_masked_to_its_border(
     height += smooth_noise(height.shape, 0.004, seed, 3)
     mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
     assert overlap(mask, np.hypot(x, y) < a) > 0.75
+
+
+@pytest.mark.parametrize(("diameter_mm", "depth_mm"), [(4, 0.15), (8, 0.3), (12, 0.5), (20, 0.5)])
+def test_a_ball_on_a_bonded_layer_is_masked_to_its_border_however_much_of_it_touches(
+    diameter_mm: float, depth_mm: float
+) -> None:
+    skin = Skin(load_profile("hex_fingertip", sim=True))
+    skin.indent_with(make_indenter("sphere", diameter_mm=diameter_mm))
+    skin.press(depth_mm=depth_mm)
+    truth = skin.truth()
+    mask = contact_mask(truth.height_mm, mm_per_px=truth.mm_per_px)
+    assert overlap(mask, truth.contact) > 0.85
+    assert mask.sum() == pytest.approx(truth.contact.sum(), rel=0.15)
 
 
 @pytest.mark.parametrize("shape", [(480, 640), (239, 317), (120, 160)])

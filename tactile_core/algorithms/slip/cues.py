@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-_LOST_SLOPE, _HALTING_SLOPE = 1.3, 2.0
+_FOLLOWING_POWER = 1.5
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Cues:
 
     @property
     def degree(self) -> float:
-        """0 where all of the contact follows its core; 1 where little does, half as fast as it did.
+        """0 where all of the contact follows its core; 1 where none does, and the core has halted.
 
         The share that follows is averaged over a motion, so that it is taken on to the next frame
         where it falls. Once little follows, the field's shape tells no more, for even the
@@ -46,5 +46,6 @@ class Cues:
         it was just being dragged does. An object that halts while it is held well changes little:
         most of its contact has followed.
         """
-        lost = min(1.0, _LOST_SLOPE * (1 - self.following + self.falling))
-        return lost * (1 + lost * min(1.0, _HALTING_SLOPE * self.stalled)) / 2
+        lost = 1 - max(0.0, self.following - self.falling) ** _FOLLOWING_POWER
+        halting = self.stalled * (2 - self.stalled)
+        return lost * (1 + lost * halting) / 2

@@ -46,6 +46,6 @@ class Cues:
         it was just being dragged does. An object that halts while it is held well changes little:
         most of its contact has followed.
         """
-        lost = 1 - max(0.0, self.following - self.falling) ** _FOLLOWING_POWER
+        lost = 1 - float(max(0.0, self.following - self.falling) ** _FOLLOWING_POWER)
         halting = self.stalled * (2 - self.stalled)
         return lost * (1 + lost * halting) / 2

@@ -132,6 +132,9 @@ def _quasi_static(one: Judged) -> bool:
 GROUPS: dict[str, Callable[[Judged], bool]] = {
     "all": lambda one: True,
     "not above 0.3 mm/s": lambda one: not _quick(one),
+    "dragged": lambda one: not one.plan.turned,
+    "dragged, border in view": lambda one: not one.plan.turned and one.plan.kind != "plate",
+    "turned": lambda one: one.plan.turned,
     "dragged, quasi-static": lambda one: not one.plan.turned and _quasi_static(one),
     "dragged, to 0.3 mm/s": lambda one: (
         not one.plan.turned and not _quasi_static(one) and not _quick(one)
@@ -151,11 +154,11 @@ GROUPS: dict[str, Callable[[Judged], bool]] = {
 
 def report(sequences: Sequence[Judged], thresholds: Thresholds) -> None:
     """Print a table."""
-    print(f"{'':23} seq incipient     gross   false alarms  warned")
+    print(f"{'':24} seq incipient     gross   false alarms  warned")
     for name, chosen in GROUPS.items():
         some = [one for one in sequences if chosen(one)]
         if some:
-            print(f"{name:22} {score(some, thresholds)}")
+            print(f"{name:23} {score(some, thresholds)}")
     turned = [one for one in sequences if one.plan.turned]
     kinds = [
         state.kind == "rotation"

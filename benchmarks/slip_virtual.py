@@ -149,6 +149,8 @@ def report(sequences: Sequence[Judged]) -> None:
         ("dragged", [s for s in sequences if not s.plan.turned]),
         ("turned", turned),
     ):
+        groups[verb] = some
+        groups[f"{verb}, border in view"] = [s for s in some if s.plan.kind != "plate"]
         groups[f"{verb}, quasi-static"] = [s for s in some if s.plan.speed_mm_s is None]
         groups[f"{verb}, to {QUICK_MM_S} mm/s"] = [
             s for s in some if 0 < (s.plan.speed_mm_s or 0) < QUICK_MM_S

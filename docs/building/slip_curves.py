@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from virtual_skin_curves import COLOURS, HEIGHT, MARGIN, WIDTH, Panel
+from diagrams import Curve, Panel, write_sheet
+from virtual_skin_curves import COLOURS
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
@@ -69,10 +70,12 @@ def panel(title: str, run: Judged, band: tuple[float, float], colour: str) -> Pa
         ("bits", 0.0, 8.0),
         [(*band, COLOURS[colour])],
     )
-    drawn.curves.append(("entropy, bits", COLOURS[colour], moved, entropy))
-    drawn.curves.append(("8 × share that sticks (truth)", "#888888", moved, 8 * run.stick_share))
-    drawn.curves.append(("8 × degree", "#c8a03d", moved, 8 * run.degree))
-    drawn.curves.append(("state: stick, incipient, slip", "#222222", moved, 8 * state))
+    drawn.curves.append(Curve("entropy, bits", COLOURS[colour], moved, entropy))
+    drawn.curves.append(
+        Curve("8 × share that sticks (truth)", "#888888", moved, 8 * run.stick_share)
+    )
+    drawn.curves.append(Curve("8 × degree", "#c8a03d", moved, 8 * run.degree))
+    drawn.curves.append(Curve("state: stick, incipient, slip", "#222222", moved, 8 * state))
     return drawn
 
 
@@ -102,13 +105,7 @@ def main() -> None:
         run = judged(plan)
         print(told(title, run, band))
         panels.append(panel(title, run, band, colour))
-    across, down = WIDTH + MARGIN + 24, HEIGHT + 56
-    drawn = [one.svg(across * i, 0) for i, one in enumerate(panels)]
-    OUT.write_text(
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {len(panels) * across} {down}" '
-        f'font-family="sans-serif" font-size="11">\n'
-        f'<rect width="100%" height="100%" fill="#fcfcfa"/>\n' + "\n".join(drawn) + "\n</svg>\n"
-    )
+    write_sheet(OUT, panels, columns=len(panels))
 
 
 if __name__ == "__main__":

@@ -33,42 +33,43 @@ _ENOUGH_MEASURED = 12
 
 
 class Slip(Estimator):
-    """How much of the contact still follows its sticking core, and whether the skin halts.
+    """How much of the contact still follows its sticking core, and whether that halts.
 
-    The contact is that of the height map where there is one, else what changes in the image, else
-    the skin that is dragged along. Where marks and frames are there, the object's imprint is
-    followed over the skin, too: what leaves its place slips. Without a height map and with no
-    picture of the untouched skin the imprint alone tells gross slip, and the field warns.
+    The contact lies within what is steep in the height map where there is one, else within what
+    changes in the image, else it is the skin that is dragged along. Where marks and frames are
+    there, the object's imprint is followed over the skin, too: once the field warns, an imprint
+    that leaves its place tells that all slips. Without a height map and with no picture of the
+    untouched skin the imprint alone tells gross slip, and the field warns.
     """
 
     class Options(device.Options):
         """Options of the step.
 
-        The thresholds' source is ``benchmarks/slip_thresholds.py``; for rendered frames, of
-        ``benchmarks/slip_virtual.py``, those of incipient slip are 0.01 higher.
+        The thresholds' source is ``benchmarks/slip_thresholds.py``.
         """
 
         window_mm: PositiveFloat = Field(
-            default=0.06, description="Slip is told over the last motion of the skin by so much."
+            default=0.1, description="Slip is told over the last motion of the skin by so much."
         )
         tolerance: float = Field(
-            default=0.2,
+            default=0.1,
             gt=0,
             lt=1,
-            description="The skin follows its core if it lags by less than this share of its way.",
+            description="The skin follows its core if it lags by less than this share of its "
+            "way; twice that where the contact is told from the image.",
         )
         noise_mm: PositiveFloat = Field(
             default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
-            default=0.46, ge=0, le=1, description="Degree at which slip begins at the border."
+            default=0.41, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.34, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.29, ge=0, le=1, description="Degree under which the contact sticks again."
         )
-        slip: float = Field(default=0.59, ge=0, le=1, description="Degree at which all slips.")
+        slip: float = Field(default=0.62, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(
-            default=0.47, ge=0, le=1, description="Degree under which part of it sticks again."
+            default=0.5, ge=0, le=1, description="Degree under which part of it sticks again."
         )
         imprint_lost: PositiveFloat = Field(
             default=SLIP_SHARE,
@@ -81,8 +82,13 @@ class Slip(Estimator):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         chosen = self.Options.model_validate(options.model_dump())
-        self._touch = TouchFinder(stride_of(context.image.width_px), context.reference)
-        spacing_mm = self._touch.stride * context.image.mm_per_px
+        self._marks: MarkFinder | None = None
+        if context.reference is not None:
+            self._marks = MarkFinder.of(context, context.reference)
+        stride = stride_of(context.image.width_px)
+        spacing_mm = stride * context.image.mm_per_px
+        mark_px = 0.0 if self._marks is None else self._marks.diameter_px
+        self._touch = TouchFinder(stride, spacing_mm, context.reference, mark_px)
         self._contact = DraggedContact(
             spacing_mm,
             window_mm=chosen.window_mm,
@@ -99,9 +105,6 @@ class Slip(Estimator):
         )
         self._warning_only = float(np.nextafter(chosen.slip, 0))
         self._imprint_lost = chosen.imprint_lost
-        self._marks: MarkFinder | None = None
-        if context.reference is not None:
-            self._marks = MarkFinder.of(context, context.reference)
         self._imprint: ImprintFollower | None = None
         self.reset()
 
@@ -130,7 +133,7 @@ class Slip(Estimator):
         time_s = displacement.timestamp_s
         imprint = self._imprint_motion(frame, markers)
         field = coarse(displacement.mm, self._touch.stride)
-        mask, load = self._touch.find(np.abs(field), frame, height, contact)
+        mask, load, blurred = self._touch.find(np.abs(field), frame, markers, height, contact)
         if not mask.any():
             self._forget()
             if imprint is None or contact is not None:
@@ -141,12 +144,14 @@ class Slip(Estimator):
         valid = mask & self._touch.picked(displacement.valid)
         if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
             mask = valid
-        cues = self._contact.update(field, mask, load)
+        cues = self._contact.update(field, mask, load, blurred=blurred)
         if self._contact.began and imprint and self._imprint and self._knows_load:
             imprint = self._imprint.settle()
-        told, degree = self._with_imprint(
-            cues.degree, imprint, sure=contact is not None or self._knows_load
-        )
+        sure = contact is not None or self._knows_load
+        if sure and cues.degree < self._machine.thresholds.incipient:
+            # what is held but dragged far, or turned under its lamps, looks different, too
+            imprint = None
+        told, degree = self._with_imprint(cues.degree, imprint, sure=sure)
         self._machine.update(
             told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), time_s
         )
@@ -168,7 +173,7 @@ class Slip(Estimator):
             return degree, degree
         gone = self._gone(imprint)
         if sure:
-            return (1.0, max(degree, imprint.degree)) if gone else (degree, degree)
+            return 1.0 if gone else degree, degree
         told = 1.0 if gone else min(degree, self._warning_only)
         return told, max(_UNSURE * degree, imprint.degree)
 

@@ -9,14 +9,25 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.slip.drag import Load
-from tactile_core.algorithms.slip.touched import small_image, touched_by_image, touched_by_motion
-from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference
+from tactile_core.algorithms.slip.touched import (
+    covered,
+    light_change,
+    small_image,
+    steepness,
+    touched_by_motion,
+    touched_within,
+)
+from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
 
 Bool = NDArray[np.bool_]
+Float32 = NDArray[np.float32]
 
 _DRAGGED_MM = 0.04
-_STAYS, _RAISED_MM = 0.5, 0.06
-_CUT = 0.1
+_LEAST_SLOPE, _SURE_SLOPE, _STAYS = 0.03, 0.1, 0.5
+_LEAST_CHANGE, _NOISES = 0.015, 5.0
+_STRONGEST = 0.99
+_CUT = 0.5
+_MARK_RADII = 1.6
 
 
 class Touch(NamedTuple):
@@ -26,10 +37,13 @@ class Touch(NamedTuple):
     ----------
     mask : (h, w) bool
     load : Load
+    blurred : bool
+        Its border is one that the displacement field was made without.
     """
 
     mask: Bool
     load: Load
+    blurred: bool = False
 
 
 class TouchFinder:
@@ -39,14 +53,22 @@ class TouchFinder:
     ----------
     stride : int
         Every so many pixels there is a coarse place.
+    spacing_mm : float
+        Distance of neighbouring places.
     reference : Reference or None
         The untouched sensor.
+    mark_px : float
+        Diameter of a mark; 0 where there are none.
     """
 
-    def __init__(self, stride: int, reference: Reference | None) -> None:
+    def __init__(
+        self, stride: int, spacing_mm: float, reference: Reference | None, mark_px: float = 0.0
+    ) -> None:
         self.stride = stride
+        self._spacing_mm = spacing_mm
         self._reference = reference
-        self._untouched: NDArray[np.float32] | None = None
+        self._mark_radius = 0.5 * _MARK_RADII * mark_px / stride
+        self._untouched: Float32 | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -57,8 +79,7 @@ class TouchFinder:
     def release(self) -> None:
         """Forget the present contact."""
         self._dragged: Bool | None = None
-        self._held: Touch | None = None
-        self._held_mm = 0.0
+        self._slope = 0.0
 
     def picked(self, image: NDArray[Any]) -> NDArray[Any]:
         """Values at the coarse places of an image (H, W)."""
@@ -67,21 +88,20 @@ class TouchFinder:
 
     def find(
         self,
-        moved_mm: NDArray[np.float32],
+        moved_mm: Float32,
         frame: Frame | None,
+        markers: MarkerField | None,
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> Touch:
         """Find the contact; ``moved_mm`` (h, w) is how far the skin is displaced."""
         if contact is not None:
-            found = self._measured(contact, frame, height)
+            found = self._measured(contact, height)
             if found.mask.any() or not self._fills_view(moved_mm):
                 return found
-        if frame is not None and self._reference is not None:
-            found = self._in_image(frame, self._reference, moved_mm.shape)
-            if found.mask.any() and (
-                contact is None or (self._dragged is None and _ends_within_view(found.mask))
-            ):
+        elif frame is not None and self._reference is not None and self._dragged is None:
+            found = self._in_image(frame, self._reference, markers, moved_mm.shape)
+            if found.mask.any() and _ends_within_view(found.mask):
                 return found
         mask = touched_by_motion(moved_mm)
         if mask.any() and self._dragged is not None:
@@ -90,59 +110,53 @@ class TouchFinder:
         self._dragged = mask if mask.any() else None
         return Touch(mask, Load(float(np.count_nonzero(mask)), 0.0))
 
-    def _measured(
-        self, contact: ContactMask, frame: Frame | None, height: HeightMap | None
-    ) -> Touch:
+    def _measured(self, contact: ContactMask, height: HeightMap | None) -> Touch:
+        """What is steep tells more than what is high: beside wide or shallow contacts the skin is
+        drawn down, and the mask of what is high misses a border or comes and goes."""
         mask = self.picked(contact.mask)
-        area_px = float(np.count_nonzero(contact.mask))
-        if mask.any():
-            self._measured_once = True
-        if height is None:
-            return Touch(mask, Load(area_px, 0.0))
-        height_mm = self.picked(height.mm)
-        if mask.any():
-            return self._hold(mask, area_px, height_mm)
-        return self._still_raised(height_mm, frame) or Touch(mask, Load(0.0, 0.0))
+        load = Load(float(np.count_nonzero(contact.mask)), 0.0)
+        if height is not None:
+            steep = steepness(np.ascontiguousarray(self.picked(height.mm)), self._spacing_mm)
+            slope = quantile(steep.ravel(), _STRONGEST)
+            if mask.any() or slope > _SURE_SLOPE:
+                self._slope = slope
+            if self._slope and slope >= _STAYS * self._slope:
+                within = touched_within(steep, _LEAST_SLOPE)
+                if within.any():
+                    mask, load = within, Load(0.0, float(np.sqrt(steep.sum())))
+        self._measured_once |= bool(mask.any())
+        return Touch(mask, load)
 
-    def _hold(self, mask: Bool, area_px: float, height_mm: NDArray[np.float32]) -> Touch:
-        raised_mm = height_mm[mask]
-        total_mm = float(raised_mm.sum())
-        self._held = Touch(mask, Load(area_px, total_mm))
-        self._held_mm = total_mm / len(raised_mm)
-        return self._held
-
-    def _still_raised(self, height_mm: NDArray[np.float32], frame: Frame | None) -> Touch | None:
-        """A contact that the mask misses: beside wide or shallow ones the skin is drawn down, as
-        far as noise might reach, and the mask comes and goes."""
-        mask = np.zeros(height_mm.shape, np.bool_)
-        if frame is not None and self._reference is not None:
-            mask = self._in_image(frame, self._reference, height_mm.shape).mask
-        if self._held is not None:
-            before = self._held.mask
-            if height_mm[before].mean() > _STAYS * self._held_mm or mask[before].mean() > _STAYS:
-                return self._held
-            self._held = None
-        elif mask.any() and height_mm[mask].mean() > _RAISED_MM:
-            area_px = float(np.count_nonzero(mask)) * self.stride**2
-            return self._hold(mask, area_px, height_mm)
-        return None
-
-    def _fills_view(self, moved_mm: NDArray[np.float32]) -> bool:
+    def _fills_view(self, moved_mm: Float32) -> bool:
         """A level object larger than the view has no slopes to be seen by, but drags the skin.
 
         So does what is left of a contact that has just ended.
         """
         return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > _DRAGGED_MM
 
-    def _in_image(self, frame: Frame, reference: Reference, shape: tuple[int, ...]) -> Touch:
+    def _in_image(
+        self,
+        frame: Frame,
+        reference: Reference,
+        markers: MarkerField | None,
+        shape: tuple[int, ...],
+    ) -> Touch:
         size_px = shape[1], shape[0]
         if self._untouched is None:
             self._untouched = small_image(reference.pixels, size_px, reference.full_scale)
         now = small_image(frame.pixels, size_px, frame.full_scale)
-        noise = reference.noise / reference.full_scale
-        mask, strength = touched_by_image(now, self._untouched, noise)
+        change = light_change(now, self._untouched, self._hidden(markers, shape))
+        least = max(_LEAST_CHANGE, _NOISES * reference.noise / reference.full_scale)
         # shear changes the light of a contact more than its volume
-        return Touch(mask, Load(0.0, float(np.sqrt(strength))))
+        load = Load(0.0, float(np.sqrt(change.sum())))
+        return Touch(touched_within(change, least), load, blurred=True)
+
+    def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
+        if markers is None:
+            return np.zeros(shape, np.bool_)
+        rest_px = markers.reference_px if markers.untouched_px is None else markers.untouched_px
+        points_px = np.concatenate([rest_px, markers.px])
+        return covered((points_px + 0.5) / self.stride - 0.5, self._mark_radius, shape)
 
 
 def _ends_within_view(mask: Bool) -> bool:

@@ -139,6 +139,34 @@ def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
     assert told.state == "slip"
 
 
+def test_a_height_that_takes_the_object_for_the_rest_surface_changes_no_state() -> None:
+    skin, watch, slip = _stepped()
+    always = Slip(Slip.Options(), watch.context)
+    skin.press(depth_mm=0.15)
+    told = []
+    for _ in range(14):
+        skin.shear(0.05, 0.0)
+        look = watch.look(skin, 0.0, moving=True)
+        shown = always.estimate(look.displacement, None, None, look.height, look.contact)
+        sunk = replace(look.height, mm=look.height.mm - np.float32(0.15))
+        nothing = replace(look.contact, mask=np.zeros_like(look.contact.mask))
+        told.append(slip.estimate(look.displacement, None, None, sunk, nothing).state)
+        assert told[-1] == shown.state
+    assert {"stick", "slip"} <= set(told)
+
+
+def test_an_object_that_halts_while_most_of_it_holds_raises_no_alarm() -> None:
+    skin, watch, slip = _stepped()
+    skin.press(depth_mm=0.15)
+    while True:
+        skin.shear(0.025, 0.0)
+        states = [_state(slip, watch, skin)]
+        if skin.truth().stick.sum() < 0.7 * skin.truth().contact.sum():
+            break
+    states += [_state(slip, watch, skin) for _ in range(20)]
+    assert {state.state for state in states} == {"stick"}
+
+
 def test_letting_go_ends_everything() -> None:
     skin, watch, slip = _stepped()
     skin.press(depth_mm=0.1)

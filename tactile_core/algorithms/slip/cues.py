@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-_LOST_SLOPE = 1.3
+_FOLLOWING_POWER = 1.5
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Cues:
     falling : float
         By how much that share is less than in the frame before; 0 where it is not.
     stalled : float
-        0 while the skin is carried along as fast as ever, 1 when it has come to a halt.
+        0 while the sticking core is carried along as fast as ever, 1 when it has come to a halt.
     motion_mm, turned_mm : float
         Root mean square over the contact of the core's motion since the load settled, and of its
         turn alone.
@@ -38,13 +38,14 @@ class Cues:
 
     @property
     def degree(self) -> float:
-        """0 where all of the contact follows its core; 1 where little does, and that halts.
+        """0 where all of the contact follows its core; 1 where none does, and the core has halted.
 
         The share that follows is averaged over a motion, so that it is taken on to the next frame
         where it falls. Once little follows, the field's shape tells no more, for even the
-        middle of a contact that slips wholly is hardly strained; that the skin stops though it was
-        just being dragged does. An object that halts while it is held well changes nothing: all
-        of its contact has followed.
+        middle of a contact that slips wholly is hardly strained; that its core slows down though
+        it was just being dragged does. An object that halts while it is held well changes little:
+        most of its contact has followed.
         """
-        lost = min(1.0, _LOST_SLOPE * (1 - self.following + self.falling))
-        return lost * (1 + self.stalled) / 2
+        lost = 1 - float(max(0.0, self.following - self.falling) ** _FOLLOWING_POWER)
+        halting = self.stalled * (2 - self.stalled)
+        return lost * (1 + lost * halting) / 2

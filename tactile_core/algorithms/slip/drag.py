@@ -25,7 +25,8 @@ is dragged already begins anew only under a much larger load."""
 _ENOUGH_PLACES = 12
 _MOST_PLACES = 600
 _EARLIER = 16
-_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.6
+_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.4
+_BLURRED = 1.5
 _FAR_QUANTILE = 0.95
 _BEGINS = 0.7
 
@@ -66,8 +67,8 @@ class DraggedContact:
         self,
         spacing_mm: float,
         *,
-        window_mm: float = 0.06,
-        tolerance: float = 0.2,
+        window_mm: float = 0.1,
+        tolerance: float = 0.1,
         noise_mm: float = NOISE_MM,
     ) -> None:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
@@ -81,7 +82,7 @@ class DraggedContact:
         self._load = Load(0.0, 0.0)
         self._start_again()
 
-    def update(self, field: Complex, mask: Bool, load: Load) -> Cues:
+    def update(self, field: Complex, mask: Bool, load: Load, *, blurred: bool = False) -> Cues:
         """Judge the next field.
 
         Parameters
@@ -91,6 +92,8 @@ class DraggedContact:
         mask : (h, w) bool
             The contact.
         load : Load
+        blurred : bool
+            The field was made without knowing the contact, and does not bend at its border.
         """
         self.began = self._settled is None or self._grew(load)
         if self._settled is None or self.began:
@@ -103,14 +106,17 @@ class DraggedContact:
         moved = since(field, self._settled, self.spacing_mm)
         whole = self._whole(moved, chosen)
         self._dragged_mm = whole.dragged_mm
-        stalled = self._stalled(field, chosen)
         before = self._following if self._judged else 0.0
-        self._follow(field, chosen, whole, stalled)
+        tolerance = self.tolerance
+        if blurred:
+            # a turn of the contact is rounded off at its border; a shift, hardly
+            tolerance *= 1 + _BLURRED * (whole.turned_mm / max(whole.motion_mm, 1e-9)) ** 2
+        self._follow(field, chosen, whole, tolerance)
         self._before.append(field)
         return Cues(
             self._following,
             max(0.0, before - self._following),
-            stalled,
+            self._stalled,
             whole.motion_mm,
             whole.turned_mm,
             whole.turn_rad,
@@ -121,7 +127,7 @@ class DraggedContact:
         self._before: deque[Complex] = deque(maxlen=_EARLIER)
         self._following, self._span = 1.0, 1
         self._judged = False
-        self._peak_mm = self._dragged_mm = 0.0
+        self._peak_mm = self._stalled = self._dragged_mm = 0.0
 
     def _grew(self, load: Load) -> bool:
         """What spreads the skin under a growing load is no shear."""
@@ -144,24 +150,11 @@ class DraggedContact:
         moved = np.abs((now - before).ravel()[chosen])
         return quantile(moved, _FAR_QUANTILE)
 
-    def _stalled(self, field: Complex, chosen: Indices) -> float:
-        """How much slower the skin moves than it did, told over a motion that noise does not hide.
+    def _follow(self, field: Complex, chosen: Indices, whole: Core, tolerance: float) -> None:
+        """Learn what share of the contact followed in the last motion, and how fast its core is.
 
         Frames are counted, not seconds: quasi-static motions have none.
         """
-        frames = len(self._before)
-        if self._peak_mm > 0:
-            frames = min(frames, max(2, int(np.ceil(self.window_mm / 2 / self._peak_mm))))
-        if frames < 1:
-            return 0.0
-        rate = self._far(field, self._before[-frames], chosen) / frames
-        if self._peak_mm > 0 or rate * frames > self.window_mm / 2:
-            self._peak_mm = max(self._peak_mm, rate)
-            return 1 - rate / self._peak_mm
-        return 0.0
-
-    def _follow(self, field: Complex, chosen: Indices, whole: Core, stalled: float) -> None:
-        """Learn what share of the contact followed in the last motion."""
         earlier = len(self._before)
         if not earlier:
             return
@@ -172,12 +165,19 @@ class DraggedContact:
             span += 1
             moved_mm = self._far(field, self._before[-span], chosen)
         self._span = span
-        begins = whole.motion_mm < _BEGINS * self.window_mm
-        if begins or moved_mm <= _MOVED_NOISES * self.noise_mm:
+        if whole.motion_mm < _BEGINS * self.window_mm:
+            return
+        if moved_mm <= _MOVED_NOISES * self.noise_mm:
+            self._slowed(moved_mm / span)
             return
         lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
         core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)
-        following = core.following(self.tolerance, _SURE_NOISES * self.noise_mm)
-        # skin that has all but halted creeps as one, whether its object holds it or slides over it
-        self._following = min(following, self._following) if stalled > _HALTED else following
-        self._judged = True
+        following = core.following(tolerance, _SURE_NOISES * self.noise_mm)
+        self._slowed(core.motion_mm / span)
+        # skin that halts creeps as one, whether its object holds it or slides over it
+        if self._stalled < _HALTED:
+            self._following, self._judged = following, True
+
+    def _slowed(self, rate_mm: float) -> None:
+        self._peak_mm = max(self._peak_mm, rate_mm)
+        self._stalled = 1 - rate_mm / max(self._peak_mm, 1e-9)

@@ -1,7 +1,8 @@
-"""Where the object touches, for slip on a sensor that measures no height."""
+"""Where the object touches, for slip: inside the ring where the skin is steep."""
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import cv2
@@ -15,9 +16,12 @@ Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 Float32 = NDArray[np.float32]
 
-_LEAST_CHANGE, _NOISES, _OF_STRONGEST = 0.02, 5.0, 0.3
-_STRONGEST = 0.99
-_WITHOUT_MARKS, _BESIDE = 5, 2
+_STRONGEST, _OF_STRONGEST = 0.99, 0.3
+_GAP, _BESIDE, _LEAST_AREA = 4, 2, 6.0
+"""Places: of a gap in the ring, of skin beside the contact that is bent, too, and of a speck."""
+
+_SMOOTH = (3, 3)
+_FEWEST_SEEN = 0.1
 _MOVED_MM, _OF_FARTHEST = 0.02, 0.5
 
 
@@ -28,37 +32,71 @@ def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> F
     return small if small.ndim == 3 else small[..., None]
 
 
-def touched_by_image(now: Float32, untouched: Float32, noise: float = 0.0) -> tuple[Bool, float]:
-    """Tell the contact from the change of the light.
+def steepness(height_mm: Float32, spacing_mm: float) -> Float32:
+    """(h, w) size of the slope of a height map."""
+    scale = 1 / (8 * spacing_mm)
+    along = cv2.Sobel(height_mm, cv2.CV_32F, 1, 0, scale=scale)
+    down = cv2.Sobel(height_mm, cv2.CV_32F, 0, 1, scale=scale)
+    return np.asarray(cv2.magnitude(along, down), np.float32)
 
-    The skin is steepest, and its light changes most, at the border of a contact. What that border
-    encloses is in contact, too: under a flat object the skin is level and looks untouched.
-    Two places further out the skin is still bent and beside the contact.
-    Marks that move are smaller than a contact and filtered away.
+
+def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
+    """(h, w) how much the light of the skin changed, which is most where it became steepest.
 
     Parameters
     ----------
     now, untouched : (h, w, K) float32
         Of :func:`small_image`.
-    noise : float
-        Of an intensity, as a share of the full scale.
+    hidden : (h, w) bool
+        Where a mark is, or was.
+    """
+    seen = (~hidden).astype(np.float32)
+    change = reduce(np.maximum, cv2.split(cv2.absdiff(now, untouched))) * seen
+    return np.asarray(cv2.blur(change, _SMOOTH) / np.maximum(cv2.blur(seen, _SMOOTH), _FEWEST_SEEN))
+
+
+def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
+    """(h, w) what lies this near to points (N, 2), x and y in places."""
+    near = np.zeros(shape, np.uint8)
+    columns, rows = np.rint(points).astype(np.intp).T
+    inside = (columns >= 0) & (rows >= 0) & (columns < shape[1]) & (rows < shape[0])
+    near[rows[inside], columns[inside]] = 1
+    side = 2 * round(radius) + 1
+    return np.asarray(cv2.dilate(near, np.ones((side, side), np.uint8))).view(np.bool_)
+
+
+def touched_within(steep: Float32, least: float) -> Bool:
+    """Tell the contact from the ring of steep skin around it.
+
+    The skin is steepest, and its light changes most, at the border of a contact. What that
+    border encloses is in contact, too: under a flat object the skin is level and looks untouched.
+    A ring that leaves the view is closed there. Two places further out the skin is still bent and
+    beside the contact.
+
+    Parameters
+    ----------
+    steep : (h, w) float32
+        :func:`steepness` or :func:`light_change`.
+    least : float
+        Of such a value at a border, at any press.
 
     Returns
     -------
-    mask : (h, w) bool
-    strength : float
-        The change summed over the image: it grows with the load.
+    (h, w) bool
     """
-    change = cv2.medianBlur(np.abs(now - untouched).max(axis=2), _WITHOUT_MARKS)
-    least = max(
-        _LEAST_CHANGE, _NOISES * noise, _OF_STRONGEST * quantile(change.ravel(), _STRONGEST)
-    )
-    changed = (change > least).astype(np.uint8)
-    borders, _ = cv2.findContours(changed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    filled = np.zeros_like(changed)
-    cv2.drawContours(filled, borders, -1, 1, cv2.FILLED)
-    mask = cv2.erode(filled, np.ones((3, 3), np.uint8), iterations=_BESIDE).astype(bool)
-    return mask, float(change.sum())
+    limit = max(least, _OF_STRONGEST * quantile(steep.ravel(), _STRONGEST))
+    ring = np.pad((steep > limit).astype(np.uint8), _GAP)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _GAP + 1, 2 * _GAP + 1))
+    closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, disc)[_GAP:-_GAP, _GAP:-_GAP]
+    borders, _ = cv2.findContours(closed.copy(), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    borders = [border for border in borders if cv2.contourArea(border) >= _LEAST_AREA]
+    cut = [border for border in borders if _leaves(border, steep.shape)]
+    whole = [border for border in borders if not _leaves(border, steep.shape)]
+    whole += [np.concatenate(cut)] if cut else []
+    mask = np.zeros(steep.shape, np.uint8)
+    cv2.drawContours(mask, [cv2.convexHull(border) for border in whole], -1, 1, cv2.FILLED)
+    inner = cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=_BESIDE)
+    return np.asarray(inner).view(np.bool_)
 
 
 def touched_by_motion(moved_mm: Float32) -> Bool:
@@ -76,3 +114,8 @@ def touched_by_motion(moved_mm: Float32) -> Bool:
     if farthest < _MOVED_MM:
         return np.zeros(moved_mm.shape, np.bool_)
     return np.asarray(moved_mm > _OF_FARTHEST * farthest)
+
+
+def _leaves(border: Array, shape: tuple[int, ...]) -> bool:
+    x, y = border[:, 0].T
+    return bool(min(x.min(), y.min()) == 0 or x.max() == shape[1] - 1 or y.max() == shape[0] - 1)

@@ -23,7 +23,8 @@ LOAD = Load(area=50.0, depth=5.0)
 class Sheared:
     """A contact whose object moves in steps; skin beyond a core follows less."""
 
-    def __init__(self, seed: int = 0, noise_mm: float = 0.001) -> None:
+    def __init__(self, seed: int = 0, noise_mm: float = 0.001, *, blurred: bool = False) -> None:
+        self._blurred = blurred
         self.contact = DraggedContact(SPACING_MM)
         self._rng, self._noise_mm = np.random.default_rng(seed), noise_mm
         self._field = np.zeros(SHAPE, np.complex128)
@@ -41,7 +42,7 @@ class Sheared:
     def look(self, load: Load = LOAD) -> Cues:
         noise = self._rng.normal(0, self._noise_mm, (2, *SHAPE))
         field = (self._field + noise[0] + 1j * noise[1]).astype(np.complex64)
-        return self.contact.update(field, CONTACT, load)
+        return self.contact.update(field, CONTACT, load, blurred=self._blurred)
 
 
 @settings(max_examples=15, deadline=None)
@@ -89,6 +90,21 @@ def test_the_turn_of_the_contact_is_told_with_its_sign() -> None:
         cues = skin.add((1 - np.exp(0.01j)) * PLACE)
     assert cues.turn_rad == pytest.approx(-0.1, rel=0.05)
     assert cues.turned_mm == pytest.approx(cues.motion_mm, rel=0.05)
+
+
+def test_a_turn_that_the_field_rounds_off_at_the_border_is_no_slip() -> None:
+    rounded = (1 - np.exp(0.012j)) * PLACE * np.clip(1.75 - np.abs(PLACE) / RADIUS_MM, 0.75, 1)
+    sharp, blurred = Sheared(), Sheared(blurred=True)
+    for _ in range(12):
+        told, doubted = sharp.add(rounded), blurred.add(rounded)
+    assert doubted.degree < 0.15 < told.degree
+
+
+def test_a_shift_is_judged_alike_whether_the_field_knows_the_border_or_not() -> None:
+    sharp, blurred = Sheared(), Sheared(blurred=True)
+    for _ in range(12):
+        told, doubted = sharp.move(0.03, core_mm=2.0), blurred.move(0.03, core_mm=2.0)
+    assert doubted.following == pytest.approx(told.following, abs=0.02)
 
 
 def test_entropy_is_small_while_all_moves_alike_and_grows_with_the_lag() -> None:

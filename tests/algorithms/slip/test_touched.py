@@ -1,38 +1,91 @@
-"""The contact on a sensor that measures no height."""
+"""The contact, told from what is steep around it or from what is dragged along."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from tactile_core.algorithms.slip.touched import small_image, touched_by_image, touched_by_motion
+from tactile_core.algorithms.slip.touched import (
+    covered,
+    light_change,
+    small_image,
+    steepness,
+    touched_by_motion,
+    touched_within,
+)
 
 SHAPE = (60, 80)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
 RADIUS = np.hypot(ROWS - 30, COLUMNS - 40)
 REST = np.full((*SHAPE, 3), 0.4, np.float32)
+NOWHERE = np.zeros(SHAPE, np.bool_)
+SPACING_MM = 0.22
 
 
-def test_a_ring_of_changed_light_is_a_contact_with_what_it_encloses() -> None:
-    now = REST + 0.2 * (np.abs(RADIUS - 14) < 3)[..., None].astype(np.float32)
-    mask, strength = touched_by_image(now, REST)
-    assert mask[30, 40]
-    assert not mask[RADIUS > 20].any()
-    assert strength > 0
+def _overlap(mask: np.ndarray, truth: np.ndarray) -> float:
+    return float((mask & truth).sum() / (mask | truth).sum())
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(12, 24), st.floats(0.02, 0.3))
+def test_a_flat_object_touches_all_that_its_edge_encloses(radius: float, depth_mm: float) -> None:
+    height = (depth_mm / (1 + np.exp(2 * (RADIUS - radius)))).astype(np.float32)
+    mask = touched_within(steepness(height, SPACING_MM), least=0.01)
+    assert _overlap(mask, radius > RADIUS) > 0.8
+
+
+def test_a_height_that_is_wrong_by_a_constant_changes_nothing() -> None:
+    height = np.where(RADIUS < 15, 0.1, 0.0).astype(np.float32)
+    np.testing.assert_allclose(
+        steepness(height - 0.3, SPACING_MM), steepness(height, SPACING_MM), atol=1e-6
+    )
+
+
+def test_a_gap_in_the_ring_is_closed() -> None:
+    ring = (np.abs(RADIUS - 14) < 2).astype(np.float32)
+    whole = touched_within(ring, least=0.1)
+    ring[27:33, 50:] = 0
+    assert _overlap(touched_within(ring, least=0.1), whole) > 0.95
+
+
+def test_a_contact_that_leaves_the_view_at_both_ends_is_one() -> None:
+    flanks = (np.abs(np.abs(ROWS - 30) - 12) < 2).astype(np.float32)
+    mask = touched_within(flanks, least=0.1)
+    assert _overlap(mask, np.abs(ROWS - 30) < 12) > 0.9
+
+
+def test_two_contacts_within_the_view_stay_two() -> None:
+    apart = np.minimum(np.hypot(ROWS - 30, COLUMNS - 20), np.hypot(ROWS - 30, COLUMNS - 60))
+    mask = touched_within((np.abs(apart - 10) < 2).astype(np.float32), least=0.1)
+    assert mask[30, 20]
+    assert mask[30, 60]
+    assert not mask[:, 40].any()
 
 
 def test_neither_noise_nor_marks_that_moved_are_a_contact() -> None:
     rng = np.random.default_rng(1)
-    now = REST + rng.normal(0, 0.01, REST.shape).astype(np.float32)
+    now = REST + rng.normal(0, 0.005, REST.shape).astype(np.float32)
     now[5::10, 5::10] -= 0.3
     now[5::10, 6::10] += 0.3
-    mask, _ = touched_by_image(now, REST, noise=0.01)
-    assert not mask.any()
+    marks = np.stack(np.meshgrid(np.arange(5, 80, 10), np.arange(5, 60, 10)), -1).reshape(-1, 2)
+    hidden = covered(marks, 1.0, SHAPE)
+    assert not touched_within(light_change(now, REST, hidden), least=0.02).any()
 
 
-def test_a_stronger_press_has_a_larger_strength() -> None:
-    ring = (np.abs(RADIUS - 14) < 3)[..., None].astype(np.float32)
-    strengths = [touched_by_image(REST + s * ring, REST)[1] for s in (0.1, 0.2, 0.3)]
-    assert strengths == sorted(strengths)
+def test_marks_do_not_break_a_ring_of_changed_light() -> None:
+    change = 0.1 * (np.abs(RADIUS - 14) < 1.5)[..., None].astype(np.float32)
+    marks = np.stack(np.meshgrid(np.arange(2, 80, 5), np.arange(2, 60, 5)), -1).reshape(-1, 2)
+    hidden = covered(marks, 1.0, SHAPE)
+    seen = light_change(REST + change, REST, NOWHERE)
+    between = light_change(REST + change, REST, hidden)
+    assert _overlap(touched_within(between, least=0.02), touched_within(seen, least=0.02)) > 0.85
+
+
+def test_points_outside_the_view_cover_nothing() -> None:
+    assert not covered(np.array([[-4.0, 3.0], [90.0, 3.0], [3.0, 66.0]]), 1.0, SHAPE).any()
+    assert covered(np.array([[3.0, 4.0]]), 1.0, SHAPE).sum() == pytest.approx(9)
 
 
 def test_skin_that_is_dragged_along_is_in_contact_and_the_rest_is_not() -> None:

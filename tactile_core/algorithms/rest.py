@@ -16,6 +16,7 @@ _SAMPLES = 1200
 _ROUNDS = 3
 _CUT_SIGMAS = 4.5
 _LEAST_CALM = 0.3
+_BULGE, _LEAST_BELOW = 0.4, 0.2
 _FLOOR_MM = 1e-6
 
 
@@ -58,9 +59,11 @@ def rest_plane(
     else something else than rest fills the image, and only the level is found: the commonest
     height of the flatter half.
 
-    Robust up to contacts on about 40 % of the image. A press that covers the whole image has no
-    rest to be measured from; its shape stays as it is, unless it is a mere tilt below
-    ``drift_slope``, which nothing tells from drift.
+    An object raises the skin, and beside it the skin bulges down by at most a third of that. So if
+    a fifth of the pixels lie still further below the commonest height, that is a flat object's, and
+    the rest surface is down there. Robust up to contacts on about 60 % of the image. A press
+    that covers the whole image has no rest to be measured from; its shape stays as it is, unless it
+    is a mere tilt below ``drift_slope``, which nothing tells from drift.
 
     Parameters
     ----------
@@ -76,9 +79,12 @@ def rest_plane(
     compiled = kernels.ready()
     if compiled is not None:
         regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
+        levels = _BULGE, _LEAST_BELOW
         images = height_mm, gx, gy
         return RestPlane(
-            *compiled.rest_plane(images, step, mm_per_px, drift_slope, _LEAST_CALM, regression)
+            *compiled.rest_plane(
+                images, step, mm_per_px, drift_slope, _LEAST_CALM, levels, regression
+            )
         )
     z, p, q = (
         a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
@@ -92,7 +98,9 @@ def rest_plane(
     if calm.sum() < _LEAST_CALM * len(calm) or np.hypot(*tilt) > drift_slope:
         slope = np.hypot(p, q)
         return RestPlane(_commonest(z[slope <= median(slope)])[0], 0.0, 0.0)
-    level, spread = _commonest((z - tilt[0] * x - tilt[1] * y)[deviation <= median(deviation)])
+    upright = z - tilt[0] * x - tilt[1] * y
+    apart = _BULGE * (upright.max() - upright.min())
+    level, spread = _lower_level(upright[deviation <= median(deviation)], upright[calm], apart)
     terms = np.stack([np.ones_like(x), x, y])[:, calm]
     plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)
     if np.hypot(plane[1], plane[2]) > drift_slope:
@@ -107,6 +115,15 @@ def _commonest(values: Array) -> tuple[float, float]:
     lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
     first = int(np.argmin(lengths))
     return float(ordered[first : first + half].mean()), float(lengths[first]) / 1.349
+
+
+def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
+    """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
+    level, spread = _commonest(flat)
+    below = calm[calm < level - apart]
+    if len(below) >= _LEAST_BELOW * len(calm):
+        level, spread = _commonest(below)
+    return level, min(spread, apart / _CUT_SIGMAS)
 
 
 def _robust_plane(terms: Array, z: Array, plane: Array, sigma: float) -> Array:

@@ -41,6 +41,18 @@ def _up_to(bound: float, sizes: Any, values: Any) -> Any:
 
 
 @njit(**LOOP)
+def _lower_level(
+    flat: Any, calm: Any, apart: float, least_below: float, cut: float
+) -> tuple[float, float]:
+    """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
+    level, spread = _commonest(flat)
+    below = _up_to(np.nextafter(level - apart, -np.inf), calm, calm)
+    if len(below) >= least_below * len(calm):
+        level, spread = _commonest(below)
+    return level, min(spread, apart / cut)
+
+
+@njit(**LOOP)
 def _solved(a: Any, b: Any) -> None:
     """Solve 3 × 3 equations of a positive matrix; b becomes the solution, and a is spoilt."""
     for i in range(3):
@@ -122,6 +134,7 @@ def rest_plane(
     mm_per_px: float,
     drift_slope: float,
     least_calm: float,
+    levels: tuple[float, float],
     regression: tuple[int, float, float],
 ) -> tuple[float, float, float]:
     """Level and slopes of the skin out of contact.
@@ -134,6 +147,8 @@ def rest_plane(
         Pixels from sample to sample.
     mm_per_px, drift_slope, least_calm : float
         See :func:`tactile_core.algorithms.rest.rest_plane`.
+    levels : (bulge, least share)
+        How far below a level of how many samples another one is the rest.
     regression : (rounds, cut, least sigma)
         Of Tukey's biweight.
 
@@ -166,7 +181,10 @@ def rest_plane(
     plane = np.zeros(3)
     plane[1], plane[2] = tilt_x, tilt_y
     _above(plane, x, y, z, level_above)
-    level, spread = _commonest(_up_to(np.median(size), size, level_above))
+    flat = _up_to(np.median(size), size, level_above)
+    bulge, least_below = levels
+    apart = bulge * (level_above.max() - level_above.min())
+    level, spread = _lower_level(flat, level_above[calm], apart, least_below, regression[1])
     plane[0] = level
     _robust_plane(x, y, z, calm, plane, spread, regression)
     if np.hypot(plane[1], plane[2]) > drift_slope:

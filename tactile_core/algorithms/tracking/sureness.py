@@ -17,7 +17,7 @@ _UNSURE, _UNKNOWN = 0.1, 0.2
 _GRANTED_TO_FEW, _GRANTED_TO_MANY = 0.3, 2.0
 _MOST_GAPS = 1
 _ODD, _ODDER_THAN_OTHERS = 0.04, 2.0
-_ODD_WHEN_FREE = 10.0
+_ODD_WHEN_FREE = 6.0
 """Times the cube of what is free: a speck is likely only beside many gaps and impostors."""
 
 
@@ -76,7 +76,7 @@ class Sureness:
             trusted = self._told_by_sure(scene, displaced_px, followed)
             self._sure = self._sure | (trusted & self._agreed)
             self._agreed = np.where(followed, trusted, self._agreed)
-        return np.asarray(followed & self._sure & ~self._odd(scene, distance, followed))
+        return np.asarray(followed & self._sure & ~self._odd(scene, distance, followed, granted_px))
 
     def forget(self, doubt_px: Array, room_px: Array) -> None:
         """Doubt marks whose inferred places are doubtful."""
@@ -99,10 +99,10 @@ class Sureness:
         return np.asarray(np.sqrt(np.einsum("kij,kij->ki", surprises_px, surprises_px).min(axis=0)))
 
     @staticmethod
-    def _odd(scene: Scene, distance: Array, followed: Bool) -> Bool:
+    def _odd(scene: Scene, distance: Array, followed: Bool, granted_px: Array) -> Bool:
         """Which marks are off what their neighbours let expect, and further than these are."""
         free = _ODD_WHEN_FREE * scene.free_share(followed) ** 3
-        limit_px = max(_ODD, free) * scene.room_px
+        limit_px = max(_ODD, free) * granted_px
         odd = distance > limit_px
         if odd.any():
             nearby = scene.around.nearby(np.minimum(distance, scene.room_px / 4), followed)

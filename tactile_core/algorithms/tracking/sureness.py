@@ -45,6 +45,7 @@ class Sureness:
         displaced_px: Array,
         followed: Bool,
         before: Bool,
+        calm: bool,
     ) -> Bool:
         """Doubt marks, or trust them again, and say which are seen.
 
@@ -56,11 +57,17 @@ class Sureness:
             By how much each mark moved, was expected to, and is away from rest.
         followed, before : (N,) bool
             Marks that are found in this frame, and in the one before.
+        calm : bool
+            Whether all that are found moved as their neighbours do, by less than half their room.
 
         Returns
         -------
         (N,) bool
         """
+        if calm and followed.all() and self._sure.all():
+            # none of the limits below can be exceeded
+            self._agreed = followed
+            return followed
         off_px = step_px - scene.around.fit(step_px, followed.astype(np.float64))
         distance = np.hypot(off_px[:, 0], off_px[:, 1])
         granted_px = self._granted(scene, followed) * scene.room_px

@@ -89,7 +89,7 @@ class MarkTracker:
             self._around.room_px(self.px),
             self._doubt_px,
         )
-        owner = self._explained(scene)
+        owner, calm = self._explained(scene)
         known = owner >= 0
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
         self.lost = bool(
@@ -99,48 +99,54 @@ class MarkTracker:
             self.seen = self._followed = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
-            self._accept(scene, self._around, owner)
+            self._accept(scene, self._around, owner, calm)
         if self.began_displaced is None:
             self.began_displaced = self.lost or self._displaced(self._around)
 
-    def _explained(self, scene: Scene) -> Intp:
+    def _explained(self, scene: Scene) -> tuple[Intp, bool]:
         count = len(self.px)
         if len(scene.found_px) < FEWEST_MARKS:
-            return np.full(count, NOBODY, np.intp)
+            return np.full(count, NOBODY, np.intp), False
         sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
-        owner = None if self.lost else self._continued(scene, sought)
+        owner, calm = (None, False) if self.lost else self._continued(scene, sought)
         if owner is None:
             owner = best_explanation(
                 scene, self.px, self._momentum_px, self.reference_px, sought, self._followed
             )
-        return owner
+        return owner, calm
 
-    def _continued(self, scene: Scene, sought: Bool) -> Intp | None:
-        """The frame as a small step from the one before; None where it is not."""
+    def _continued(self, scene: Scene, sought: Bool) -> tuple[Intp | None, bool]:
+        """The frame as a small step, None where it is not, and whether it is a calm one."""
         owner, (small, calm) = begun(scene, self.px, self._momentum_px, sought)
         if not small:
-            return None
+            return None, False
         if calm:
-            return owner
+            return owner, True
         base_px = self.px + self._momentum_px
         step, known = scene.moved(base_px, owner)
         _, distance = scene.around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
         if misfit.sum() > max(FEW_MISFITS, _MISFITS * known.sum()):
-            return None
+            return None, False
         owner = np.where(misfit, NOBODY, owner)
         held = scene.whole(base_px, owner)
         if (held != owner).sum() > FEW_MISFITS:
-            return None
+            return None, False
         owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
-        return scene.sure(base_px, owner, self._followed)
+        return scene.sure(base_px, owner, self._followed), False
 
-    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
+    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp, calm: bool) -> None:
         followed = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
         px = self.px + step_px
         self.seen = self._sureness.judge(
-            scene, step_px, self._momentum_px, px - self.reference_px, followed, self._followed
+            scene,
+            step_px,
+            self._momentum_px,
+            px - self.reference_px,
+            followed,
+            self._followed,
+            calm,
         )
         self._doubt_px = np.where(followed, 0.0, self._doubt_px)
         if not followed.all():

@@ -215,4 +215,4 @@ def test_virtual_strokes_swap_no_mark(drag: Drag, frames: int) -> None:
     assert tally.rms_of_right_px < 0.15
     # a speck beside a missing mark is taken for it now and then; each is off by some pixels
     assert tally.rms_px < (0.15 if drag.spurious <= 0.02 else 0.16)
-    assert tally.recall > 0.89
+    assert tally.recall > 0.87

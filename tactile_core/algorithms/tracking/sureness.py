@@ -85,10 +85,11 @@ class Sureness:
             self._agreed = np.where(followed, trusted, self._agreed)
         return np.asarray(followed & self._sure & ~self._odd(scene, distance, followed, granted_px))
 
-    def forget(self, doubt_px: Array, room_px: Array) -> None:
-        """Doubt marks whose inferred places are doubtful."""
-        self._sure = self._sure & (doubt_px <= _UNSURE * room_px)
-        self._agreed = self._agreed & (doubt_px <= _UNKNOWN * room_px)
+    def forget(self, scene: Scene, doubt_px: Array, followed: Bool) -> None:
+        """Doubt marks whose inferred places are doubtful, or told by others that are."""
+        told = followed | (scene.around.supporters(followed & self._sure) >= SUPPORT)
+        self._sure = self._sure & told & (doubt_px <= _UNSURE * scene.room_px)
+        self._agreed = self._agreed & told & (doubt_px <= _UNKNOWN * scene.room_px)
 
     @staticmethod
     def _granted(scene: Scene, followed: Bool) -> Array:
@@ -122,7 +123,7 @@ class Sureness:
         trusted = followed & self._sure
         while (trusted != followed).any():
             off_px = displaced_px - around.fit(displaced_px, trusted.astype(np.float64))
-            distance = np.hypot(off_px[:, 0], off_px[:, 1]) * around.reach_beyond(trusted)
+            distance = np.hypot(off_px[:, 0], off_px[:, 1]) * around.reach_beyond(trusted) ** 2
             near = distance < _AGREEING * scene.room_px
             told = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
             if not told.any():

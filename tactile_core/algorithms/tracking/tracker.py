@@ -151,7 +151,7 @@ class MarkTracker:
         self._doubt_px = np.where(followed, 0.0, self._doubt_px)
         if not followed.all():
             self._infer(around, px, step_px, followed)
-            self._sureness.forget(self._doubt_px, scene.room_px)
+            self._sureness.forget(scene, self._doubt_px, followed)
         self._momentum_px = _MOMENTUM * (px - self.px)
         self.px, self._followed = px, followed
 

@@ -6,39 +6,34 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from tactile_core import MarkerField, open_sensor
+from marker_tracking import IRREGULAR, IRREGULAR_SIZE, MINI, MINI_SIZE, followed, thinned, through
 
 pytest.importorskip("tactile_core.builtin.markers", reason="no step of the core detects marks")
-
-PROFILE = """\
-schema: 1
-name: marked
-image: {{width_px: {}, height_px: {}, mm_per_px: 0.05}}
-gel: {{markers: auto}}
-estimators:
-  markers: {{use: core.markers}}
-  tracking: {{use: core.tracking}}
-"""
 
 
 @pytest.mark.recordings
 @pytest.mark.parametrize(
     ("name", "size", "share"),
     [
-        ("markers/mini/frames", (320, 240), 0.995),
-        ("markers/irregular_markers.avi", (960, 720), 0.97),
+        (MINI, MINI_SIZE, 0.995),
+        (IRREGULAR, IRREGULAR_SIZE, 0.97),
         ("slip/grasp_lift/object001/067_30_mm", (640, 480), 0.98),
     ],
 )
 def test_marks_are_kept_through_all_frames(
-    recordings: Path, tmp_path: Path, name: str, size: tuple[int, int], share: float
+    recordings: Path, name: str, size: tuple[int, int], share: float
 ) -> None:
-    profile = tmp_path / "marked.yaml"
-    profile.write_text(PROFILE.format(*size), encoding="utf-8")
-    with open_sensor(profile, input=recordings / name, reference="first") as sensor:
-        fields = [reading[MarkerField] for reading in sensor.stream()]
-    through = np.all([field.seen for field in fields], axis=0)
-    assert through.mean() >= share
+    fields = followed(recordings / name, size)
+    assert through(fields).mean() >= share
     for field in fields[1:]:
         np.testing.assert_array_equal(field.ids, fields[0].ids)
+
+
+@pytest.mark.recordings
+def test_inferred_marks_of_a_recording_are_where_they_would_be_seen(recordings: Path) -> None:
+    fields = followed(recordings / MINI, MINI_SIZE)
+    full = np.array([field.px for field in fields])
+    places, seen = thinned(fields, 0.3, np.random.default_rng(0))
+    apart = np.hypot(*np.moveaxis(places - full, -1, 0))
+    assert apart[seen].max() < 1e-3
+    assert np.percentile(apart[~seen], 95) < 1

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dragged_marks import detected, strokes, visible
+from dragged_marks import Drag, counted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.tracking import MarkTracker, shows_contact
-from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import paired
 
@@ -192,37 +191,29 @@ def test_skin_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None
         assert np.hypot(*(tracker.px - truth).T)[tracker.seen].max() < 1
 
 
+def in_ci_and_soak(drag: Drag, frames: int, name: str) -> list[Any]:
+    return [
+        pytest.param(drag, frames, id=name),
+        pytest.param(drag, 10_000, id=f"{name}, long", marks=pytest.mark.soak),
+    ]
+
+
 @pytest.mark.timeout(3600)
-@pytest.mark.parametrize("frames", [200, pytest.param(10_000, marks=pytest.mark.soak)])
 @pytest.mark.parametrize(
-    ("fierce", "share"),
+    ("drag", "frames"),
     [
-        pytest.param(False, 0.0, id="one pitch, by a third at a time"),
-        # where skin is strained by half and more, gaps hide what is whose (docs/adr/0026)
-        pytest.param(True, 3e-5, id="two pitches, by two thirds at a time"),
+        *in_ci_and_soak(Drag(1.0, 0.35, spurious=0.05), 200, "one pitch"),
+        *in_ci_and_soak(Drag(2.0, 0.35, spurious=0.0), 1000, "two pitches"),
+        *in_ci_and_soak(Drag(2.0, 0.35, spurious=0.02), 200, "two pitches, specks"),
+        *in_ci_and_soak(Drag(2.0, 0.7, spurious=0.05), 200, "two pitches, quickly"),
     ],
 )
-def test_virtual_strokes_swap_no_mark(fierce: bool, share: float, frames: int) -> None:
-    done, wrong, specks, squares, seen, seed = 0, 0, 0, 0.0, 0, 0
-    while done < frames:
-        places = strokes(seed, fierce=fierce).px
-        rng, marks = np.random.default_rng([seed, 0]), np.flatnonzero(visible(places[0]))
-        tracker = MarkTracker(places[0][marks])
-        for truth in places:
-            found, whose = detected(truth, rng)
-            tracker.follow(found)
-            taken = whose[nearest(tracker.px[tracker.seen], found, 1)[1][:, 0]]
-            right = taken == marks[tracker.seen]
-            wrong += int((~right & (taken >= 0)).sum())
-            specks += int((taken < 0).sum())
-            error = np.hypot(*(tracker.px - truth[marks])[tracker.seen][right].T)
-            squares, seen = squares + float(np.square(error).sum()), seen + len(taken)
-        done, seed = done + len(places), seed + 1
-    rms_px = np.sqrt(squares / seen)
-    print(
-        f"{done} frames, {seen} marks seen: {wrong} swapped, {specks} at a speck beside them, the "
-        f"others {rms_px:.3f} px RMS"
-    )
-    assert wrong <= share * seen
-    assert specks <= 2e-3 * seen
-    assert rms_px < 0.15
+def test_virtual_strokes_swap_no_mark(drag: Drag, frames: int) -> None:
+    tally = counted(drag, frames)
+    print(tally)
+    assert tally.swapped == 0
+    assert tally.specks <= 5e-4 * tally.seen
+    assert tally.rms_of_right_px < 0.15
+    # a speck beside a missing mark is taken for it now and then; each is off by some pixels
+    assert drag.spurious or tally.rms_px < 0.15
+    assert tally.recall > 0.87

@@ -31,7 +31,7 @@ BEYOND_DOUBT = 0.1
 
 _RIVALRY, _RIVALRY_OF_LOST = 0.5, 0.3
 _WIDEST, _NARROWEST = 0.3, 0.06
-_FREE_FLOOR = 0.2
+_FREE_FLOOR = 0.3
 """How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
 
 
@@ -48,12 +48,15 @@ class Scene:
         Marks that the image could show.
     room_px : (N,) float64
         Distance of the nearest other mark, on the resting skin or now, whichever is less.
+    doubt_px : (N,) float64
+        How far a mark may be from where it is thought to be.
     """
 
     around: Neighbourhood
     found_px: Array
     in_view: Bool
     room_px: Array
+    doubt_px: Array
 
     def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
@@ -67,18 +70,24 @@ class Scene:
     def tolerance(self, distance: Array, known: Bool) -> Array:
         """How far each mark may deviate from what its neighbours let expect, (N,) px.
 
-        As far as others around it do, and further while no detections are left over: where there
-        are many impostors and many gaps, one falls into a gap the more easily the wider it is.
+        As far as others around it do, or as its place is doubtful, and further while no detections
+        are left over: where there are many impostors and many gaps, one falls into a gap the more
+        easily the wider it is.
         """
         around = self.around
         room = self.room_px
         typical = 1.4826 * float(np.median(distance[known])) if known.any() else 0.0
         nearby = around.nearby(np.minimum(distance, room / 4), known)
-        left_over = max(len(self.found_px) - int(known.sum()), 0)
-        missing = int((self.in_view & ~known).sum())
-        floor = _FREE_FLOOR / (1 + 0.5 * missing * left_over / len(known))
+        floor = self.free_share(known)
         allowed = np.maximum(3.5 * typical, 2.5 * nearby) + 0.02 * around.pitch_px
+        allowed = np.maximum(allowed, self.doubt_px)
         return np.clip(allowed, max(floor, _NARROWEST) * room, _WIDEST * room)
+
+    def free_share(self, known: Bool) -> float:
+        """Of the room around a mark: so far off it may be with so many gaps and impostors."""
+        left_over = max(len(self.found_px) - int(np.count_nonzero(known)), 0)
+        missing = int(np.count_nonzero(self.in_view & ~known))
+        return _FREE_FLOOR / (1 + missing * left_over / len(known))
 
     def grown(
         self, base_px: Array, owner: Intp, sought: Bool, *, rounds: int, boldly: bool

@@ -20,6 +20,10 @@ _TAME = 0.05
 """Keeps slopes small where the neighbours lie to one side, so that borders do not fly off."""
 
 
+_AMONG = 1.1
+"""In pitches: with the middle of its neighbours nearer than this, a mark is among them."""
+
+
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """Who is near whom on the resting skin; this never changes while the skin is dragged.
@@ -32,6 +36,8 @@ class Neighbourhood:
         Weight w, w x, w y, w x², w x y and w y² of each neighbour's place.
     shares : (N, K) float64
         What each neighbour adds to the plane at a mark's place when all are trusted alike.
+    offsets : (N, K, 2) float64
+        Where each neighbour is from the mark, in pitches.
     pairs : (E, 2) intp
         Every two marks of which one is among the other's neighbours.
     apart : (E,) float64
@@ -45,6 +51,7 @@ class Neighbourhood:
     index: NDArray[np.intp]
     moments: Array
     shares: Array
+    offsets: Array
     pairs: NDArray[np.intp]
     apart: Array
     pitch_px: float
@@ -71,6 +78,7 @@ class Neighbourhood:
             index,
             moments,
             _shares(moments, np.ones(index.shape)),
+            (places_px[index] - places_px[:, None]) / pitch,
             pairs,
             apart,
             pitch,
@@ -133,6 +141,16 @@ class Neighbourhood:
         counted = known[self.index]
         total = (distance[self.index] * counted).sum(axis=1)
         return np.asarray(total / np.maximum(counted.sum(axis=1), 1))
+
+    def reach_beyond(self, known: Bool) -> Array:
+        """By how much worse the known neighbours tell of a mark when they lie to one side, (N,).
+
+        1 while the mark is among them, then as the square of the distance of their middle.
+        """
+        counted = known[self.index].astype(np.float64)
+        middle = (counted[:, None] @ self.offsets)[:, 0]
+        distance = np.hypot(middle[:, 0], middle[:, 1]) / np.maximum(counted.sum(axis=1), 1)
+        return np.asarray(np.maximum(distance / _AMONG, 1) ** 2)
 
     def supporters(self, known: Bool) -> NDArray[np.intp]:
         """How many neighbours of each mark are known."""

@@ -12,6 +12,7 @@ from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
 from tactile_core.algorithms.tracking.hypotheses import best_explanation
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import NOBODY, Intp
+from tactile_core.algorithms.tracking.sureness import Sureness
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
@@ -22,14 +23,10 @@ _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
 """Say of a mark that is not seen, heard only where nobody is."""
 
-_DOUBTFUL = 0.25
+_DOUBTFUL = 0.3
 """Of the room around a mark: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
-_LEAP, _SURE_DOUBT, _AGREEING = 0.4, 0.07, 0.2
-"""Of the room around a mark: a step, or a doubt before it was found again, beyond which it is not
-sure to be itself, until its displacement is twice this near to what its sure neighbours have."""
-
 _SMALL_MOTION = 0.1
 
 
@@ -75,8 +72,7 @@ class MarkTracker:
         self.lost = False
         self.began_displaced: bool | None = None
         self._followed = self.seen
-        self._sure = np.ones(count, np.bool_)
-        self._agreed = np.zeros(count, np.bool_)
+        self._sureness = Sureness(count)
         self._momentum_px = np.zeros((count, 2))
         self._doubt_px = np.zeros(count)
 
@@ -91,8 +87,9 @@ class MarkTracker:
             found_px,
             self._in_view(self._around.pitch_px),
             self._around.room_px(self.px),
+            self._doubt_px,
         )
-        owner = self._explained(scene)
+        owner, calm = self._explained(scene)
         known = owner >= 0
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
         self.lost = bool(
@@ -102,81 +99,61 @@ class MarkTracker:
             self.seen = self._followed = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
-            self._accept(scene, self._around, owner)
+            self._accept(scene, self._around, owner, calm)
         if self.began_displaced is None:
             self.began_displaced = self.lost or self._displaced(self._around)
 
-    def _explained(self, scene: Scene) -> Intp:
+    def _explained(self, scene: Scene) -> tuple[Intp, bool]:
         count = len(self.px)
         if len(scene.found_px) < FEWEST_MARKS:
-            return np.full(count, NOBODY, np.intp)
+            return np.full(count, NOBODY, np.intp), False
         sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
-        owner = None if self.lost else self._continued(scene, sought)
+        owner, calm = (None, False) if self.lost else self._continued(scene, sought)
         if owner is None:
             owner = best_explanation(
                 scene, self.px, self._momentum_px, self.reference_px, sought, self._followed
             )
-        return owner
+        return owner, calm
 
-    def _continued(self, scene: Scene, sought: Bool) -> Intp | None:
-        """The frame as a small step from the one before; None where it is not."""
+    def _continued(self, scene: Scene, sought: Bool) -> tuple[Intp | None, bool]:
+        """The frame as a small step, None where it is not, and whether it is a calm one."""
         owner, (small, calm) = begun(scene, self.px, self._momentum_px, sought)
         if not small:
-            return None
+            return None, False
         if calm:
-            return owner
+            return owner, True
         base_px = self.px + self._momentum_px
         step, known = scene.moved(base_px, owner)
         _, distance = scene.around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
         if misfit.sum() > max(FEW_MISFITS, _MISFITS * known.sum()):
-            return None
+            return None, False
         owner = np.where(misfit, NOBODY, owner)
         held = scene.whole(base_px, owner)
         if (held != owner).sum() > FEW_MISFITS:
-            return None
+            return None, False
         owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
-        return scene.sure(base_px, owner, self._followed)
+        return scene.sure(base_px, owner, self._followed), False
 
-    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
-        seen = owner >= 0
+    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp, calm: bool) -> None:
+        followed = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
         px = self.px + step_px
-        self._sure = self._sure_of(scene, around, px, seen)
-        self._doubt_px = np.where(seen, 0.0, self._doubt_px)
-        if not seen.all():
-            self._infer(around, px, step_px, seen)
+        self.seen = self._sureness.judge(
+            scene,
+            step_px,
+            self._momentum_px,
+            px - self.reference_px,
+            followed,
+            self._followed,
+            calm,
+        )
+        self._doubt_px = np.where(followed, 0.0, self._doubt_px)
+        if not followed.all():
+            self._infer(around, px, step_px, followed)
+            self._sureness.forget(scene, self._doubt_px, followed)
         self._momentum_px = _MOMENTUM * (px - self.px)
-        self.px, self._followed, self.seen = px, seen, seen & self._sure
-
-    def _sure_of(self, scene: Scene, around: Neighbourhood, px: Array, followed: Bool) -> Bool:
-        """Which marks are themselves beyond doubt.
-
-        One that is doubted is so again once it agrees with sure neighbours in two of the frames
-        in which it is followed: in one, a gap and chance can show its neighbour in its place.
-        """
-        step_px = px - self.px
-        common_px = np.median(step_px[followed], axis=0) if followed.any() else 0.0
-        surprises_px = np.stack([step_px, step_px - self._momentum_px, step_px - common_px])
-        squared = np.einsum("kij,kij->ki", surprises_px, surprises_px).min(axis=0)
-        leapt = squared > (_LEAP * scene.room_px) ** 2
-        returned = ~self._followed & (self._doubt_px > _SURE_DOUBT * scene.room_px)
-        sure = self._sure & ~(followed & (leapt | returned))
-        if sure.all():
-            self._agreed = self._agreed | followed
-            return np.asarray(sure)
-        displaced_px = px - self.reference_px
-        trusted = followed & sure
-        while (trusted != followed).any():
-            expected_px = around.fit(displaced_px, trusted.astype(np.float64))
-            near = np.hypot(*(displaced_px - expected_px).T) < _AGREEING * scene.room_px
-            regained = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
-            if not regained.any():
-                break
-            trusted = trusted | regained
-        twice = trusted & self._agreed
-        self._agreed = np.where(followed, trusted, self._agreed)
-        return np.asarray(sure | twice)
+        self.px, self._followed = px, followed
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""
@@ -199,7 +176,8 @@ class MarkTracker:
         distance = np.hypot(deviation[:, 0], deviation[:, 1])
         supported = around.supporters(seen) >= SUPPORT
         unknown = _UNSUPPORTED * around.pitch_px
-        return np.where(supported, around.nearby(distance, seen), unknown)
+        strangeness = around.nearby(distance, seen) * around.reach_beyond(seen)
+        return np.where(supported, strangeness, unknown)
 
     def _in_view(self, pitch_px: float) -> Bool:
         (left, top), (right, bottom) = self._low_px - pitch_px / 2, self._high_px + pitch_px / 2

@@ -1,0 +1,191 @@
+"""Marks on a virtual skin that is pressed, dragged, twisted and let go: detected, and followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.tracking import MarkTracker
+from tactile_core.algorithms.tracking.nearest import nearest
+from tactile_core.sim import VirtualStage
+
+Array = NDArray[Any]
+
+SIZE_PX = np.array([640, 480])
+PITCH_PX = 1.1 / 0.0276
+_BORDER_PX = 6
+
+
+@dataclass(frozen=True)
+class Drag:
+    """How hard it is to follow marks, in pitches and shares of the marks.
+
+    Attributes
+    ----------
+    farthest, fastest : float
+        How far skin is dragged in all, and at most from one frame to the next.
+    spurious : float
+        Detections that are no mark.
+    missing : float
+        Marks that are not detected.
+    noise_px : float
+        Standard deviation of either coordinate.
+    """
+
+    farthest: float
+    fastest: float
+    spurious: float
+    missing: float = 0.3
+    noise_px: float = 0.1
+
+
+@dataclass
+class Tally:
+    """What became of the marks that a tracker says it sees.
+
+    Attributes
+    ----------
+    frames, offered, seen : int
+        ``offered`` are the detections of marks that are in the reference.
+    swapped, specks : int
+        Seen marks whose detection shows another mark, or none.
+    squares_px, squares_of_right_px : float
+        Squared distance from the truth, summed over all seen marks and over those at their own
+        detection.
+    """
+
+    frames: int = 0
+    offered: int = 0
+    seen: int = 0
+    swapped: int = 0
+    specks: int = 0
+    squares_px: float = 0.0
+    squares_of_right_px: float = 0.0
+
+    @property
+    def recall(self) -> float:
+        return self.seen / self.offered
+
+    @property
+    def rms_px(self) -> float:
+        return float(np.sqrt(self.squares_px / self.seen))
+
+    @property
+    def rms_of_right_px(self) -> float:
+        return float(np.sqrt(self.squares_of_right_px / (self.seen - self.swapped - self.specks)))
+
+    def __str__(self) -> str:
+        return (
+            f"{self.frames} frames, {self.seen} marks seen, {self.recall:.1%} of those offered: "
+            f"{self.swapped} swapped, {self.specks} at a speck, {self.rms_px:.3f} px RMS, without "
+            f"these {self.rms_of_right_px:.3f}"
+        )
+
+
+def counted(drag: Drag, frames: int, first_seed: int = 0) -> Tally:
+    """Follow stroke after stroke until so many frames are done."""
+    tally, seed = Tally(), first_seed
+    while tally.frames < frames:
+        follow(strokes(seed, drag), drag, np.random.default_rng([seed, 0]), tally)
+        seed += 1
+    return tally
+
+
+def follow(places_px: Array, drag: Drag, rng: np.random.Generator, tally: Tally) -> None:
+    """Follow the marks of (T, N, 2) places from the first frame on, and add to the tally."""
+    marks = np.flatnonzero(visible(places_px[0]))
+    tracker = MarkTracker(places_px[0][marks])
+    for truth in places_px:
+        found, whose = detected(truth, drag, rng)
+        tracker.follow(found)
+        seen = tracker.seen
+        taken = whose[nearest(tracker.px[seen], found, 1)[1][:, 0]]
+        squares = np.square(tracker.px - truth[marks])[seen].sum(axis=1)
+        right = taken == marks[seen]
+        tally.frames += 1
+        tally.offered += int(np.isin(marks, whose).sum())
+        tally.seen += int(seen.sum())
+        tally.swapped += int((~right & (taken >= 0)).sum())
+        tally.specks += int((taken < 0).sum())
+        tally.squares_px += float(squares.sum())
+        tally.squares_of_right_px += float(squares[right].sum())
+
+
+def strokes(seed: int, drag: Drag) -> Array:
+    """Press an object, drag it to and fro, twist it, drag it again, and lift it.
+
+    Returns
+    -------
+    (T, N, 2) float64
+        Where every printed mark is, frame by frame; at rest in the first.
+    """
+    rng = np.random.default_rng(seed)
+    gel = {"friction": float(rng.uniform(0.5, 2)), "thickness_mm": float(rng.uniform(2, 3.5))}
+    overrides: dict[str, Any] = {"gel": gel}
+    if seed % 2:
+        overrides["optics"] = {"marks": {"layout": "quasi_random"}}
+    stage = VirtualStage("hex_fingertip", seed=seed, overrides=overrides)
+    frames = [stage.truth().markers_px]
+    fastest = rng.uniform(0.1, drag.fastest) * PITCH_PX
+    kind, options = [
+        ("sphere", {"diameter_mm": rng.uniform(6, 16)}),
+        ("flat", {"diameter_mm": rng.uniform(5, 12)}),
+        ("cylinder", {"diameter_mm": rng.uniform(10, 38), "length_mm": 14.0}),
+    ][seed % 3]
+    x_mm, y_mm = rng.uniform(-3, 3), rng.uniform(-2, 2)
+    stage.indenter(kind, x_mm=x_mm, y_mm=y_mm, angle_deg=rng.uniform(0, 180), **options)
+
+    def dragged() -> float:
+        return float(np.hypot(*(frames[-1] - frames[0]).T).max() / PITCH_PX)
+
+    def take() -> None:
+        # between two states of the skin there are as many frames as its speed takes
+        last, now = frames[-1], stage.truth().markers_px
+        count = max(1, int(np.ceil(np.hypot(*(now - last).T).max() / fastest)))
+        frames.extend(last + (now - last) * k / count for k in range(1, count + 1))
+
+    depth_mm = rng.uniform(0.4, 1.1)
+    for share in (0.5, 1.0):
+        stage.press(depth_mm=depth_mm * share)
+        take()
+    direction = rng.uniform(0, 2 * np.pi)
+    for turn in range(2):
+        for _ in range(8):
+            if dragged() > drag.farthest - 0.4:
+                break
+            stage.shear(0.35 * np.cos(direction), 0.35 * np.sin(direction))
+            take()
+        direction += rng.uniform(2, 4)
+        sign = rng.choice([-1, 1])
+        for _ in range(4 if turn == 0 else 0):
+            if dragged() > drag.farthest - 0.2:
+                break
+            stage.twist(sign * rng.uniform(2, 5))
+            take()
+    stage.press(depth_mm=depth_mm / 3)
+    take()
+    stage.release()
+    take()
+    return np.array(frames)
+
+
+def visible(places_px: Array) -> NDArray[np.bool_]:
+    """Which places a detector can find, away from the image's border."""
+    inside = (places_px > _BORDER_PX) & (places_px < SIZE_PX - 1 - _BORDER_PX)
+    return np.asarray(inside.all(axis=1))
+
+
+def detected(
+    places_px: Array, drag: Drag, rng: np.random.Generator
+) -> tuple[Array, NDArray[np.intp]]:
+    """Return shuffled detections, and the mark that each one shows; -1 for none."""
+    marks = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= drag.missing))
+    others = rng.uniform(0, 1, (rng.poisson(drag.spurious * len(marks)), 2)) * SIZE_PX
+    noise_px = rng.normal(0, drag.noise_px, (len(marks), 2))
+    found = np.concatenate([places_px[marks] + noise_px, others])
+    whose = np.concatenate([marks, np.full(len(others), -1)])
+    order = rng.permutation(len(found))
+    return found[order], whose[order]

@@ -1,0 +1,132 @@
+"""Whether a mark that is followed is itself beyond doubt."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.tracking.growth import SUPPORT, Scene
+
+Array = NDArray[Any]
+Bool = NDArray[np.bool_]
+
+_LEAP, _STRANGE, _AGREEING = 0.3, 0.15, 0.2
+_UNSURE, _UNKNOWN = 0.1, 0.2
+_GRANTED_TO_FEW, _GRANTED_TO_MANY = 0.3, 2.0
+_MOST_GAPS = 1
+_ODD, _ODDER_THAN_OTHERS = 0.04, 2.0
+_ODD_WHEN_FREE = 6.0
+"""Times the cube of what is free: a speck is likely only beside many gaps and impostors."""
+
+
+class Sureness:
+    """Remembers which marks are sure to be themselves.
+
+    All limits are shares of the room around a mark. One is doubted when it leaps, moves unlike the
+    marks around it, or was inferred with a doubt meanwhile; sooner where few are around it, and
+    later where hardly one is missing, because it takes a gap to be mistaken. It is
+    sure again once its displacement is told by the sure marks around it, and twice so, in the
+    frames in which it is followed, when it leapt or when its place was unknown: in one frame, gaps
+    and chance can show a neighbour in its place. A mark that is off what its neighbours let expect,
+    further than they are, may be a speck: it is not seen in this frame, and no more is concluded.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._sure = np.ones(count, np.bool_)
+        self._agreed = np.zeros(count, np.bool_)
+
+    def judge(
+        self,
+        scene: Scene,
+        step_px: Array,
+        momentum_px: Array,
+        displaced_px: Array,
+        followed: Bool,
+        before: Bool,
+        calm: bool,
+    ) -> Bool:
+        """Doubt marks, or trust them again, and say which are seen.
+
+        Parameters
+        ----------
+        scene : Scene
+            Its doubt is that before the marks were found in this frame.
+        step_px, momentum_px, displaced_px : (N, 2) float64
+            By how much each mark moved, was expected to, and is away from rest.
+        followed, before : (N,) bool
+            Marks that are found in this frame, and in the one before.
+        calm : bool
+            Whether all that are found moved as their neighbours do, by less than half their room.
+
+        Returns
+        -------
+        (N,) bool
+        """
+        if calm and followed.all() and self._sure.all():
+            # none of the limits below can be exceeded
+            self._agreed = followed
+            return followed
+        off_px = step_px - scene.around.fit(step_px, followed.astype(np.float64))
+        distance = np.hypot(off_px[:, 0], off_px[:, 1])
+        granted_px = self._granted(scene, followed) * scene.room_px
+        surprise_px = self._surprise_px(step_px, momentum_px, followed)
+        leapt = (surprise_px > _LEAP * granted_px) | (distance > _STRANGE * granted_px)
+        leapt &= followed
+        returned = followed & ~before & (scene.doubt_px > _UNSURE * granted_px)
+        self._agreed = self._agreed & ~leapt
+        self._sure = self._sure & ~leapt & ~returned
+        if self._sure.all():
+            self._agreed = self._agreed | followed
+        else:
+            trusted = self._told_by_sure(scene, displaced_px, followed)
+            self._sure = self._sure | (trusted & self._agreed)
+            self._agreed = np.where(followed, trusted, self._agreed)
+        return np.asarray(followed & self._sure & ~self._odd(scene, distance, followed, granted_px))
+
+    def forget(self, scene: Scene, doubt_px: Array, followed: Bool) -> None:
+        """Doubt marks whose inferred places are doubtful, or told by others that are."""
+        told = followed | (scene.around.supporters(followed & self._sure) >= SUPPORT)
+        self._sure = self._sure & told & (doubt_px <= _UNSURE * scene.room_px)
+        self._agreed = self._agreed & told & (doubt_px <= _UNKNOWN * scene.room_px)
+
+    @staticmethod
+    def _granted(scene: Scene, followed: Bool) -> Array:
+        """Less where few neighbours are known, more where hardly one is missing, (N,)."""
+        known = scene.around.supporters(followed)
+        most = scene.around.index.shape[1] - _MOST_GAPS
+        granted = np.where(known >= most, _GRANTED_TO_MANY, 1.0)
+        return np.where(known < SUPPORT, _GRANTED_TO_FEW, granted)
+
+    @staticmethod
+    def _surprise_px(step_px: Array, momentum_px: Array, followed: Bool) -> Array:
+        """How far each mark moved, beyond what it did before or what most do, (N,) px."""
+        common_px = np.median(step_px[followed], axis=0) if followed.any() else 0.0
+        surprises_px = np.stack([step_px, step_px - momentum_px, step_px - common_px])
+        return np.asarray(np.sqrt(np.einsum("kij,kij->ki", surprises_px, surprises_px).min(axis=0)))
+
+    @staticmethod
+    def _odd(scene: Scene, distance: Array, followed: Bool, granted_px: Array) -> Bool:
+        """Which marks are off what their neighbours let expect, and further than these are."""
+        free = _ODD_WHEN_FREE * scene.free_share(followed) ** 3
+        limit_px = max(_ODD, free) * granted_px
+        odd = distance > limit_px
+        if odd.any():
+            nearby = scene.around.nearby(np.minimum(distance, scene.room_px / 4), followed)
+            odd &= distance > limit_px + _ODDER_THAN_OTHERS * nearby
+        return np.asarray(odd)
+
+    def _told_by_sure(self, scene: Scene, displaced_px: Array, followed: Bool) -> Bool:
+        """Sure marks, and outwards from them those whose displacement they tell."""
+        around = scene.around
+        trusted = followed & self._sure
+        while (trusted != followed).any():
+            off_px = displaced_px - around.fit(displaced_px, trusted.astype(np.float64))
+            distance = np.hypot(off_px[:, 0], off_px[:, 1]) * around.reach_beyond(trusted) ** 2
+            near = distance < _AGREEING * scene.room_px
+            told = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
+            if not told.any():
+                break
+            trusted = trusted | told
+        return trusted

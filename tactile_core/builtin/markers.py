@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from pydantic import BaseModel
 
@@ -15,8 +17,10 @@ class Markers(Estimator):
     """Finds round, square and triangular marks, each by itself; see :func:`find_markers
     <tactile_core.algorithms.markers.find_markers>` for the method.
 
-    A gel without marks shows none. Which mark is which is told by the step that follows them.
+    Which mark is which is told by the step that follows them.
     """
+
+    needs_marks: ClassVar[bool] = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)

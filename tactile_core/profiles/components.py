@@ -58,7 +58,7 @@ def check_components(source: Source) -> Checked:
                 Problem.at(
                     use.place,
                     (*keys, "use"),
-                    f"{use.value} follows printed marks and 'gel.markers' says that there are "
+                    f"{use.value} needs printed marks and 'gel.markers' says that there are "
                     f"none; say pitch and size there (or auto), or remove the step",
                 )
             )

@@ -101,12 +101,16 @@ def test_a_revision_without_marks_leaves_the_inherited_step_out(tmp_path: Path) 
     assert any("no marks" in note and "tracking" in note for note in pipeline.notes)
 
 
-def test_a_step_named_beside_a_gel_without_marks_is_a_mistake(tmp_path: Path) -> None:
+@pytest.mark.parametrize("step", ["markers", "tracking", "displacement"])
+def test_a_step_named_beside_a_gel_without_marks_is_a_mistake(tmp_path: Path, step: str) -> None:
     text = (
         "extends: hex_fingertip\nname: bare\ngel: {markers: null}\n"
-        "estimators:\n  tracking: {use: core.tracking}\n"
+        f"estimators:\n  {step}: {{use: core.{step}}}\n"
     )
-    with pytest.raises(ProfileError, match=r"bare\.yaml:5:14: estimators\.tracking\.use: .*marks"):
+    where = (
+        rf"bare\.yaml:5:{len(step) + 6}: estimators\.{step}\.use: core\.{step} needs printed marks"
+    )
+    with pytest.raises(ProfileError, match=where):
         load_profile(profile(tmp_path, "bare", text))
 
 

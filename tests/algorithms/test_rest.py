@@ -66,6 +66,15 @@ def test_the_lower_of_two_levels_is_the_skin_though_the_object_is_larger(share: 
     assert plane.level_mm == pytest.approx(0, abs=0.02)
 
 
+def test_skin_heaped_up_before_a_dragged_object_hides_no_level() -> None:
+    heap = -0.6 * np.exp(-np.square((X_MM - 2) / 0.7) - np.square(Y_MM / 2.5))
+    noise = np.random.default_rng(0).normal(0, 0.003, SHAPE)
+    height_mm = punch(0.5) * 0.6 + heap
+    gy, gx = np.gradient(height_mm, MM_PER_PX)
+    plane = rest_plane(height_mm + noise, gx, gy, mm_per_px=MM_PER_PX)
+    assert plane.level_mm == pytest.approx(0, abs=0.03)
+
+
 def test_skin_that_bulges_beside_a_ball_is_no_lower_level() -> None:
     r_mm = np.hypot(X_MM, Y_MM)
     bulge = np.where((r_mm > 3) & (r_mm < 5), -0.08, 0.0)

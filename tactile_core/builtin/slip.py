@@ -62,14 +62,14 @@ class Slip(Estimator):
             default=NOISE_MM, description="Of a displacement along x or y."
         )
         incipient: float = Field(
-            default=0.41, ge=0, le=1, description="Degree at which slip begins at the border."
+            default=0.28, ge=0, le=1, description="Degree at which slip begins at the border."
         )
         incipient_ends: float = Field(
-            default=0.29, ge=0, le=1, description="Degree under which the contact sticks again."
+            default=0.19, ge=0, le=1, description="Degree under which the contact sticks again."
         )
-        slip: float = Field(default=0.62, ge=0, le=1, description="Degree at which all slips.")
+        slip: float = Field(default=0.43, ge=0, le=1, description="Degree at which all slips.")
         slip_ends: float = Field(
-            default=0.5, ge=0, le=1, description="Degree under which part of it sticks again."
+            default=0.35, ge=0, le=1, description="Degree under which part of it sticks again."
         )
         imprint_lost: PositiveFloat = Field(
             default=SLIP_SHARE,

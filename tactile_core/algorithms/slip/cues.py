@@ -47,5 +47,4 @@ class Cues:
         most of its contact has followed.
         """
         lost = 1 - float(max(0.0, self.following - self.falling) ** _FOLLOWING_POWER)
-        halting = self.stalled * (2 - self.stalled)
-        return lost * (1 + lost * halting) / 2
+        return lost * (1 + 2 * lost * self.stalled) / 3

@@ -74,7 +74,7 @@ def test_the_degree_rises_while_the_core_shrinks_and_most_when_it_halts() -> Non
     assert np.all(np.diff(degrees[::3]) > 0)
     halting = [skin.move(0.04, 0.5, halted=1.0).degree for _ in range(3)]
     assert halting[-1] > max(degrees)
-    assert halting[-1] > 0.85
+    assert halting[-1] > 0.7
 
 
 def test_what_a_growing_load_spreads_is_no_shear() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -132,8 +131,3 @@ def _deepest(traceback: str) -> str:
     lines = [line for line in traceback.splitlines() if line and not line.startswith(" ")]
     kind = lines[-1].partition(":")[0] if lines else "?"
     return f"{kind} from {last.replace(chr(34), '')}"
-
-
-def clear(corpus: Path) -> None:
-    """Delete the good inputs."""
-    shutil.rmtree(corpus, ignore_errors=True)

@@ -18,7 +18,7 @@ MEMORY_MIB = 1024.0
 _LONGEST_MESSAGE = 6000
 _NOISE = re.compile(
     r"Traceback \(most|Exception ignored|Warning: |\[ ?(?:WARN|ERROR|INFO)[: ]|^\[\w+ @ 0x|libpng|"
-    r"libjpeg|Corrupt JPEG|Premature end|OpenCV[(:]|TIFF(?:Read|Fetch|Open)|Fatal Python|^cv2\.error",
+    r"libjpeg|Corrupt JPEG|Premature end|OpenCV[(:]|TIFF(?:Read|Fetch|Open)|Fatal Python",
     re.MULTILINE,
 )
 _MESSAGE = re.compile(r"^(?:tactile: |Error: |Usage: )", re.MULTILINE)

@@ -13,7 +13,7 @@ NUMBERS: tuple[Any, ...] = (
 )
 WORDS: tuple[str, ...] = (
     *("", " ", ".", "..", "-", "--", "core.", ".core", "core.poisson", "core.nothing", "a" * 300),
-    *("../up", "a/b", "a\nb", "a\u2028b", "\x1b[31mred\x1b[0m", "\x00"[:0] + "\u202ea", "é ü 漢"),
+    *("../up", "a/b", "a\nb", "a\u2028b", "\x1b[31mred\x1b[0m", "\u202ea", "é ü 漢"),
     *("null", "true", "nan", "inf", "-inf", "1e400", "0x10", "1_000", "٣", "1,2", "first", "auto"),
     *("%s%n", "{0}", "${HOME}", "~", "~nosuch", "$(id)", "'", '"', "\\", "CON", "\udcff", "🙂"),
 )

@@ -74,14 +74,18 @@ def _tasks(wanted: argparse.Namespace) -> list[tuple[str, range, int]]:
 
 
 def _collected(tasks: list[Future[list[Result]]], total: int) -> Iterator[Result]:
+    """The results as they come; each new fault is named at once."""
     from tactile_core.cli.progress import Bar
 
-    count = 0
+    count, known = 0, set[str]()
     with Bar() as bar:
         bar.stage("trying", 1.0)
         for task in as_completed(tasks):
             for result in task.result():
                 count += 1
+                for promise in sorted({*result.broken} - known):
+                    print(f"{count}/{total} {result.case}: {promise}", file=sys.stderr, flush=True)
+                known |= {*result.broken}
                 yield result
             bar.fraction(count / total)
 

@@ -62,6 +62,8 @@ def _prepare(folder: Path) -> None:
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         _corpus = make_corpus(place)
         _warm_up(place)
+    # decoders print what they think of the images that are about to be spoilt a second time
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 def _warm_up(corpus: Path) -> None:

@@ -4,19 +4,7 @@ from __future__ import annotations
 
 from shlex import split
 
-RUN = [
-    "run",
-    "small.yaml",
-    "--bundle",
-    "bundle",
-    "--input",
-    "frames",
-    "--out",
-    "out",
-    "--save",
-    "npz,tmd,png,ply",
-    "--json",
-]
+RUN = split("run small.yaml --bundle bundle --input frames --out out --save npz,tmd,png,ply --json")
 RUN_IMAGE = split("run small.yaml --bundle bundle --input frame.jpg --reference ref.png --out out")
 RUN_VIDEO = split("run small.yaml --bundle bundle --input film.avi --frames 3 --out out --json")
 RUN_SCAN = split("run turn.yaml --bundle turn_bundle --input scan --out out --save npz,png --json")

@@ -15,7 +15,7 @@ _OPTIONS = (
     *("--frames", "--save", "--json", "--presses", "--ball-diameter-mm", "--labels", "--target"),
     *("--rows", "--model", "--seed", "--mode", "--swap", "--truth", "--size", "--calibration"),
     *("--from", "--image", "--mm-per-px", "--known-mm", "--known-px", "--marker-pitch-mm"),
-    *("--plugin", "--force", "--help", "--version", "--debug", "--nothing", "-x", "--js", "--ou"),
+    *("--plugin", "--force", "--help", "--version", "--nothing", "-x", "--js", "--ou"),
 )
 _BENCHES = (
     *(["bench", "small.yaml", "--size", size] for size in ("0x0", "x", "1e3x5", "99999x99999", "")),

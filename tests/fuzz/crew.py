@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import resource
 import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
@@ -16,6 +17,7 @@ from pkgutil import walk_packages
 from fuzz.hunt import Case, Result, hunt, try_case
 
 _corpus: Path | None = None
+_MEMORY_BYTES = 4 << 30
 _UNWANTED = ("tactile_core.testing", "tactile_core.cli.__main__")
 
 
@@ -49,6 +51,7 @@ def _good_inputs() -> Path:
 
 def _prepare(folder: Path) -> None:
     global _corpus
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, resource.RLIM_INFINITY))
     import tactile_core
 
     for module in walk_packages(tactile_core.__path__, "tactile_core."):

@@ -21,7 +21,7 @@ from fuzz.attempt import Attempt
 from fuzz.sandbox import Sandbox
 
 WALL_S, BLOCKED_S = 90.0, 20.0
-_MEMORY_BYTES = 6 << 30
+_MEMORY_BYTES = 4 << 30
 _KEPT_BYTES = 1 << 20
 _OURS = f"{os.sep}tactile_"
 
@@ -219,14 +219,14 @@ def place_of(error: BaseException) -> str:
 def _flushed(code: int) -> int:
     """What the interpreter does at its end."""
     try:
-        if sys.stdout is not None:
+        if sys.stdout is not None and not sys.stdout.closed:
             sys.stdout.flush()
     except OSError as error:
         with suppress(OSError, ValueError):
             print(f"Exception ignored in {sys.stdout!r}: {error}", file=sys.stderr)
         code = 120
     try:
-        if sys.stderr is not None:
+        if sys.stderr is not None and not sys.stderr.closed:
             sys.stderr.flush()
     except OSError:
         return code or 1

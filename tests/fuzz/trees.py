@@ -10,6 +10,7 @@ from typing import Any
 
 from fuzz.values import BOMB, NUMBERS, WORDS, YAML, any_value, word_of
 
+_LONGEST = 100_000
 _VALUE = re.compile(r"(:\s+|[\[,]\s*)([^\s,{}\[\]#][^,{}\[\]#\n]*)")
 
 
@@ -82,6 +83,8 @@ def _value_replaced(text: str, rng: Random, values: tuple[str, ...]) -> str:
 def _as_tree(text: str, rng: Random) -> str:
     import ruamel.yaml
 
+    if "&" in text or len(text) > _LONGEST:  # it might unfold to more than the memory holds
+        return spoilt_lines(text, rng)
     try:
         tree = ruamel.yaml.YAML(typ="safe", pure=True).load(text)
         written = json.dumps(_changed(tree, rng), ensure_ascii=rng.random() < 0.8)

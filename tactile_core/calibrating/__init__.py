@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundle import Bundle, Manifest, check_serial, now
+from tactile_core.bundle import Bundle, check_serial, now
 from tactile_core.calibrating.height_target import is_height_map
 from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.calibrating.scoring import Score, cross_validate
@@ -20,6 +20,7 @@ from tactile_core.calibration import Calibration, Press
 from tactile_core.drift import followed
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
+from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import secrets
 from pathlib import Path
 
 from tactile_core.errors import InputError
+from tactile_core.formats.leftovers import beside
 
 
 def read_bytes(path: Path) -> bytes:
@@ -36,7 +36,7 @@ def write_atomically(path: Path, data: bytes | bytearray | memoryview) -> None:
     """
     path = Path(path)
     # not tempfile: its files are readable by their owner only, whatever the user's umask says
-    fresh = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    fresh = beside(path)
     try:
         with fresh.open("xb") as file:
             file.write(data)
@@ -44,3 +44,11 @@ def write_atomically(path: Path, data: bytes | bytearray | memoryview) -> None:
     except BaseException:
         fresh.unlink(missing_ok=True)
         raise
+
+
+def plain_text(text: str) -> str:
+    r"""Return a text that any file can hold: half of a surrogate pair becomes ``\udc80``.
+
+    Names of files that are not UTF-8 have such halves in Python.
+    """
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -60,8 +60,7 @@ class Bundle:
         OSError
             The disk is full or refuses; what was there before is still there.
         """
-        directory = Path(directory).resolve()
-        bundle_files(directory)
+        directory = check_place(directory)
         with fresh_folder(directory) as fresh:
             self.calibration.save(fresh)
             _save_reference(self.reference, fresh / "reference.npz")
@@ -162,6 +161,19 @@ def check_serial(serial: str) -> str:
     if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
         raise InputError(f"serial {serial!r}: use only letters, digits, '.', '_' and '-'")
     return serial
+
+
+def check_place(directory: Path) -> Path:
+    """Return the folder, without links, if a bundle may be written there.
+
+    Raises
+    ------
+    InputError
+        It holds anything but a bundle.
+    """
+    directory = Path(directory).resolve()
+    bundle_files(directory)
+    return directory
 
 
 def default_place(profile: Profile, serial: str | None) -> Path:

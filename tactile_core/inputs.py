@@ -9,6 +9,9 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 
+PROFILE = "the profile"
+"""Given by name or as a file."""
+
 RECORDED = frozenset({"--input", "--presses", "--reference", "--image"})
 """Where a file of these is, there may be others of the recording."""
 
@@ -31,7 +34,10 @@ class Inputs:
     def of(cls, given: Mapping[str, Path | str | None]) -> Inputs:
         """Keep what was given and is there."""
         paths = {words: Path(path) for words, path in given.items() if path is not None}
-        return cls({words: path for words, path in paths.items() if _identity(path) is not None})
+        there = {words: path for words, path in paths.items() if _identity(path) is not None}
+        if PROFILE in there and not there[PROFILE].is_file():
+            del there[PROFILE]  # a folder that has the name of a profile
+        return cls(there)
 
     def refuse_whole(self, folder: Path) -> None:
         """Refuse a folder that is going to be replaced whole if it is, or holds, an input.

@@ -19,6 +19,8 @@ from tactile_core.inputs import Inputs
 WRITTEN = ".tactile-outputs"
 """The list of what was written, in the folder: one JSON object a line, added to and never cut."""
 
+REPORT = "report.html"
+
 _HEADER = '{"written_by": "tactile-core"}'
 
 _Stamp = tuple[int, int]

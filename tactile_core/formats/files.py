@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import secrets
+from collections.abc import Mapping
 from pathlib import Path
 
 from tactile_core.errors import InputError
+from tactile_core.formats.leftovers import beside
 
 
 def read_bytes(path: Path) -> bytes:
@@ -34,13 +35,34 @@ def write_atomically(path: Path, data: bytes | bytearray | memoryview) -> None:
     OSError
         The disk is full or refuses; what was at ``path`` before is still there, and nothing else.
     """
-    path = Path(path)
+    write_together({Path(path): data})
+
+
+def write_together(files: Mapping[Path, bytes | bytearray | memoryview]) -> None:
+    """Write files whole, all of them or none: beside their places first, then into them.
+
+    Raises
+    ------
+    OSError
+        The disk is full or refuses; what was at each path before is still there, and nothing else.
+    """
     # not tempfile: its files are readable by their owner only, whatever the user's umask says
-    fresh = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    fresh = {path: beside(path) for path in files}
     try:
-        with fresh.open("xb") as file:
-            file.write(data)
-        fresh.replace(path)
+        for path, data in files.items():
+            with fresh[path].open("xb") as file:
+                file.write(data)
+        for path in files:
+            fresh[path].replace(path)
     except BaseException:
-        fresh.unlink(missing_ok=True)
+        for left in fresh.values():
+            left.unlink(missing_ok=True)
         raise
+
+
+def plain_text(text: str) -> str:
+    r"""Return a text that any file can hold: half of a surrogate pair becomes ``\udc80``.
+
+    Names of files that are not UTF-8 have such halves in Python.
+    """
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -60,6 +60,8 @@ def in_words(value: float, step: float) -> str:
 
 
 def _drawable(words: str) -> str:
+    # OpenCV ends the process at half of a surrogate pair, as in a file's name that is not UTF-8
+    words = words.encode("utf-8", "backslashreplace").decode("utf-8")
     return words if _true_type() else words.translate(_PLAIN)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes, write_atomically
+from tactile_core.formats.files import plain_text, read_bytes, write_atomically, write_together
 
 # A file system that takes no file above 1000 bytes, as a full one takes none. In a process of its
 # own, whose output goes to a pipe: the limit would hold for a log of the tests as well.
@@ -46,6 +46,28 @@ def test_a_full_disk_leaves_what_was_there_and_nothing_else(tmp_path: Path) -> N
     assert "large" in said
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_of_several_files_all_are_written_or_none(tmp_path: Path) -> None:
+    a, b = tmp_path / "a", tmp_path / "gone" / "b"
+    a.write_bytes(b"before")
+    with pytest.raises(FileNotFoundError):
+        write_together({a: b"after", b: b"after"})
+    assert a.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [a]
+    b.parent.mkdir()
+    write_together({a: b"after", b: b"after"})
+    assert a.read_bytes() == b.read_bytes() == b"after"
+
+
+def test_names_as_long_as_the_disk_takes_are_written(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 255)
+    write_atomically(path, b"one")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_text_that_utf8_cannot_hold_is_made_readable() -> None:
+    assert plain_text("ball \udcff ² \ud800") == r"ball \udcff ² \ud800"
 
 
 def test_a_missing_file_and_a_folder_are_told_apart(tmp_path: Path) -> None:

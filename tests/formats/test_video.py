@@ -70,7 +70,12 @@ def test_a_name_is_a_file_s_name_and_nothing_else(
 ) -> None:
     video.rename(video.parent / name)
     monkeypatch.chdir(video.parent)
+    asked = []
+    capture = cv2.VideoCapture
+    monkeypatch.setattr(cv2, "VideoCapture", lambda *how: asked.append(how) or capture(*how))
     assert len(list(open_video(Path(name)).frames())) == 5
+    # no protocol begins with a slash, and FFmpeg takes no other files for a pattern of videos
+    assert set(asked) == {(str(video.parent / name), cv2.CAP_FFMPEG)}
 
 
 def test_a_pattern_does_not_gather_other_files(video: Path) -> None:

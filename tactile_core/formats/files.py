@@ -52,6 +52,14 @@ def regular(path: Path) -> Path:
     return path
 
 
+def is_file(path: Path) -> bool:
+    """Whether a path leads to a regular file; of a name that is too long, too."""
+    try:
+        return regular(path) == path
+    except InputError:
+        return False
+
+
 def expanded(path: str | Path) -> Path:
     """Return a path with ``~`` and ``~user`` replaced by the home folder.
 

@@ -12,6 +12,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 
+MOST_PIXELS = 50_000_000
+"""Of one image: the cameras of such sensors have 20 megapixels at most, and measuring takes some
+fifty bytes for each."""
+
 _PNG = b"\x89PNG\r\n\x1a\n"
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 1, 6: 3}
 _JPEG = b"\xff\xd8\xff"

@@ -11,15 +11,11 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, read_start, write_atomically
-from tactile_core.formats.headers import Header, header, is_whole
+from tactile_core.formats.headers import MOST_PIXELS, Header, header, is_whole
 
 IMAGE_SUFFIXES = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".ppm", ".tif", ".tiff", ".webp"}
 )
-
-MOST_PIXELS = 50_000_000
-"""Of one image: the cameras of such sensors have 20 megapixels at most, and measuring takes some
-fifty bytes for each."""
 
 _HEADER_BYTES = 1 << 16
 

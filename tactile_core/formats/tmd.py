@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
-from tactile_core.formats.images import MOST_PIXELS
+from tactile_core.formats.headers import MOST_PIXELS
 
 _HEADER = b"Binary TrueMap Data File v2.0\r\n\0"
 _SIZES = struct.Struct("<II4f")

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
-from tactile_core.formats.images import MOST_PIXELS, ImageKind
+from tactile_core.formats.headers import MOST_PIXELS
+from tactile_core.formats.images import ImageKind
 
 VIDEO_SUFFIXES = frozenset({".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm"})
 

@@ -46,6 +46,8 @@ def write_report(result: Calibrated, folder: Path) -> None:
             ],
         )
     ]
+    if result.notes:
+        parts += [html.heading("Notes"), *map(html.paragraph, result.notes)]
     if result.score is not None:
         parts += _score_parts(result.score)
     parts += [html.heading("What was covered"), html.figure(_coverage(good), "coverage")]
@@ -58,7 +60,9 @@ def write_report(result: Calibrated, folder: Path) -> None:
     if refused:
         parts += [html.heading("Left out"), html.table(["press", "why"], refused)]
     title = f"Calibration of {manifest.profile} {manifest.serial}".strip()
-    (folder / "report.html").write_text(html.page(title, parts), encoding="utf-8")
+    # names of files may be in no encoding at all
+    page = html.page(title, parts).encode("utf-8", "backslashreplace")
+    (folder / "report.html").write_bytes(page)
 
 
 def _score_parts(score: Score) -> list[str]:

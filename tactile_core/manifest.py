@@ -13,6 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
+from tactile_core.formats.shown import printable
 
 FORMAT = 2
 MANIFEST = "manifest.json"
@@ -174,7 +175,7 @@ def bundle_files(folder: Path) -> list[Path]:
     for name in sorted(held):
         if name not in named:
             raise InputError(
-                f"{folder} holds {plain_text(name)}, which is not of the calibration bundle there; "
+                f"{folder} holds {printable(name)}, which is not of the calibration bundle there; "
                 f"move it away or name another --out folder"
             )
     return [*(folder / name for name in held - {MANIFEST}), folder / MANIFEST]

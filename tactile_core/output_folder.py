@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import plain_text
 from tactile_core.formats.folders import make_folder, rename_new
 from tactile_core.formats.leftovers import beside, remove_leftovers
+from tactile_core.formats.shown import printable
 from tactile_core.inputs import Inputs
 
 WRITTEN = ".tactile-outputs"
@@ -122,10 +122,10 @@ class OutputFolder:
             return True
         for entry in self._written():
             if (entry["file"], _stamp_of(entry)) == (name, stamp):
-                first = plain_text(entry["of"]) or "another result"
+                first = printable(entry["of"]) or "another result"
                 raise InputError(
                     f"{path} was written for {first} in this run and would be written again for "
-                    f"{plain_text(of) or 'another'}; give them names of their own"
+                    f"{printable(of) or 'another'}; give them names of their own"
                 )
         raise _foreign(path)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import plain_text
+from tactile_core.formats.shown import printable
 from tactile_core.output_folder import OutputFolder
 from tactile_core.quantities import (
     ContactMask,
@@ -88,8 +88,8 @@ def check_names(folder: OutputFolder, sources: Iterable[str], formats: Collectio
         for name in (stem + ending for format in formats for ending in _ENDINGS[format]):
             if name in owners:
                 raise InputError(
-                    f"results of {plain_text(owners[name])} and of {plain_text(source)} would both "
-                    f"be {plain_text(name)}; rename one of these inputs, or measure them apart"
+                    f"results of {printable(owners[name])} and of {printable(source)} would both "
+                    f"be {printable(name)}; rename one of these inputs, or measure them apart"
                 )
             owners[name] = source
     folder.check(owners)

@@ -33,6 +33,11 @@ from tactile_core.sensor import played_back, read_frames
 AZIMUTH_TOLERANCE_DEG = 25.0
 """A profile's azimuths are where a calibration starts; further off, something is mixed up."""
 
+_USELESS = (
+    "on held-out presses this calibration errs by {:.1f}°, no less than 'flat' everywhere would "
+    "({:.1f}°): do not measure with it; check the labels, the ball's diameter and the reference"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
@@ -209,6 +214,8 @@ def calibrate(
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
+    if score is not None and not score.mean_deg < score.predict_flat_deg:
+        notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
     bundle = Bundle(manifest, fitted, untouched)
     given = inputs_of(profile, presses, reference, labels, target)
     return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis, given)

@@ -257,6 +257,16 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
     return profile.model_copy(update={"camera": camera, "image": image}), notes
 
 
+def observation_names(profile: Profile, path: Path) -> list[str]:
+    """Names of a recording's observations; of a video's the first alone."""
+    from tactile_core.recording import open_recording
+
+    recording = open_recording(path, images_per_observation=images_per_observation(profile))
+    if recording.video is not None:
+        return [f"{path.stem}_{0:06d}"]
+    return [observation.name for observation in recording.files]
+
+
 def images_per_observation(profile: Profile) -> int:
     """How many exposures the profile's lights take for one frame, a dark one included."""
     return len(_lights(profile).exposures())

@@ -13,10 +13,11 @@ from cli.test_cli import tactile
 from scipy.io import loadmat
 
 from tactile_core.acquisition import average
-from tactile_core.bundle import Bundle, Manifest
+from tactile_core.bundle import Bundle
 from tactile_core.calibrating.known import balls
 from tactile_core.calibration import Calibration
 from tactile_core.formats.target import BallGrid, read_target
+from tactile_core.manifest import Manifest
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile

@@ -11,9 +11,10 @@ import numpy as np
 from tactile_core.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
-from tactile_core.bundle import Bundle, Manifest
+from tactile_core.bundle import Bundle
 from tactile_core.calibrating.presses import FoundPress, press_image
 from tactile_core.illumination import Illumination
+from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import profile_hash

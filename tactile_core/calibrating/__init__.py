@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundle import Bundle, Manifest, check_serial, now
+from tactile_core.bundle import Bundle, check_serial, now
 from tactile_core.calibrating.height_target import is_height_map
 from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.calibrating.scoring import Score, cross_validate
@@ -20,6 +20,8 @@ from tactile_core.calibration import Calibration, Press
 from tactile_core.drift import followed
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
+from tactile_core.inputs import PROFILE, Inputs
+from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
@@ -31,6 +33,11 @@ from tactile_core.sensor import played_back, read_frames
 AZIMUTH_TOLERANCE_DEG = 25.0
 """A profile's azimuths are where a calibration starts; further off, something is mixed up."""
 
+_USELESS = (
+    "on held-out presses this calibration errs by {:.1f}°, no less than 'flat' everywhere would "
+    "({:.1f}°): do not measure with it; check the labels, the ball's diameter and the reference"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
@@ -41,11 +48,21 @@ class Calibrated:
     score: Score | None
     notes: tuple[str, ...] = ()
     basis: str = ""
+    inputs: Inputs = field(default_factory=Inputs)
 
     def save(self, directory: Path) -> None:
-        """Write the bundle with its report, whole or not at all."""
+        """Write the bundle with its report, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The folder holds something of what this was made from, or anything but a bundle.
+        OSError
+            The disk is full or refuses; what was there before is still there.
+        """
         from tactile_core.calibrating.report import write_report
 
+        self.inputs.refuse_whole(directory)
         self.bundle.save(directory, report=lambda folder: write_report(self, folder))
 
     def summary(self, directory: Path) -> dict[str, Any]:
@@ -197,8 +214,30 @@ def calibrate(
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
+    if score is not None and not score.mean_deg < score.predict_flat_deg:
+        notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
     bundle = Bundle(manifest, fitted, untouched)
-    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis)
+    given = inputs_of(profile, presses, reference, labels, target)
+    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis, given)
+
+
+def inputs_of(
+    profile: Profile | str | Path,
+    presses: Path,
+    reference: Path | None,
+    labels: Path | None,
+    target: Path | None,
+) -> Inputs:
+    """What a calibration reads, so that its bundle hits none of it."""
+    return Inputs.of(
+        {
+            PROFILE: None if isinstance(profile, Profile) else profile,
+            "--presses": presses,
+            "--reference": reference,
+            "--labels": labels,
+            "--target": target,
+        }
+    )
 
 
 def _verify(frames: Sequence[Frame], untouched: Reference) -> None:

@@ -32,6 +32,7 @@ from tactile_core.recording import open_recording
 from tactile_core.sensor import images_per_observation, read_frames
 
 BALL_TOLERANCE = 0.01
+LARGEST_BALL_MM = 1000.0
 
 RESTING_PIXELS = 300
 """Beside a height map's rows: enough to hold the model level in places that the rows leave out, and
@@ -123,6 +124,8 @@ def balls(
     CalibrationError
         None of the presses can be used.
     """
+    if ball_diameter_mm is not None:
+        _check_ball(ball_diameter_mm, profile)
     files = _file_names(profile, presses, frames)
     progress.stage("finding the circles", 0.25)
     if target is None:
@@ -141,6 +144,19 @@ def balls(
         resting=(untouched_press(good, untouched),) if good[0].in_grid else (),
         anew=finder_anew if labels is None and target is None else None,
     )
+
+
+def _check_ball(diameter_mm: float, profile: Profile) -> None:
+    if not 0 < diameter_mm <= LARGEST_BALL_MM:
+        raise InputError(
+            f"a ball of {diameter_mm:g} mm? --ball-diameter-mm must be positive and at most "
+            f"{LARGEST_BALL_MM:g}"
+        )
+    if diameter_mm / 2 < profile.image.mm_per_px:
+        raise InputError(
+            f"a ball of {diameter_mm:g} mm is smaller than two pixels of "
+            f"{profile.image.mm_per_px:g} mm; correct its diameter or 'image.mm_per_px'"
+        )
 
 
 def _check_single(frames: Sequence[Frame]) -> None:
@@ -171,14 +187,16 @@ def _found(
     scale = profile.image.mm_per_px
     if ball_diameter_mm is None:
         raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
-    if not ball_diameter_mm > 0:
-        raise InputError(f"a ball of {ball_diameter_mm:g} mm? --ball-diameter-mm must be positive")
     radius_mm = ball_diameter_mm / 2
     given: Mapping[str, Any] | None = None
     if labels is not None:
         from tactile_core.formats.labels import read_labels
 
-        given = read_labels(labels)
+        given = read_labels(
+            labels,
+            size_px=(profile.image.width_px, profile.image.height_px),
+            largest_radius_px=radius_mm / scale * (1 + BALL_TOLERANCE),
+        )
     found = find_presses(
         files,
         frames,
@@ -204,6 +222,7 @@ def _on_target(
     from tactile_core.geometry import ImageGeometry
 
     grid = read_target(target)
+    _check_ball(2 * grid.radius_mm, profile)
     if ball_diameter_mm is not None:
         off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
         if off > BALL_TOLERANCE:

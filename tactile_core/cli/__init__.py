@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from io import TextIOWrapper
 
 from tactile_core.errors import TactileError
 
@@ -23,6 +24,10 @@ def _run(words: list[str], debug: bool) -> int:
     # anything else runs. Only the first import of numpy reads this.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # a name or a sign that the terminal cannot show must not lose what was measured
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     from typer import Abort
 
     from tactile_core.cli.app import app

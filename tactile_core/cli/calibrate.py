@@ -34,8 +34,9 @@ def calibrate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
-    from tactile_core.bundle import check_serial, default_place
+    from tactile_core.bundle import check_place, check_serial, default_place
     from tactile_core.calibrating import calibrate as fit
+    from tactile_core.calibrating import inputs_of
     from tactile_core.calibrating.height_target import parse_rows
     from tactile_core.cli.progress import Bar
     from tactile_core.profiles.loader import load_profile
@@ -44,6 +45,8 @@ def calibrate(
     if serial:
         check_serial(serial)
     folder = out if out is not None else default_place(loaded, serial or None)
+    inputs_of(profile, presses, reference, labels, target).refuse_whole(folder)
+    check_place(folder)
     with Bar() as progress:
         result = fit(
             loaded,

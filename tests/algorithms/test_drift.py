@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.drift import channel_gains
+
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 ROWS, COLUMNS = 120, 160
 UNTOUCHED = np.random.default_rng(0).uniform(80, 140, (ROWS, COLUMNS, 6)).astype(np.float32)

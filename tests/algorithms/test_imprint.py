@@ -22,6 +22,8 @@ from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
 from tactile_core.sim import VirtualStage
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 ROWS, COLUMNS = 240, 320
 MARK_PX, PITCH_PX = 9.0, 32
 MARKS = np.stack(

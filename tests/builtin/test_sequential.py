@@ -15,6 +15,8 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sensor import read_frames
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 LAMPS = 6
 HEIGHT, WIDTH = 512, 612
 

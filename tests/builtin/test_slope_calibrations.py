@@ -21,6 +21,8 @@ from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.ball import BallPress
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 MODELS: tuple[type[SlopeCalibration], ...] = (Polynomial, Mlp, LookupTable)
 
 
@@ -56,7 +58,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(lab: VirtualLab) -> Bench:
+def bench(lab: VirtualLab, kernels_or_numpy: str) -> Bench:
     return Bench(lab, 9)
 
 

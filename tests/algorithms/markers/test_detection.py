@@ -19,6 +19,8 @@ from tactile_core.algorithms.markers import darkness_of, find_marker_diameter, f
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.optics.faults import Faults
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 Array = NDArray[Any]
 
 SHAPE = (240, 320)

@@ -20,7 +20,7 @@ _PLACES = {
 _WAYS = (
     *("ValueError", "KeyError", "IndexError", "ZeroDivisionError", "RuntimeError", "TypeError"),
     *("EOFError", "BrokenPipeError", "OSError", "MemoryError", "RecursionError", "StopIteration"),
-    *("KeyboardInterrupt", "SystemExit", "GeneratorExit", "AssertionError", "UnicodeDecodeError"),
+    *("KeyboardInterrupt", "SystemExit", "AssertionError", "UnicodeDecodeError"),
     *("Exit", "Abort", "unprintable", "prints", "warns", "noise", "none", "text", "shape", "dtype"),
     *("gaps", "integers", "scalar", "empty", "huge", "endless", "thread", "closes"),
 )

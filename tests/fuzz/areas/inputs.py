@@ -184,18 +184,15 @@ def bundles(box: Sandbox, rng: Random) -> Attempt:
 
 
 def seal(box: Sandbox, name: str) -> None:
-    """Write the hash that belongs to what a bundle holds now, as a forger would."""
-    import json
-
-    from tactile_core import bundle
+    """Write the hashes that belong to what a bundle holds now, as a forger would."""
+    from tactile_core.manifest import Manifest, write_manifest
 
     folder = box.work / name
     try:
-        manifest = json.loads((folder / "manifest.json").read_text())
-        manifest["content_hash"] = bundle._content_hash(folder)
-        (folder / "manifest.json").write_text(json.dumps(manifest))
-    except (OSError, ValueError, TypeError, RecursionError):
-        return
+        text = (folder / "manifest.json").read_text()
+        write_manifest(folder, Manifest.model_validate_json(text))
+    except (OSError, ValueError):
+        return  # what cannot be read is refused before it is compared
 
 
 def scripts(box: Sandbox, rng: Random) -> Attempt:

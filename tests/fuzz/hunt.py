@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,23 +79,28 @@ def try_case(case: Case, corpus: Path, keep: Path | None = None) -> Result:
     """Try one case in a sandbox of its own, which is deleted unless it is to be kept."""
     begun = perf_counter()
     root = keep or Path(tempfile.mkdtemp(prefix="tactile-fuzz-")).resolve()
-    box = Sandbox(root, corpus)
     try:
-        attempt = case.prepare(box)
-        before = box.listing()
-        outcomes = run(attempt, box)
-        _find_the_place(attempt, box, outcomes)
-        broken = tuple(sorted(set(broken_promises(attempt, before, box, outcomes))))
+        broken, behaviour, said = _tried(case, Sandbox(root, corpus))
+    except Exception:
+        broken, behaviour, said = ("the harness failed",), "", traceback.format_exc()
     finally:
         if keep is None:
-            box.remove()
+            shutil.rmtree(root, ignore_errors=True)
+    return Result(case, broken, behaviour, said, perf_counter() - begun)
+
+
+def _tried(case: Case, box: Sandbox) -> tuple[tuple[str, ...], str, str]:
+    """Broken promises, behaviour and words."""
+    attempt = case.prepare(box)
+    before = box.listing()
+    outcomes = run(attempt, box)
+    _find_the_place(attempt, box, outcomes)
+    broken = tuple(sorted(set(broken_promises(attempt, before, box, outcomes))))
     behaviour = " | ".join(f"{one.code} {message_of(one)}" for one in outcomes)
     if attempt.call is not None:
         behaviour = str(outcomes[0].report.get("raised", ["no error"])[:3])
-    said = "\n".join(
-        [attempt.said(), *(one.stderr.decode("utf-8", "replace")[-1500:] for one in outcomes)]
-    )
-    return Result(case, broken, behaviour, said, perf_counter() - begun)
+    heard = [one.stderr.decode("utf-8", "replace")[-1500:] for one in outcomes]
+    return broken, behaviour, "\n".join([attempt.said(), *heard])
 
 
 def hunt(
@@ -125,9 +132,9 @@ def _find_the_place(attempt: Attempt, box: Sandbox, outcomes: list[Outcome]) -> 
         one.report["place"] = place  # type: ignore[index]
 
 
-def _deepest(traceback: str) -> str:
-    places = [line.strip() for line in traceback.splitlines() if "/tactile_" in line]
+def _deepest(debugged: str) -> str:
+    places = [line.strip() for line in debugged.splitlines() if "/tactile_" in line]
     last = places[-1].rpartition("/tactile_")[2] if places else "?"
-    lines = [line for line in traceback.splitlines() if line and not line.startswith(" ")]
+    lines = [line for line in debugged.splitlines() if line and not line.startswith(" ")]
     kind = lines[-1].partition(":")[0] if lines else "?"
     return f"{kind} from {last.replace(chr(34), '')}"

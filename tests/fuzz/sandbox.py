@@ -47,10 +47,6 @@ class Sandbox:
             "COLUMNS": "200",
         }
 
-    def remove(self) -> None:
-        """Delete it all."""
-        shutil.rmtree(self.root, ignore_errors=True)
-
 
 def _what(path: Path) -> str:
     mode = path.lstat().st_mode

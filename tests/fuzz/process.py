@@ -161,6 +161,8 @@ def _be_the_child(attempt: Attempt, box: Sandbox, pipes: Mapping[str, int]) -> N
     os.close(pipes["stdout"])
     os.close(pipes["stderr"])
     os.close(full)
+    sys.stdout = _stream(1, "strict", attempt)
+    sys.stderr = _stream(2, "backslashreplace", attempt)
     sys.path[:0] = map(str, attempt.plugins)
 
     def tell(**news: Any) -> None:
@@ -170,6 +172,20 @@ def _be_the_child(attempt: Attempt, box: Sandbox, pipes: Mapping[str, int]) -> N
         attempt.fault.install(box.root, lambda event: tell(fired=event))
     code = _called(attempt, tell) if attempt.call is not None else _commanded(attempt.words)
     os._exit(_flushed(code))
+
+
+def _stream(number: int, errors: str, attempt: Attempt) -> Any:
+    """What the interpreter makes of a file descriptor when it starts."""
+    if attempt.wires == f"{('stdout', 'stderr')[number - 1]}-closed":
+        return None
+    return open(  # noqa: SIM115, PTH123
+        number,
+        "w",
+        encoding="utf-8",
+        errors=errors,
+        closefd=False,
+        buffering=1 if number == 2 else -1,
+    )
 
 
 def _commanded(words: list[str]) -> int:

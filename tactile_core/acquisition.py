@@ -12,6 +12,7 @@ from tactile_core.geometry import ImageGeometry
 from tactile_core.illumination import Illumination
 from tactile_core.profiles.model import ImageSection
 from tactile_core.quantities import Frame, Image, Pixels, Reference
+from tactile_core.quantities.observation import CEILING
 
 
 class Acquisition:
@@ -62,7 +63,7 @@ class Acquisition:
             else:
                 dark = self._planes(image, planes[0].shape[2] if planes else 1)
         if dark is not None:
-            planes = [_less(plane, dark) for plane in planes]
+            planes = [_less(plane, dark, self._image.full_scale) for plane in planes]
         return self._frame(images, planes, tuple(times))
 
     def __iter__(self) -> Iterator[Frame]:
@@ -104,9 +105,13 @@ def _channels_of(planes: list[Pixels]) -> Pixels:
     return np.concatenate([plane.transpose(2, 0, 1) for plane in planes]).transpose(1, 2, 0)
 
 
-def _less(lit: Pixels, dark: Pixels) -> Pixels:
-    """Subtract the light that no lamp gives; never below 0, where unsigned pixels would wrap."""
-    return np.asarray(lit - np.minimum(lit, dark))
+def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
+    """Subtract the light that none of the lights gives.
+
+    Never below 0, where unsigned pixels would wrap. Saturated pixels stay as they are: what they
+    really amount to is unknown, and less than the ceiling would pass for a measurement.
+    """
+    return np.where(lit >= CEILING * full_scale, lit, lit - np.minimum(lit, dark))
 
 
 def average(frames: list[Frame]) -> Reference:

@@ -132,15 +132,20 @@ class Sensor:
             reference = self._reference()
             self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
             self.notes += self._pipeline.notes
-        except BaseException:
-            self.close()
+        except BaseException as error:
+            try:
+                self.close()
+            except Exception as second:  # it must not hide why opening failed
+                error.add_note(f"closing failed as well: {second}")
             raise
         return self
 
     def close(self) -> None:
-        """Close camera and lights; may be called twice."""
-        self._camera.close()
-        self._illumination.close()
+        """Close camera and lights, the lights even where the camera fails; may be called twice."""
+        try:
+            self._camera.close()
+        finally:
+            self._illumination.close()
 
     def __enter__(self) -> Self:
         return self

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tactile_core.blame import blame
 from tactile_core.calibration import Calibration
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.profiles.loader import profile_hash
@@ -88,7 +89,8 @@ class Bundle:
         directory.parent.mkdir(parents=True, exist_ok=True)
         fresh = Path(tempfile.mkdtemp(prefix=f".{directory.name}-", dir=directory.parent))
         try:
-            self.calibration.save(fresh)
+            with blame("the calibration", self.calibration):
+                self.calibration.save(fresh)
             _save_reference(self.reference, fresh / "reference.npz")
             manifest = self.manifest.model_copy(update={"content_hash": _content_hash(fresh)})
             (fresh / "manifest.json").write_text(manifest.model_dump_json(indent=2) + "\n")
@@ -119,7 +121,8 @@ class Bundle:
                 f"edited); calibrate again or restore it from a copy"
             )
         model = resolve("calibration", manifest.model)
-        calibration: Calibration = model.load(directory)
+        with blame("the calibration", model):
+            calibration: Calibration = model.load(directory)
         return cls(manifest, calibration, _load_reference(directory / "reference.npz"))
 
     def check(self, profile: Profile, serial: str | None = None) -> list[str]:

@@ -171,8 +171,10 @@ def _found(
     scale = profile.image.mm_per_px
     if ball_diameter_mm is None:
         raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
-    if not ball_diameter_mm > 0:
-        raise InputError(f"a ball of {ball_diameter_mm:g} mm? --ball-diameter-mm must be positive")
+    if not 0 < ball_diameter_mm < np.inf:
+        raise InputError(
+            f"a ball of {ball_diameter_mm:g} mm? --ball-diameter-mm must be a positive number"
+        )
     radius_mm = ball_diameter_mm / 2
     given: Mapping[str, Any] | None = None
     if labels is not None:

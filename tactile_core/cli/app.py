@@ -10,6 +10,7 @@ from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate
 from tactile_core.cli.compare import compare
 from tactile_core.cli.demo import demo
+from tactile_core.cli.guard import guarded
 from tactile_core.cli.new import new
 from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
 from tactile_core.cli.run import run
@@ -52,4 +53,4 @@ COMMANDS = (
     doctor,
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command()(guarded(command))

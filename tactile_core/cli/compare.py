@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 
 def compare(
@@ -70,13 +71,13 @@ def compare(
         )
     for variant in result.variants:
         for note in variant.notes:
-            typer.echo(f"note: {variant.name}: {note}", err=True)
+            tell(f"note: {variant.name}: {note}")
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         write_atomically(out / "report.html", page(result).encode())
-        typer.echo(f"{out / 'report.html'} shows the pictures", err=True)
+        tell(f"{out / 'report.html'} shows the pictures")
     if as_json:
-        typer.echo(json.dumps(result.summary()))
+        say_json(result.summary())
         return
     for line in table_lines(*table(result)):
-        typer.echo(line)
+        say(line)

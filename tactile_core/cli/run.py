@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
     from tactile_core.reading import Reading
@@ -64,14 +65,17 @@ def run(
         script=script,
     ) as sensor:
         for note in sensor.notes:
-            typer.echo(f"note: {note}", err=True)
+            tell(f"note: {note}")
         tared = tare_frame is None
         for reading in islice(sensor.stream(tare_frame=tare_frame), frames):
             tared |= reading.frame.sequence == tare_frame
             if out is not None:
                 write_reading(reading, out, formats)
             line = reading.summary()
-            typer.echo(json.dumps(line) if as_json else _words(reading, line))
+            if as_json:
+                say_json(line)
+            else:
+                say(_words(reading, line))
     if not tared:
         raise InputError(
             f"--tare-frame {tare_frame}: no frame of this number was measured, so nothing was "

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.errors import PluginError
+from tactile_core.blame import blame
+from tactile_core.errors import PluginError, PluginFault
 from tactile_core.profiles.nodes import Keys, Node, Problem
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
@@ -68,9 +69,12 @@ def check_components(source: Source) -> Checked:
             if key != "use"
         }
         try:
-            model.model_validate(options)
-        except ValidationError as error:
-            problems += problems_of(error, tree, model, keys)
+            mistakes = _mistakes(part, use.value, options)
+        except PluginFault as error:
+            problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
+            continue
+        if mistakes is not None:
+            problems += problems_of(mistakes, tree, model, keys)
         _at(settings, keys).update(options)
     return Checked(tuple(problems), settings)
 
@@ -102,6 +106,16 @@ def _component(kind: Kind, use: str) -> Any:
     from tactile_core.plugins import resolve
 
     return resolve(kind, use)
+
+
+def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError | None:
+    """What a component's own ``Options`` say against these options."""
+    with blame(f"the options of {use}", part):
+        try:
+            part.Options.model_validate(options)
+        except ValidationError as error:
+            return error
+    return None
 
 
 def _lacks_marks(source: Source, use: Node, part: Any) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -41,6 +42,8 @@ def run(
     from tactile_core.outputs import FORMATS, write_reading
     from tactile_core.sensor import open_sensor
 
+    if frames is not None and frames > sys.maxsize:
+        raise InputError(f"--frames {frames}: no sensor delivers so many; leave the option out")
     formats = [word for word in save.split(",") if word]
     unknown = sorted(set(formats) - set(FORMATS))
     if unknown:

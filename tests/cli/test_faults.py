@@ -7,30 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from unruly_sensor import FAKES, profile
 
 from tactile_core.cli import main
-
-FAKES = Path(__file__).resolve().parents[1] / "fakes" / "unruly"
 
 
 @pytest.fixture(autouse=True)
 def _unruly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(FAKES)
-
-
-def profile(folder: Path, **parts: str) -> Path:
-    """A profile whose parts do as they are told: ``step="value"``, ``camera="exit at open"``."""
-    lines = ["schema: 1", "name: unruly", "image: {width_px: 8, height_px: 6, mm_per_px: 0.1}"]
-    for part in ("camera", "lights", "calibration", "step"):
-        does, _, when = parts.get(part, "").partition(" at ")
-        said = f"{{use: unruly.{part}, does: {does!r}, when: {when!r}}}"
-        if part == "step":
-            lines.append(f"estimators: {{height: {said}, contact: {{use: core.contact}}}}")
-        elif part == "camera" or part in parts:
-            lines.append(f"{'illumination' if part == 'lights' else part}: {said}")
-    path = folder / "unruly.yaml"
-    path.write_text("\n".join(lines) + "\n")
-    return path
 
 
 def ended(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:

@@ -60,9 +60,7 @@ def write_report(result: Calibrated, folder: Path) -> None:
     if refused:
         parts += [html.heading("Left out"), html.table(["press", "why"], refused)]
     title = f"Calibration of {manifest.profile} {manifest.serial}".strip()
-    # names of files may be in no encoding at all
-    page = html.page(title, parts).encode("utf-8", "backslashreplace")
-    (folder / "report.html").write_bytes(page)
+    (folder / "report.html").write_text(html.page(title, parts), encoding="utf-8")
 
 
 def _score_parts(score: Score) -> list[str]:

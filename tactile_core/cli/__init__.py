@@ -26,8 +26,10 @@ def _run(words: list[str], debug: bool) -> int:
     from typer import Abort
 
     from tactile_core.cli.app import app
+    from tactile_core.cli.paths import refuse_impossible
 
     try:
+        refuse_impossible(words)
         result = app(words, prog_name="tactile", standalone_mode=False)
     except (Abort, KeyboardInterrupt):  # Abort is what click makes of Ctrl-C
         return 130

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from html import escape
 from pathlib import Path
 
@@ -66,7 +64,7 @@ def test_beside_a_target_a_diameter_is_judged_too(
 def test_a_label_that_cannot_be_true_is_named_with_its_line(
     lab: VirtualLab, tmp_path: Path, row: str, words: str
 ) -> None:
-    with pytest.raises(InputError, match="labels.csv") as caught:
+    with pytest.raises(InputError, match=r"labels\.csv") as caught:
         labelled(lab, tmp_path, f"press_0.png,80,60,9\n{row}\n")
     assert words in str(caught.value)
 
@@ -84,14 +82,3 @@ def test_a_calibration_that_is_worse_than_none_is_noted_and_reported(
     assert "do not measure with it" in note
     result.save(tmp_path / "bundle")
     assert escape(note) in (tmp_path / "bundle" / "report.html").read_text()
-
-
-def test_names_in_no_encoding_do_not_lose_the_work(lab: VirtualLab, tmp_path: Path) -> None:
-    presses = tmp_path / "presses"
-    shutil.copytree(lab.presses, presses)
-    (presses / "press_0.png").rename(os.fsdecode(bytes(presses) + b"/\xff.png"))
-    result = calibrate(
-        *(lab.profile, presses, lab.reference), ball_diameter_mm=BALL_MM, scored=False
-    )
-    result.save(tmp_path / "bundle")
-    assert "\\udcff.png" in (tmp_path / "bundle" / "report.html").read_text()

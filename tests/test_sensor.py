@@ -1,9 +1,14 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
 from tactile_core.errors import CalibrationError, CameraLost, InputError
+from tactile_core.formats.images import write_png
+from tactile_core.profiles.loader import load_profile
+from tactile_core.sensor import played_back
 from tactile_core.sim.ball import BallPress
 
 
@@ -70,3 +75,10 @@ def test_there_is_nothing_to_tare_before_the_first_reading(lab: VirtualLab) -> N
             sensor.tare()
         sensor.read()
         sensor.tare()
+
+
+def test_a_scan_s_scale_at_which_markers_fill_no_image_is_refused(tmp_path: Path) -> None:
+    write_png(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8))
+    (tmp_path / "scan.yaml").write_text("images: [a.png]\nmmperpixel: 1e-6\n")
+    with pytest.raises(InputError, match=r"gives a scale of .* has markers of .* px"):
+        played_back(load_profile("hex_fingertip"), tmp_path)

@@ -56,7 +56,7 @@ def test_beside_a_target_a_diameter_is_judged_too(
 @pytest.mark.parametrize(
     ("row", "words"),
     [
-        (f"press_1.png,80,60,{1.1 * BALL_PX}", ":3: contact_radius_px 17.67"),
+        (f"press_1.png,80,60,{1.3 * BALL_PX}", ":3: contact_radius_px 20.88"),
         ("press_1.png,161,60,9", ":3: the circle's centre"),
         ("press_1.png,80,-20,9", ":3: the circle's centre"),
     ],

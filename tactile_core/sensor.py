@@ -18,7 +18,7 @@ from tactile_core.options import options_of
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Component, Profile
+from tactile_core.profiles.model import Component, Profile, markers_misfit
 from tactile_core.quantities import Frame, Reference
 from tactile_core.reading import Reading
 
@@ -252,6 +252,9 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
                 f"profile's {image.mm_per_px:g}",
             )
             image = image.model_copy(update={"mm_per_px": scale})
+            misfit = markers_misfit(profile.gel, image)
+            if misfit is not None:
+                raise InputError(f"{notes[0]}, but then the gel {misfit}")
     stretch = ImageGeometry(image).stretch(recording.size_px)
     if abs(stretch - 1) > _SAME_SHAPE:
         width, height = recording.size_px

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from unruly_sensor import FAKES, profile
+from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.cli import main
 
@@ -107,6 +108,48 @@ def test_every_part_of_a_sensor_is_named_by_its_fault(
     said = failed(tmp_path, capsys, **{part: deed})
     assert named in said
     assert "tactile-unruly 0.1" in said
+
+
+@pytest.mark.parametrize(
+    ("does", "cause"),
+    [
+        ("summary", "TypeError: a float32 is nothing that JSON can hold"),
+        ("arrays", "ZeroDivisionError: division by zero"),
+        ("warnings", "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_a_quantity_of_a_plugin_is_named_by_its_fault(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], does: str, cause: str
+) -> None:
+    path = profile(tmp_path)
+    steps = f"estimators: {{mine: {{use: unruly.measure, does: {does}}}}}\n"
+    path.write_text(path.read_text().replace("estimators", "# estimators") + steps)
+    code, out, err = ended(capsys, "run", path, "--frames", 1, "--json", "--out", tmp_path / "out")
+    assert (code, out) == (1, "")
+    assert (
+        "the quantity UnrulyQuantity (fake_unruly.parts.UnrulyQuantity, from tactile-unruly 0.1) "
+        f"failed: {cause}" in err
+    )
+
+
+@pytest.mark.parametrize("when", ["fit", "measure", "save"])
+def test_a_calibration_is_named_by_its_fault(
+    tmp_path: Path, lab: VirtualLab, capsys: pytest.CaptureFixture[str], when: str
+) -> None:
+    path = tmp_path / "lab.yaml"
+    said = f"calibration: {{use: unruly.calibration, does: end of file, when: {when}}}"
+    path.write_text(
+        lab.profile_path.read_text().replace("calibration: {use: core.automatic}", said)
+    )
+    code, out, err = ended(
+        capsys,
+        *("calibrate", path, "--presses", lab.presses, "--reference", lab.reference),
+        *("--ball-diameter-mm", BALL_MM, "--out", tmp_path / "bundle"),
+    )
+    assert (code, out) == (1, "")
+    named = "the calibration (unruly.calibration, from tactile-unruly 0.1) failed: EOFError"
+    assert named in err
+    assert not (tmp_path / "bundle").exists()
 
 
 def test_a_camera_that_fails_to_close_is_named_after_its_readings(

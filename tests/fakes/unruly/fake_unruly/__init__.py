@@ -24,4 +24,7 @@ def tactile_calibrations() -> Mapping[str, str]:
 
 @hookimpl
 def tactile_estimators() -> Mapping[str, str]:
-    return {"step": "fake_unruly.parts:UnrulyStep"}
+    return {
+        "step": "fake_unruly.parts:UnrulyStep",
+        "measure": "fake_unruly.parts:UnrulyMeasure",
+    }

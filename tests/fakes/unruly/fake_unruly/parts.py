@@ -120,11 +120,24 @@ class UnrulyCalibration(_Unruly, Calibration):
 
 
 @dataclass(frozen=True, eq=False)
-class Temperature(Quantity):
-    kelvin: Any
+class UnrulyQuantity(Quantity):
+    """Is well only where it is made."""
+
+    does: str
 
     def summary(self) -> dict[str, Any]:
-        return {"kelvin": self.kelvin}
+        return {"kelvin": np.float32(300)} if self.does == "summary" else {}
+
+    def arrays(self) -> dict[str, Any]:
+        return {"kelvin": 1 / 0} if self.does == "arrays" else {}
+
+    def warnings(self) -> tuple[str, ...]:
+        return (str(1 / 0),) if self.does == "warnings" else ()
+
+
+class UnrulyMeasure(_Unruly, Estimator):
+    def estimate(self, frame: Frame) -> UnrulyQuantity:
+        return UnrulyQuantity(self.options.does)
 
 
 class UnrulyStep(_Unruly, Estimator):

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.blame import blame
 from tactile_core.calibration import Calibration
-from tactile_core.errors import CalibrationError, InputError, TactileError
+from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, replace_folder
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.manifest import (
@@ -62,7 +63,8 @@ class Bundle:
         """
         directory = check_place(directory)
         with fresh_folder(directory) as fresh:
-            self.calibration.save(fresh)
+            with blame("the calibration", self.calibration):
+                self.calibration.save(fresh)
             _save_reference(self.reference, fresh / "reference.npz")
             if report is not None:
                 report(fresh)
@@ -101,14 +103,16 @@ class Bundle:
         check_files(directory, manifest)
         model = resolve("calibration", manifest.model)
         try:
-            calibration: Calibration = model.load(directory)
+            with blame("the calibration", model):
+                calibration: Calibration = model.load(directory)
+        except PluginFault:
+            raise
         except TactileError as error:
             raise type(error)(f"bundle {directory}: {error}") from error
         except Exception as error:
             raise CalibrationError(
                 f"bundle {directory}: {manifest.model} cannot load its model "
-                f"({type(error).__name__}: {error}); calibrate again, or tell the author of "
-                f"plugin {manifest.model.partition('.')[0]}"
+                f"({type(error).__name__}: {error}); calibrate again"
             ) from error
         return cls(manifest, calibration, _load_reference(directory / "reference.npz", manifest))
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.blame import blame
 from tactile_core.errors import InputError
 from tactile_core.formats.shown import printable
 from tactile_core.output_folder import OutputFolder
@@ -120,11 +121,13 @@ def merged_arrays(reading: Reading) -> Mapping[str, NDArray[Any]]:
     others = [q for q in reading.quantities.values() if all(q is not mine for mine in ours)]
     merged: dict[str, NDArray[Any]] = {}
     for quantity in [*ours, *others]:
-        for name, array in quantity.arrays().items():
+        with blame(f"the quantity {type(quantity).__name__}", quantity):
+            arrays = {str(name): np.asarray(array) for name, array in quantity.arrays().items()}
+        for name, array in arrays.items():
             if name not in merged:
-                merged[name] = np.asarray(array)
+                merged[name] = array
             elif not (isinstance(quantity, Gradients) and name == "valid"):
-                merged[f"{type(quantity).__name__}.{name}"] = np.asarray(array)
+                merged[f"{type(quantity).__name__}.{name}"] = array
     merged.setdefault("mm_per_px", np.asarray(reading.frame.mm_per_px))
     valid = merged.get("valid")
     for name, array in merged.items():

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.pictures import deviation, relief, side_by_side
-from tactile_core.pictures.drawing import in_words, round_length, text_size, ticks
+from tactile_core.pictures.drawing import in_words, round_length, ticks
 from tactile_core.pictures.field import arrows
 from tactile_core.pictures.shading import colours, shaded, signed
 from tactile_core.quantities import ContactMask, HeightMap
@@ -152,7 +152,3 @@ def test_arrows_are_drawn_where_something_moves() -> None:
     drawn = (arrows(pixels, field, slips=slips) != still).any(2)
     assert not drawn[:, :440].any()
     assert drawn[:, 480:].any()
-
-
-def test_a_name_in_no_encoding_is_written_escaped() -> None:
-    assert text_size("\udcff.png", 1.0) == text_size(r"\udcff.png", 1.0)

@@ -16,13 +16,14 @@ from tactile_core.calibrating.height_target import is_height_map
 from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
-from tactile_core.calibration import Calibration, Press
+from tactile_core.calibration import Calibration, Press, fitted_by
 from tactile_core.drift import followed
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.inputs import PROFILE, Inputs
 from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
+from tactile_core.options import options_of
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Component, Profile
@@ -159,9 +160,11 @@ def calibrate(
     if finder is not None:
         untouched = replace(untouched, marks=finder.find(untouched.pixels))
         frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
+    cls: type[Calibration] = resolve(
+        "calibration", base.calibration.use if model is None else model
+    )
     component = base.calibration if model is None else Component(use=model)
-    cls: type[Calibration] = resolve("calibration", component.use)
-    options = cls.Options.model_validate(component.options)
+    options = options_of(cls, component)
     if not cls.follows_drift:
         frames = [followed(frame, untouched) for frame in frames]
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
@@ -184,7 +187,7 @@ def calibrate(
     good = [surface for surface in known.surfaces if surface.used]
 
     def fit(samples: Sequence[Press]) -> Calibration:
-        return cls.fit([*samples, *known.resting], untouched, options)
+        return fitted_by(cls, [*samples, *known.resting], untouched, options)
 
     score = None
     if scored:

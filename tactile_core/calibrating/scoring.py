@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibrating.presses import angles_deg
 from tactile_core.calibrating.surface import KnownSurface
-from tactile_core.calibration import Calibration, Press
+from tactile_core.calibration import Calibration, Press, measured_by
 from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Gradients, HeightMap, Reference
 
@@ -101,7 +101,7 @@ def cross_validate(
             held_out = press if find is None else find(press)
             key = id(press.frame)
             if key not in seen:
-                seen[key] = model.measure(press.frame, reference)
+                seen[key] = measured_by(model, press.frame, reference)
             measured = seen[key]
             if not isinstance(measured, Gradients):
                 continue

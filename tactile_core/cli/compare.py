@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 
 def compare(
@@ -83,12 +84,12 @@ def compare(
         )
     for variant in result.variants:
         for note in variant.notes:
-            typer.echo(f"note: {variant.name}: {note}", err=True)
+            tell(f"note: {variant.name}: {note}")
     if results is not None:
         report = results.write(REPORT, partial(write_atomically, data=page(result).encode()))
-        typer.echo(f"{report} shows the pictures", err=True)
+        tell(f"{report} shows the pictures")
     if as_json:
-        typer.echo(json.dumps(result.summary()))
+        say_json(result.summary())
         return
     for line in table_lines(*table(result)):
-        typer.echo(line)
+        say(line)

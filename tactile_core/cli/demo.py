@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.output import say, tell
+
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("tactile-demo"),
@@ -28,7 +30,7 @@ def demo(
         try:
             profile = load_profile(entry.name)
         except ProfileError as error:
-            typer.echo(f"skipped {entry.name}: {error}", err=True)
+            tell(f"skipped {entry.name}: {error}")
             continue
         with Bar() as progress:
             measured, figures = demonstrate(profile, progress)
@@ -56,7 +58,5 @@ def demo(
     )
     report = results.write(REPORT, partial(write_atomically, data=page.encode()))
     for line in [header, *cells]:
-        typer.echo(
-            "  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line))
-        )
-    typer.echo(f"{report} shows the pictures", err=True)
+        say("  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line)))
+    tell(f"{report} shows the pictures")

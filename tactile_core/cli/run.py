@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
+import sys
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
     from tactile_core.reading import Reading
@@ -43,6 +45,8 @@ def run(
     from tactile_core.outputs import FORMATS, check_names, write_reading
     from tactile_core.sensor import FIRST, observation_names, open_sensor
 
+    if frames is not None and frames > sys.maxsize:
+        raise InputError(f"--frames {frames}: no sensor delivers so many; leave the option out")
     formats = [word for word in save.split(",") if word]
     unknown = sorted(set(formats) - set(FORMATS))
     if unknown:
@@ -75,14 +79,17 @@ def run(
             if input is not None:
                 check_names(results, observation_names(sensor.profile, input), formats)
         for note in sensor.notes:
-            typer.echo(f"note: {note}", err=True)
+            tell(f"note: {note}")
         tared = tare_frame is None
         for reading in islice(sensor.stream(tare_frame=tare_frame), frames):
             tared |= reading.frame.sequence == tare_frame
             if results is not None:
                 write_reading(reading, results, formats)
             line = reading.summary()
-            typer.echo(json.dumps(line) if as_json else _words(reading, line))
+            if as_json:
+                say_json(line)
+            else:
+                say(_words(reading, line))
     if not tared:
         raise InputError(
             f"--tare-frame {tare_frame}: no frame of this number was measured, so nothing was "

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,7 @@ IMAGE_SUFFIXES = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".ppm", ".tif", ".tiff", ".webp"}
 )
 
+_SILENT = frozenset({"OFF", "SILENT", "0"})
 _HEADER_BYTES = 1 << 16
 
 
@@ -144,9 +148,29 @@ def _decode(data: bytes) -> NDArray[Any] | None:
     import cv2
 
     try:
-        pixels: NDArray[Any] | None = cv2.imdecode(
-            np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
-        )
+        with _silenced():
+            pixels: NDArray[Any] | None = cv2.imdecode(
+                np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
+            )
     except cv2.error:
         return None
     return pixels
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Silence the libraries that decode, too, where OpenCV's own log is switched off."""
+    try:
+        kept = os.dup(2) if os.environ.get("OPENCV_LOG_LEVEL") in _SILENT else None
+    except OSError:  # there is no such stream
+        kept = None
+    if kept is None:
+        yield
+        return
+    try:
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)

@@ -32,7 +32,7 @@ def read_labels(
     size_px : (width, height), optional
         Of the image in which the circles lie.
     largest_radius_px : float, optional
-        The ball's: nothing touches it in a wider circle.
+        No circle of this ball is wider.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def _check_circle(
         )
     if largest_radius_px is not None and radius > largest_radius_px:
         raise InputError(
-            f"{where}: contact_radius_px {radius:g} is more than the ball's own radius of "
+            f"{where}: contact_radius_px {radius:g} is more than this ball's circle can have, "
             f"{largest_radius_px:.4g} px; correct it, --ball-diameter-mm or the profile's mm_per_px"
         )
 

@@ -8,8 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.formats.shown import printable
-
 Rgb = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
@@ -62,8 +60,6 @@ def in_words(value: float, step: float) -> str:
 
 
 def _drawable(words: str) -> str:
-    # OpenCV crashes over what is no text: file names may be in no encoding at all
-    words = printable(words)
     return words if _true_type() else words.translate(_PLAIN)
 
 

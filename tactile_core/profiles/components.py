@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.errors import InputError, PluginError
+from tactile_core.blame import blame
+from tactile_core.errors import InputError, PluginError, PluginFault
 from tactile_core.formats.files import expanded
 from tactile_core.profiles.nodes import Keys, Node, Problem
 from tactile_core.profiles.problems import problems_of
@@ -70,12 +71,16 @@ def check_components(source: Source) -> Checked:
             options = {
                 key: _with_paths(value, _declared(model, key)) for key, value in given.value.items()
             }
-            model.model_validate(options)
-            _at(settings, keys).update(options)
-        except ValidationError as error:
-            found = problems_of(error, tree, model, keys)
+            mistakes = _mistakes(part, use.value, options)
+        except PluginFault as error:
+            problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
+            continue
         except InputError as error:
             found = [Problem.at(node.place, keys, str(error))]
+        else:
+            if mistakes is not None:
+                found = problems_of(mistakes, tree, model, keys)
+            _at(settings, keys).update(options)
         said = {problem.key for problem in found}
         problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in said)]
     return Checked(tuple(problems), settings)
@@ -121,6 +126,16 @@ def _component(kind: Kind, use: str) -> Any:
     from tactile_core.plugins import resolve
 
     return resolve(kind, use)
+
+
+def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError | None:
+    """What a component's own ``Options`` say against these options."""
+    with blame(f"the options of {use}", part):
+        try:
+            part.Options.model_validate(options)
+        except ValidationError as error:
+            return error
+    return None
 
 
 def _lacks_marks(source: Source, use: Node, part: Any) -> bool:

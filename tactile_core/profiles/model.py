@@ -277,6 +277,21 @@ class Gel(Section):
         return crown_mm
 
 
+def markers_misfit(gel: Gel, image: ImageSection) -> str | None:
+    """Say why an image cannot show the gel's markers; None where it can."""
+    if not isinstance(gel.markers, Markers):
+        return None
+    pitch_px = gel.markers.pitch_mm / image.mm_per_px
+    diameter_px = gel.markers.diameter_mm / image.mm_per_px
+    widest_px = image.width_px + image.height_px
+    if _DENSEST_PX <= pitch_px <= widest_px and diameter_px >= _SMALLEST_PX:
+        return None
+    return (
+        f"has markers of {diameter_px:.3g} px every {pitch_px:.3g} px in an image of "
+        f"{image.width_px} × {image.height_px}; correct gel.markers or image.mm_per_px"
+    )
+
+
 class Component(BaseModel):
     """A part that a plugin provides: ``use: plugin.name`` and that part's own options."""
 
@@ -335,16 +350,9 @@ class Profile(Section):
     @classmethod
     def _marks_fit_the_image(cls, gel: Gel, info: ValidationInfo) -> Gel:
         image = info.data.get("image")
-        if image is None or not isinstance(gel.markers, Markers):
-            return gel
-        pitch_px = gel.markers.pitch_mm / image.mm_per_px
-        diameter_px = gel.markers.diameter_mm / image.mm_per_px
-        widest_px = image.width_px + image.height_px
-        if not _DENSEST_PX <= pitch_px <= widest_px or diameter_px < _SMALLEST_PX:
-            raise ValueError(
-                f"has markers of {diameter_px:.3g} px every {pitch_px:.3g} px in an image of "
-                f"{image.width_px} × {image.height_px}; correct gel.markers or image.mm_per_px"
-            )
+        misfit = None if image is None else markers_misfit(gel, image)
+        if misfit is not None:
+            raise ValueError(misfit)
         return gel
 
     @property

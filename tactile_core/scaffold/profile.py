@@ -11,6 +11,7 @@ from typing import Any
 from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.folders import make_folder
 from tactile_core.formats.leftovers import remove_leftovers
+from tactile_core.formats.shown import printable
 from tactile_core.inputs import Inputs
 from tactile_core.profiles.model import Profile
 from tactile_core.scaffold.finding import Finding
@@ -157,4 +158,6 @@ def _flow(value: Any) -> str:
 
 
 def _comment(text: str) -> list[str]:
-    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH - 4, break_on_hyphens=False)]
+    # a line that ends where YAML sees an end, and Python none, would be no comment any more
+    lines = textwrap.wrap(printable(text), _WIDTH - 4, break_on_hyphens=False)
+    return [f"# {line}" for line in lines]

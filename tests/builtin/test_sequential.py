@@ -54,6 +54,19 @@ def test_the_dark_exposure_is_subtracted_and_never_below_zero(tmp_path: Path) ->
     assert len(frame.exposure_times_s) == LAMPS
 
 
+def test_what_is_saturated_stays_so_when_the_dark_exposure_is_subtracted(tmp_path: Path) -> None:
+    lamps = [lit(k) + 20 for k in range(LAMPS)]
+    for image in lamps:
+        image[100:200, 100:300] = 255
+    ambient = np.full((HEIGHT, WIDTH), 20.0)
+    profile = rig(dark=True)
+    (frame,) = read_frames(profile, record(tmp_path / "seven", [*lamps, ambient]))
+    assert frame.saturated[100:200, 100:300].all()
+    assert np.count_nonzero(frame.saturated) == 100 * 200 * LAMPS
+    reading = Pipeline(profile, reference=average([frame])).process(frame)
+    assert any("saturated" in warning for warning in reading.warnings)
+
+
 def test_a_swapped_exposure_is_named_and_not_measured(tmp_path: Path) -> None:
     lamps = [lit(k) for k in range(LAMPS)]
     profile = rig(dark=False)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import struct
+import subprocess
+import sys
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -238,6 +240,33 @@ def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
         assert words in refusal(path)
         with pytest.raises(InputError, match=words):
             image_kind(path)
+
+
+SILENT = """
+import sys
+from pathlib import Path
+from tactile_core.formats.images import read_image
+print(read_image(Path(sys.argv[1])).shape)
+print("still heard", file=sys.stderr)
+"""
+
+
+def test_decoders_are_silent_where_opencv_is(tmp_path: Path) -> None:
+    path = tmp_path / "a.jpg"
+    cv2.imwrite(str(path), noise((64, 64, 3), np.uint8))
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2] + data[-2:])  # the decoder warns, and goes on
+    for level, heard in [("OFF", False), ("WARNING", True)]:
+        done = subprocess.run(
+            [sys.executable, "-c", SILENT, path],
+            capture_output=True,
+            text=True,
+            check=True,
+            env=os.environ | {"OPENCV_LOG_LEVEL": level},
+        )
+        assert done.stdout == "(64, 64, 3)\n"
+        assert ("Corrupt JPEG" in done.stderr) == heard
+        assert done.stderr.endswith("still heard\n")
 
 
 def test_every_kind_of_real_image_is_read(recordings: Path) -> None:

@@ -327,3 +327,10 @@ def test_a_grid_of_balls_gives_the_scale(recordings: Path, tmp_path: Path) -> No
 
 def _says(line: str) -> bool:
     return bool(line.strip()) and not line.strip().startswith("#")
+
+
+@pytest.mark.parametrize("odd", ["\u2028", "\u2029", "\x85", "\x1b[31m", "\udcff"])
+def test_a_picture_of_any_name_makes_a_profile_that_is_read(tmp_path: Path, odd: str) -> None:
+    picture = photograph(sensor(), tmp_path / "untouched.png")
+    picture = picture.rename(tmp_path / f"a{odd}name: broken.png")
+    assert saved(new_profile("mine", UNMARKED, picture, mm_per_px=0.125), tmp_path).name == "mine"

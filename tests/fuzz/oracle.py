@@ -157,7 +157,7 @@ def _of_the_results(attempt: Attempt, box: Sandbox, out: Path, killed: bool) -> 
     except (OSError, ValueError):
         return
     command = attempt.words[0]
-    if command == "calibrate":
+    if command == "calibrate" and not attempt.plugins:
         yield from _of_the_bundle(place)
     elif command == "run":
         for path in place.rglob("*"):

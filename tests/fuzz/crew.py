@@ -53,7 +53,10 @@ def _prepare(folder: Path) -> None:
     global _corpus
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, resource.RLIM_INFINITY))
     import tactile_core
+    from tactile_core.cli import main
 
+    with redirect_stdout(io.StringIO()), suppress(SystemExit):
+        main(["--version"])  # sets what libraries read when they are imported
     for module in walk_packages(tactile_core.__path__, "tactile_core."):
         if not module.name.startswith(_UNWANTED) and ".kernels." not in module.name:
             import_module(module.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -44,6 +45,12 @@ def text_of(page: str) -> str:
     return (ROOT / page).read_text(encoding="utf-8")
 
 
+def parts(page: str) -> dict[str, str]:
+    """The sections of a page, by heading."""
+    halves = (part.partition("\n") for part in text_of(page).split("\n## ")[1:])
+    return {heading: text for heading, _, text in halves}
+
+
 def facts_of(page: str) -> list[str]:
     """The figures that are listed as facts for a page."""
     return [fact for group in FACTS.get(page, {}).values() for fact in group]
@@ -58,6 +65,20 @@ def test_a_page_states_no_figure_that_is_neither_measured_nor_a_fact(page: str) 
 def test_every_fact_that_is_listed_is_on_its_page(page: str) -> None:
     there = stated(text_of(page))
     assert [fact for fact in facts_of(page) if fact not in there] == []
+
+
+@pytest.mark.parametrize("page", EVIDENCE)
+def test_every_section_of_measurements_says_by_what_command(page: str) -> None:
+    silent = {"Limits", "Recordings that are not at hand"}
+    figures = {heading: text for heading, text in parts(page).items() if stated(text)}
+    assert [h for h in figures if h not in silent and "ommand" not in figures[h]] == []
+
+
+@pytest.mark.parametrize("page", EVIDENCE)
+def test_every_file_that_a_command_names_exists(page: str) -> None:
+    named = re.findall(r"(?:benchmarks|docs|examples|tests)/[\w/.-]+\.\w+", text_of(page))
+    assert named
+    assert [path for path in named if not (ROOT / path).exists()] == []
 
 
 def judged(text: str, page: str = "docs/rigs.md", facts: tuple[str, ...] = ()) -> list[str]:

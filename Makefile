@@ -6,7 +6,7 @@ FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell p
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-oldest test-pythons lint soak bench docs wheels try-wheels clean
+.PHONY: demo test test-oldest test-pythons lint soak fuzz bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -38,6 +38,10 @@ lint: .venv/installed
 # What runs for minutes: thousands of frames, in flat memory and without a mark mistaken.
 soak: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
+
+# Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.
+fuzz: .venv/installed
+	$(ONE_CORE) PYTHONPATH=tests $(BIN)/python -m fuzz $(FUZZ)
 
 bench: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)

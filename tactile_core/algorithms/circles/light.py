@@ -116,11 +116,14 @@ def fit(
     penalty = RIDGE * len(terms) * np.eye(terms.shape[1])
     residual = 1.0
     for _ in range(_ROUNDS):
+        weighted = terms * weight[:, None]
+        square, mixed = weighted.T @ terms + penalty, weighted.T @ change
         for k in range(change.shape[1]):
-            counts = weight * (~full[:, k] | (terms @ coefficients[:, k] < change[:, k]))
-            weighted = terms * counts[:, None]
+            # Few pixels are saturated: what they take away is less work than what the others give.
+            out = full[:, k] & (terms @ coefficients[:, k] >= change[:, k])
+            without = weighted[out].T
             coefficients[:, k] = np.linalg.solve(
-                weighted.T @ terms + penalty, weighted.T @ change[:, k]
+                square - without @ terms[out], mixed[:, k] - without @ change[out, k]
             )
         misfit = misfits(terms @ coefficients, change, full)
         residual = float(np.median(misfit))

@@ -15,7 +15,7 @@ from tactile_core.builtin.lookup_table import LookupTable
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.calibrating.presses import FoundPress
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Reference
@@ -46,8 +46,7 @@ class Bench:
     def found(self, lab: VirtualLab, ball: BallPress, seed: int) -> FoundPress:
         frame = self.frame(lab, ball, seed)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / self.scale)
-        image = press_image(frame, self.reference)
-        return FoundPress("ball", frame, image, circle, BALL_MM / 2 / self.scale)
+        return FoundPress("ball", frame, circle, BALL_MM / 2 / self.scale)
 
     def samples(self) -> list[Press]:
         return [press.training() for press in self.presses]

@@ -178,7 +178,7 @@ def _stream(number: int, errors: str, attempt: Attempt) -> Any:
     """What the interpreter makes of a file descriptor when it starts."""
     if attempt.wires == f"{('stdout', 'stderr')[number - 1]}-closed":
         return None
-    return open(  # noqa: SIM115, PTH123
+    return open(
         number,
         "w",
         encoding="utf-8",

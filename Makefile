@@ -4,7 +4,7 @@ ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test lint soak bench docs wheels try-wheels clean
+.PHONY: demo test lint soak mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -23,6 +23,10 @@ lint: .venv/installed
 # What runs for minutes: thousands of frames, in flat memory and without a mark mistaken.
 soak: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
+
+# Makes small mistakes, one by one, in a copy of the tree; fails if the tests miss one.
+mutants: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m mutants $(if $(ONLY),--only $(ONLY))
 
 bench: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)

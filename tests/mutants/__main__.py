@@ -26,19 +26,21 @@ def main() -> int:
     except ValueError as error:
         parser.error(str(error))
     start = monotonic()
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        with ThreadPoolExecutor(said.workers) as pool:
-            places = [Path(folder) / str(number) for number in range(said.workers)]
-            copies = SimpleQueue[Copy]()
-            for copy in pool.map(Copy, places):
-                copies.put(copy)
-            unsound = _unsound(copies, pool, mutants)
-            if unsound:
-                print(unsound)
-                return 1
-            print(f"unchanged, all named tests pass ({monotonic() - start:.0f} s)", flush=True)
-            outcomes = pool.map(lambda mutant: _outcome(copies, mutant), mutants)
-            survivors = [_told(*pair) for pair in zip(mutants, outcomes, strict=True)]
+    with (
+        tempfile.TemporaryDirectory(prefix="mutants-") as folder,
+        ThreadPoolExecutor(said.workers) as pool,
+    ):
+        places = [Path(folder) / str(number) for number in range(said.workers)]
+        copies = SimpleQueue[Copy]()
+        for copy in pool.map(Copy, places):
+            copies.put(copy)
+        unsound = _unsound(copies, pool, mutants)
+        if unsound:
+            print(unsound)
+            return 1
+        print(f"unchanged, all named tests pass ({monotonic() - start:.0f} s)", flush=True)
+        outcomes = pool.map(lambda mutant: _outcome(copies, mutant), mutants)
+        survivors = [_told(*pair) for pair in zip(mutants, outcomes, strict=True)]
     counted = [m for m, survives in zip(mutants, survivors, strict=True) if survives]
     print(
         f"{len(mutants) - len(counted)} of {len(mutants)} noticed, {len(counted)} survive "

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
+
 from mutants.catalogue import ROOT, Mutant, chosen, has_test, read_lists
 
 MUTANTS = read_lists()

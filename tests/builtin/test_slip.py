@@ -223,6 +223,21 @@ def test_skin_at_rest_is_touched_by_nothing() -> None:
         assert (state.state, state.entropy_bits) == ("none", None)
 
 
+def test_a_contact_after_another_begins_anew() -> None:
+    skin, watch, slip = _stepped()
+    skin.press(depth_mm=0.15)
+    for _ in range(4):
+        _state(slip, watch, skin)
+        skin.twist(-0.5)
+    assert _state(slip, watch, skin).rotation_deg == pytest.approx(-2.0, rel=0.1)
+    skin.release()
+    _state(slip, watch, skin)
+    skin.press(depth_mm=0.15)
+    again = _state(slip, watch, skin)
+    assert (again.state, again.entropy_bits) == ("stick", 0.0)
+    assert again.rotation_deg == pytest.approx(0.0, abs=0.1)
+
+
 def test_slip_is_told_from_a_tare_on() -> None:
     skin, watch, slip = _stepped()
     skin.press(depth_mm=0.15)

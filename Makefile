@@ -6,7 +6,7 @@ FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell p
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-oldest test-pythons lint soak fuzz bench docs wheels try-wheels clean
+.PHONY: demo test test-oldest test-pythons lint soak fuzz mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -42,6 +42,10 @@ soak: .venv/installed
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.
 fuzz: .venv/installed
 	$(ONE_CORE) PYTHONPATH=tests $(BIN)/python -m fuzz $(FUZZ)
+
+# Makes small mistakes, one by one, in a copy of the tree; fails if the tests miss one.
+mutants: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m mutants $(if $(ONLY),--only $(ONLY))
 
 bench: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gains import MOST, WELL_INSIDE, gains
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading
@@ -36,6 +37,20 @@ def test_a_frame_becomes_slopes_height_and_contact(lab: VirtualLab) -> None:
     assert reading[HeightMap].mm.max() == pytest.approx(truth.max(), rel=0.08)
     assert set(reading.steps) == {"height", "contact"}
     assert reading[Gradients].x.shape == (120, 160)
+
+
+def test_slopes_of_unseen_presses_are_neither_too_steep_nor_too_flat(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    measured, true = [], []
+    for centre in ((70.0, 62.0), (50.0, 40.0), (105.0, 70.0)):
+        press = replace(PRESS, centre_px=centre)
+        found = pipeline.process(frame_of(lab, press))[Gradients]
+        offset_mm = (np.stack(np.indices(found.x.shape)[::-1], -1) - centre) * found.mm_per_px
+        square = (offset_mm**2).sum(-1)
+        inside = square < (WELL_INSIDE * press.contact_radius_mm) ** 2
+        true.append(-offset_mm[inside] / np.sqrt((BALL_MM / 2) ** 2 - square[inside])[:, None])
+        measured.append(np.stack([found.x, found.y], -1)[inside])
+    assert gains(np.concatenate(measured), np.concatenate(true)) == pytest.approx(1, abs=MOST)
 
 
 def test_the_contact_is_about_as_large_as_the_circle_that_touches(lab: VirtualLab) -> None:

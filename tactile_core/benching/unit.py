@@ -12,7 +12,7 @@ from tactile_core.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
 from tactile_core.bundle import Bundle
-from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.calibrating.presses import FoundPress
 from tactile_core.calibration import fitted_by
 from tactile_core.illumination import Illumination
 from tactile_core.manifest import Manifest
@@ -95,7 +95,7 @@ def virtual_unit(
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
         frame = seen(ball, seed)
         radius_px = ball_mm / 2 / image.mm_per_px
-        presses.append(FoundPress("", frame, press_image(frame, reference), circle, radius_px))
+        presses.append(FoundPress("", frame, circle, radius_px))
     options = options_of(cls, component)
     fitted = fitted_by(cls, [press.training() for press in presses], reference, options)
     manifest = Manifest(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,10 @@ from tactile_core import __version__
 from tactile_core.bundle import Bundle, check_serial, now
 from tactile_core.calibrating.height_target import is_height_map
 from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
+from tactile_core.calibrating.preparation import Preparation
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.calibration import Calibration, Press, fitted_by
-from tactile_core.drift import followed
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.inputs import PROFILE, Inputs
@@ -156,28 +156,25 @@ def calibrate(
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
     _verify(frames, untouched)
-    finder = MarkFinder.of(base, untouched)
-    if finder is not None:
-        untouched = replace(untouched, marks=finder.find(untouched.pixels))
-        frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
     cls: type[Calibration] = resolve(
         "calibration", base.calibration.use if model is None else model
     )
     component = base.calibration if model is None else Component(use=model)
     options = options_of(cls, component)
-    if not cls.follows_drift:
-        frames = [followed(frame, untouched) for frame in frames]
+    finder = MarkFinder.of(base, untouched)
+    prepare = Preparation.of(untouched, finder, follows=not cls.follows_drift)
+    untouched = prepare.untouched
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_at = getattr(options, "blur_at", None)
     blur_px = 0.0 if blur_at is None else float(blur_at(base.image.mm_per_px))
     known: Known[Any] = (
-        rows_of_map(target, frames[0], untouched, rows, blur_px)
+        rows_of_map(target, frames[0], prepare, rows, blur_px, stands_in=bool(stand_in))
         if target is not None and is_height_map(target)
         else balls(
             base,
             presses,
             frames,
-            untouched,
+            prepare,
             ball_diameter_mm=ball_diameter_mm,
             labels=labels,
             target=target,
@@ -186,15 +183,15 @@ def calibrate(
     )
     good = [surface for surface in known.surfaces if surface.used]
 
-    def fit(samples: Sequence[Press]) -> Calibration:
-        return fitted_by(cls, [*samples, *known.resting], untouched, options)
+    def fit(samples: Sequence[Press], reference: Reference) -> Calibration:
+        return fitted_by(cls, samples, reference, options)
 
     score = None
     if scored:
         progress.stage("scoring on held-out presses", 0.6)
-        score = cross_validate(good, untouched, fit, anew=known.anew, progress=progress)
+        score = cross_validate(known.surfaces, known.without, untouched, fit, progress=progress)
     progress.stage("fitting", 0.15)
-    fitted = fit([press.training() for press in good])
+    fitted = fit([*(surface.training() for surface in good), *known.resting], untouched)
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, untouched)
     if in_turn(frames[0]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from tactile_core import load_profile
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.errors import InputError
+from tactile_core.sim.ball import BallPress
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
 
@@ -117,6 +119,60 @@ def test_two_contacts_of_different_depth_are_both_masked() -> None:
     mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
     truth = (np.hypot(x - 4, y) < 1.6) | (np.hypot(x + 4, y) < 1.6)
     assert overlap(mask, truth) > 0.9
+
+
+def ball(x_mm: float, y_mm: float, diameter_mm: float, depth_mm: float) -> NDArray[np.float32]:
+    """Height of a ball's press, at 0.1 mm a pixel."""
+    press = BallPress((10 * x_mm, 10 * y_mm), diameter_mm, depth_mm)
+    return press.height_mm((120, 160), 0.1).astype(np.float32)
+
+
+def test_each_contact_is_masked_as_if_it_were_alone() -> None:
+    deep, shallow = ball(4.5, 6.0, 4.0, 0.5), ball(12.0, 6.0, 4.0, 0.12)
+    alone = [contact_mask(height, mm_per_px=0.1) for height in (deep, shallow)]
+    assert all(mask.any() for mask in alone)
+    both = contact_mask(np.maximum(deep, shallow), mm_per_px=0.1)
+    np.testing.assert_array_equal(both, alone[0] | alone[1])
+
+
+@pytest.mark.parametrize("turned", [np.fliplr, np.flipud, np.transpose])
+def test_a_mask_is_mirrored_and_turned_with_its_map(turned: Callable[[Any], Any]) -> None:
+    # large enough to be looked at in a shrunk map
+    small = ball(5.3, 4.1, 4.0, 0.4) + ball(11.9, 7.4, 3.0, 0.5)
+    height = cv2.resize(small, None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC)
+    mask = contact_mask(height, mm_per_px=0.1 / 3)
+    again = contact_mask(np.ascontiguousarray(turned(height)), mm_per_px=0.1 / 3)
+    np.testing.assert_array_equal(again, turned(mask))
+
+
+def test_a_contact_of_a_fifth_of_a_square_millimetre_is_found_in_a_large_image() -> None:
+    press = BallPress((320, 240), 0.6, 0.1)
+    height = press.height_mm((480, 640), 0.02).astype(np.float32)
+    mask = contact_mask(height, mm_per_px=0.02)
+    assert mask.sum() * 0.02**2 == pytest.approx(np.pi * press.contact_radius_mm**2, rel=0.35)
+    assert not contact_mask(height, mm_per_px=0.02, min_area_mm2=0.5).any()
+
+
+def test_what_hardly_stands_out_of_the_noise_beside_a_contact_is_none() -> None:
+    y, x = np.mgrid[:120, :160]
+    noise = 0.03 * np.sin(2 * np.pi * x / 63) * np.sin(2 * np.pi * y / 57)
+    faint = ball(12.5, 6.2, 1.5, 0.02)
+    assert faint.max() == pytest.approx(0.073, abs=0.001)
+    for level, found in ((0.0, True), (1.0, False)):
+        height = ball(4.5, 6.0, 4.0, 0.25) + faint + level * noise
+        mask = contact_mask(height.astype(np.float32), mm_per_px=0.1)
+        assert mask[60, 45]
+        assert mask[62, 125] == found
+
+
+def test_the_radius_of_a_balls_contact_is_told_to_seven_per_cent() -> None:
+    x, y = grid((240, 320), 0.06)
+    wider = []
+    for radius_mm, depth_mm in ((4, 0.2), (6, 0.3), (5, 0.15)):
+        height, a = hertz(x, y, radius_mm, depth_mm)
+        mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
+        wider.append(np.sqrt(mask.sum() * 0.06**2 / np.pi) / a)
+    assert np.mean(wider) == pytest.approx(1, abs=0.07)
 
 
 @settings(max_examples=30, deadline=None)

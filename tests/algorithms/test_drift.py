@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.drift import channel_gains
+from tactile_core.algorithms.drift import channel_gains, divided
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -44,3 +44,24 @@ def test_a_ball_held_for_ten_minutes_stays_while_the_lamps_drift() -> None:
 
 def test_a_contact_without_skin_at_rest_is_left_alone() -> None:
     assert (channel_gains(eight_bit(UNTOUCHED * ball(200)), UNTOUCHED, 255) == 1).all()
+
+
+@pytest.mark.parametrize(("dtype", "full_scale"), [("u1", 255), ("u2", 4095), ("f4", 255)])
+@pytest.mark.parametrize("planar", [False, True])
+def test_a_frame_is_brought_back_to_the_light_of_the_reference(
+    dtype: str, full_scale: int, planar: bool
+) -> None:
+    gains = np.array([0.93, 1.0, 1.07], np.float32)
+    resting = np.random.default_rng(1).uniform(0.1, 0.8, (30, 40, 3)) * full_scale
+    seen = np.rint(resting * gains).astype(dtype)
+    if planar:
+        seen = np.ascontiguousarray(seen.transpose(2, 0, 1)).transpose(1, 2, 0)
+    followed = divided(seen, gains, full_scale)
+    assert followed.dtype == seen.dtype
+    np.testing.assert_allclose(followed, resting, atol=1.1)
+
+
+@pytest.mark.parametrize("dtype", ["u1", "f4"])
+def test_what_is_saturated_stays_so_whatever_the_light_does(dtype: str) -> None:
+    seen = np.full((4, 5, 3), 255, dtype)
+    assert (divided(seen, np.array([0.92, 1.0, 1.08]), 255) == 255).all()

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from imprint_scenes import MARK_PX, MARKS, scene
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
@@ -23,47 +24,6 @@ from tactile_core.formats.images import read_image
 from tactile_core.sim import VirtualStage
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
-ROWS, COLUMNS = 240, 320
-MARK_PX, PITCH_PX = 9.0, 32
-MARKS = np.stack(
-    np.meshgrid(np.arange(16.0, COLUMNS, PITCH_PX), np.arange(16.0, ROWS, PITCH_PX)), axis=-1
-).reshape(-1, 2)
-Y, X = np.mgrid[:ROWS, :COLUMNS].astype(np.float32)
-CENTRE = 160.0, 120.0
-
-
-def texture() -> NDArray[np.float32]:
-    rng = np.random.default_rng(3)
-    fine = cv2.GaussianBlur(rng.normal(size=(ROWS, COLUMNS, 3)), (0, 0), 5)
-    within = np.exp(-(((X - CENTRE[0]) / 70) ** 4) - ((Y - CENTRE[1]) / 60) ** 4)
-    return np.asarray(0.12 * fine / fine.std() * within[..., None], np.float32)
-
-
-TEXTURE = texture()
-
-
-def scene(
-    object_px: tuple[float, float] = (0, 0),
-    *,
-    turn_deg: float = 0.0,
-    skin_px: tuple[float, float] = (0, 0),
-    depth: float = 1.0,
-    light: float = 1.0,
-    noise: float = 0.0,
-    seed: int = 0,
-) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """An object's print where the object is, and marks where the skin is."""
-    pose = cv2.getRotationMatrix2D(CENTRE, -turn_deg, 1.0)
-    pose[:, 2] += object_px
-    printed = depth * cv2.warpAffine(TEXTURE, pose, (COLUMNS, ROWS))
-    marks_px = MARKS + np.array(skin_px)
-    image = (140 + 0.1 * X[..., None]) * (1 + printed)
-    x, y = X - skin_px[0] - MARKS[0, 0], Y - skin_px[1] - MARKS[0, 1]
-    from_mark = np.hypot(*((side + PITCH_PX / 2) % PITCH_PX - PITCH_PX / 2 for side in (x, y)))
-    image *= 1 - 0.8 * np.clip(MARK_PX / 2 + 0.5 - from_mark, 0, 1)[..., None]
-    image = light * image + np.random.default_rng(seed).normal(0, noise, image.shape)
-    return np.clip(np.rint(image), 0, 255).astype(np.uint8), marks_px
 
 
 def follow(
@@ -118,6 +78,13 @@ def test_a_turn_on_the_skin_is_told_from_a_slide(turn_deg: float) -> None:
     told = follow((scene(turn_deg=turn_deg * number / 2) for number in range(3)), step_s=1e-3)
     assert told[-1].kind == "rotation"
     assert np.degrees(told[-1].turned_rad) == pytest.approx(turn_deg, rel=0.4)
+
+
+@pytest.mark.parametrize(("lost", "slips"), [(0.38, False), (0.42, True)])
+def test_slip_is_where_two_fifths_of_the_imprint_have_left(lost: float, slips: bool) -> None:
+    told = ImprintMotion(lost, 0.1, (0.0, 0.0), 0.0, 30.0)
+    assert told.slips == slips
+    assert (told.degree > 0.5) == slips
 
 
 def test_pressing_harder_is_no_slip() -> None:

@@ -13,6 +13,7 @@ from tactile_core import ContactMask, DisplacementField, MarkerField, load_profi
 from tactile_core.algorithms.displacement import decomposed, divergence
 from tactile_core.builtin.displacement import Displacement
 from tactile_core.estimator import SensorContext
+from tactile_core.profiles.model import Gel, ImageSection
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import Marks
@@ -199,3 +200,42 @@ def test_without_any_mark_there_is_no_field_and_nothing_is_valid() -> None:
     field = step.estimate(marks, None)
     assert not field.valid.any()
     assert not field.mm.any()
+
+
+def _moved(
+    px: Array, reference_px: Array, gel: Gel | None = None, step: Displacement | None = None
+) -> tuple[DisplacementField, Displacement]:
+    """The field of marks on a disc of 2 mm that is in contact, and of some far from it."""
+    image = ImageSection(width_px=160, height_px=120, mm_per_px=0.1)
+    step = step or Displacement(Displacement.Options(), SensorContext(image, gel or Gel()))
+    distance_px = np.hypot(*(reference_px - np.array([80, 60])).T)
+    y, x = np.mgrid[:120, :160]
+    marks = MarkerField(
+        np.arange(len(px), dtype=np.int32),
+        reference_px.astype(np.float32),
+        px.astype(np.float32),
+        (distance_px < 18) | (distance_px > 40),
+        0.1,
+    )
+    return step.estimate(marks, ContactMask(np.hypot(x - 80, y - 60) < 20, 0.1)), step
+
+
+LATTICE = np.stack(np.meshgrid(np.arange(5, 160, 10.0), np.arange(5, 120, 10.0)), -1).reshape(-1, 2)
+
+
+def test_after_a_tare_the_field_is_told_since_then() -> None:
+    loaded = LATTICE + np.array([3.0, -2.0])
+    before, step = _moved(loaded, LATTICE)
+    tared, _ = _moved(loaded, loaded, step=step)
+    assert before.mm[60, 80] == pytest.approx([0.3, -0.2], abs=0.01)
+    assert np.abs(tared.mm).max() < 1e-4
+
+
+def test_a_thicker_gel_is_taken_along_further_from_the_contact() -> None:
+    dragged = np.hypot(*(LATTICE - np.array([80, 60])).T) < 18
+    px = LATTICE + np.array([2.0, 0.0]) * dragged[:, None]
+    reached = [
+        _moved(px, LATTICE, Gel(thickness_mm=thickness))[0].mm[60, 110, 0]
+        for thickness in (0.5, 1.0, 4.0)
+    ]
+    assert np.all(np.diff(reached) > 0.002)

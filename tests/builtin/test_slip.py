@@ -225,6 +225,38 @@ def test_skin_at_rest_is_touched_by_nothing() -> None:
         assert (state.state, state.entropy_bits) == ("none", None)
 
 
+def test_a_contact_after_another_begins_anew() -> None:
+    skin, watch, slip = _stepped()
+    skin.press(depth_mm=0.15)
+    for _ in range(4):
+        _state(slip, watch, skin)
+        skin.twist(-0.5)
+    assert _state(slip, watch, skin).rotation_deg == pytest.approx(-2.0, rel=0.1)
+    skin.release()
+    _state(slip, watch, skin)
+    skin.press(depth_mm=0.15)
+    again = _state(slip, watch, skin)
+    assert (again.state, again.entropy_bits) == ("stick", 0.0)
+    assert again.rotation_deg == pytest.approx(0.0, abs=0.1)
+
+
+def test_slip_is_told_from_a_tare_on() -> None:
+    skin, watch, slip = _stepped()
+    skin.press(depth_mm=0.15)
+    _state(slip, watch, skin)
+    for _ in range(4):
+        skin.twist(-0.5)
+        before = _state(slip, watch, skin)
+    slip.tare()
+    tared = _state(slip, watch, skin)
+    skin.twist(0.5)
+    after = _state(slip, watch, skin)
+    assert before.rotation_deg == pytest.approx(-2.0, rel=0.1)
+    assert tared.rotation_deg == pytest.approx(0.0, abs=0.1)
+    assert (tared.state, tared.entropy_bits) == ("stick", 0.0)
+    assert after.rotation_deg == pytest.approx(0.5, rel=0.2)
+
+
 def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
     stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": 0.3}})
     first = stage.frame()

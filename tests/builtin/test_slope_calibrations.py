@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gains import MOST, WELL_INSIDE, gains
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition import average
@@ -15,7 +16,7 @@ from tactile_core.builtin.lookup_table import LookupTable
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.calibrating.presses import FoundPress
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Reference
@@ -24,6 +25,9 @@ from tactile_core.sim.ball import BallPress
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 MODELS: tuple[type[SlopeCalibration], ...] = (Polynomial, Mlp, LookupTable)
+
+FLATTENED = 0.08
+"""By ``core.polynomial`` as it is set by default: the penalty on its coefficients is felt."""
 
 
 class Bench:
@@ -39,6 +43,9 @@ class Bench:
         ]
         found = [self.found(lab, ball, seed) for seed, ball in enumerate(balls, 1)]
         self.unseen, self.presses = found[:2], found[2:]
+        among = [(70.0, 62.0), (50.0, 40.0), (105.0, 70.0), (80.0, 50.0)]
+        balls = [BallPress(centre, BALL_MM, 0.8) for centre in among]
+        self.among = [self.found(lab, ball, seed) for seed, ball in enumerate(balls, 100)]
 
     def frame(self, lab: VirtualLab, ball: BallPress | None, seed: int) -> Frame:
         return Frame(lab.image(ball, seed), ("red", "green", "blue"), self.scale)
@@ -46,8 +53,7 @@ class Bench:
     def found(self, lab: VirtualLab, ball: BallPress, seed: int) -> FoundPress:
         frame = self.frame(lab, ball, seed)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / self.scale)
-        image = press_image(frame, self.reference)
-        return FoundPress("ball", frame, image, circle, BALL_MM / 2 / self.scale)
+        return FoundPress("ball", frame, circle, BALL_MM / 2 / self.scale)
 
     def samples(self) -> list[Press]:
         return [press.training() for press in self.presses]
@@ -55,6 +61,16 @@ class Bench:
     def error_deg(self, model: SlopeCalibration) -> float:
         errors = [p.normal_errors_deg(model.measure(p.frame, self.reference)) for p in self.unseen]
         return float(np.concatenate(errors).mean())
+
+    def gains(self, model: SlopeCalibration) -> np.ndarray:
+        """Of slopes along x and y, on presses among those that were learnt from."""
+        measured, true = [], []
+        for press in self.among:
+            found = model.measure(press.frame, self.reference)
+            rows, columns, slopes = press.true_gradients(press.disc(WELL_INSIDE * press.radius_px))
+            measured.append(np.stack([found.x[rows, columns], found.y[rows, columns]], 1))
+            true.append(slopes)
+        return gains(np.concatenate(measured), np.concatenate(true))
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +90,21 @@ def test_unseen_presses_are_measured_to_a_few_degrees(
     bench: Bench, fitted: SlopeCalibration
 ) -> None:
     assert bench.error_deg(fitted) < 4
+
+
+def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
+    bench: Bench, fitted: SlopeCalibration
+) -> None:
+    flattened = FLATTENED if isinstance(fitted, Polynomial) else MOST
+    gain = bench.gains(fitted)
+    assert (gain < 1 + MOST).all()
+    assert (gain > 1 - flattened).all()
+
+
+def test_a_polynomial_that_is_hardly_held_back_flattens_no_slopes(bench: Bench) -> None:
+    options = PolynomialOptions(ridge=0.003)
+    gain = bench.gains(Polynomial.fit(bench.samples(), bench.reference, options))
+    assert gain == pytest.approx(1, abs=MOST)
 
 
 def test_a_model_comes_back_as_it_was_saved(
@@ -122,13 +153,42 @@ def test_a_table_needs_three_channels(bench: Bench) -> None:
         LookupTable.fit([only], reference, LookupTable.Options())
 
 
-@pytest.mark.parametrize(("presses", "model"), [(5, Polynomial), (9, Mlp)])
+@pytest.mark.parametrize(("presses", "model"), [(7, Polynomial), (8, Mlp)])
 def test_few_presses_carry_a_polynomial_and_many_a_network(
     lab: VirtualLab, presses: int, model: type[SlopeCalibration]
 ) -> None:
     small = Bench(lab, presses)
     chosen = Automatic.fit(small.samples(), small.reference, Automatic.Options())
     assert isinstance(chosen, model)
+
+
+def test_the_first_order_term_of_a_table_tells_one_colour_at_two_places_apart() -> None:
+    # lamps that shine more steeply on the left: there, a slope changes their light less
+    rng = np.random.default_rng(0)
+    shape = 40, 60
+    x = np.linspace(-1, 1, shape[1])
+    reference = Reference(np.full((*shape, 3), 100, np.float32), ("red", "green", "blue"))
+    azimuths = np.radians([90.0, 210.0, 330.0])
+
+    def shown(slopes: np.ndarray) -> Frame:
+        along = slopes @ np.stack([np.cos(azimuths), np.sin(azimuths)])
+        pixels = reference.pixels * (1 - 0.5 * (1 + 0.3 * x[:, None]) * along)
+        return Frame(pixels.astype(np.float32), reference.channels, 0.1)
+
+    rows, columns = (place.ravel().astype(np.int32) for place in np.indices(shape))
+    samples = []
+    for _ in range(6):
+        slopes = rng.uniform(-0.4, 0.4, (*shape, 2)).astype(np.float32)
+        samples.append(Press(shown(slopes), rows, columns, slopes.reshape(-1, 2)))
+    options = LookupTable.Options(bins=16, blur_px=0)
+    model = LookupTable.fit(samples, reference, options)
+    assert isinstance(model, LookupTable)
+    slopes = rng.uniform(-0.3, 0.3, (*shape, 2))
+    measured = model.measure(shown(slopes), reference)
+    found = np.stack([measured.x, measured.y], -1)
+    for third in np.array_split(np.arange(shape[1]), 3):
+        gain = gains(found[:, third].reshape(-1, 2), slopes[:, third].reshape(-1, 2))
+        assert gain == pytest.approx(1, abs=0.15)
 
 
 @pytest.mark.parametrize("level", [255, 0], ids=["saturated", "dark"])

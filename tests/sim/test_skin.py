@@ -169,6 +169,17 @@ def test_an_object_that_slides_far_takes_its_contact_along() -> None:
     assert centre[0] == pytest.approx(239.5, abs=2)
 
 
+def test_what_sticks_is_what_friction_could_hold_harder() -> None:
+    skin = pressed(profile_with(friction=0.4, friction_speed_mm_s=None))
+    for _ in range(3):
+        skin.shear(0.05, 0.02)
+        state = skin.state
+        held = np.hypot(*state.grip.traction) < (1 - 2e-3) * 0.4 * state.pressure_mpa
+        assert 0.2 < held[state.contact].mean() < 0.9
+        # the last node before the limit may be either
+        assert np.count_nonzero(state.stick != (held & state.contact)) <= 2
+
+
 def test_a_ball_that_rolls_drags_the_skin_little() -> None:
     rolled, shifted = pressed(), pressed()
     rolled.roll(dx_mm=0.6, steps=6)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from four_lamps import Ball, frame_of, presses, untouched
+from gains import MOST, gains
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder
 from tactile_baxter_fingertip.hue_field import HueField, Light
@@ -43,6 +44,16 @@ def errors_deg(model: HueIntensity, *, mirrored: bool = False, gain: float = 1.0
 
 def test_the_model_is_found_by_its_name() -> None:
     assert resolve("calibration", "baxter_fingertip.hue_intensity") is HueIntensity
+
+
+@pytest.mark.parametrize("ball", [UNSEEN, Ball((50.0, 50.0)), Ball((110.0, 70.0))])
+def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
+    model: HueIntensity, ball: Ball
+) -> None:
+    measured = model.measure(frame_of(ball), untouched())
+    true, on = ball.slopes()
+    found = np.stack([measured.x[on], measured.y[on]], 1)
+    assert gains(found, true[on]) == pytest.approx(1, abs=MOST)
 
 
 def test_the_hue_tells_the_yaw(model: HueIntensity) -> None:

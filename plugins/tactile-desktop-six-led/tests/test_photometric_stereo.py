@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gains import MOST, gains
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
@@ -127,6 +128,16 @@ def test_an_unseen_ball_is_measured_within_a_degree(rig: Rig, fitted: Photometri
     measured = fitted.measure(rig.frame(slopes, seed=99), rig.reference())
     assert error_deg(measured, slopes, on_ball) < 1.0
     assert error_deg(measured, slopes, ~on_ball) < 0.7
+
+
+@pytest.mark.parametrize("centre", [SPOT, (60.0, 70.0)])
+def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
+    rig: Rig, fitted: PhotometricStereo, centre: tuple[float, float]
+) -> None:
+    slopes, on_ball = ball(centre)
+    measured = fitted.measure(rig.frame(slopes, seed=98), rig.reference())
+    found = np.stack([measured.x, measured.y], -1)[on_ball]
+    assert gains(found, slopes[on_ball]) == pytest.approx(1, abs=MOST)
 
 
 def test_slopes_steeper_than_pressed_follow_the_same_law(rig: Rig) -> None:

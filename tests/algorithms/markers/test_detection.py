@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from tactile_core.algorithms.markers import darkness_of, find_marker_diameter, find_markers
+from tactile_core.algorithms.markers.darkness import brightness_of
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.optics.faults import Faults
 
@@ -129,6 +131,57 @@ def test_a_mark_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> No
         assert cut.sum() == 6
         assert misses(truth[:6], centres[cut]).max() < 14 / 5
         assert misses(truth[6:], centres[~cut]).max() < 0.4
+
+
+@pytest.mark.parametrize(
+    "turned",
+    [
+        lambda pixels: pixels,
+        np.flipud,
+        lambda pixels: np.swapaxes(pixels, 0, 1),
+        lambda pixels: np.fliplr(np.swapaxes(pixels, 0, 1)),
+    ],
+    ids=["top", "bottom", "left", "right"],
+)
+def test_marks_are_completed_beyond_whichever_border_cuts_them(
+    turned: Callable[[Any], Any],
+) -> None:
+    truth = np.array([[60.0 + 40 * k, y] for y in (1.0, 40.0, 80.0, 120.0) for k in range(6)])
+    spots = np.zeros((*SHAPE, 2))
+    spots[truth[:, 1].astype(int), truth[:, 0].astype(int)] = np.arange(1, 25)[:, None]
+    centres, cut = found(np.ascontiguousarray(turned(photograph(truth, 14, "round"))), 14, 40)
+    places = turned(spots)[..., 0]
+    y, x = np.nonzero((places > 0) & (places <= 6))
+    assert cut.sum() == 6
+    assert misses(np.stack([x, y], 1), centres[cut]).max() < 14 / 5
+
+
+def test_of_a_mark_in_two_unequal_pieces_the_larger_one_counts_for_more() -> None:
+    truth = lattice(50, 4)
+    image = photograph(truth, 17, "round", seed=4)
+    x, y = np.rint(truth[9]).astype(int).tolist()
+    cv2.line(image, (x - 14, y + 2), (x + 14, y + 2), (150, 150, 150), 2)
+    centres, _ = found(image, 17, 50)
+    assert len(centres) == len(truth)
+    assert misses(truth[9:10], centres)[0] < 1.1
+
+
+def test_shading_a_third_as_dark_as_the_print_is_no_mark() -> None:
+    truth = lattice(30, 6)
+    image = photograph(truth, 10, "round").astype(np.float32)
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    middle = truth[30] + 15
+    image *= 1 - 0.23 * (np.hypot(x - middle[0], y - middle[1]) < 6)[..., None]
+    centres, _ = found(cv2.GaussianBlur(image, (0, 0), 0.7).astype(np.uint8), 10, 30)
+    assert len(centres) == len(truth)
+    assert misses(middle[None], centres)[0] > 10
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_every_colour_has_the_same_say_in_how_bright_a_pixel_is(dtype: type) -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, (*SHAPE, 3)).astype(dtype)
+    off = brightness_of(pixels, 1).astype(np.float64) - pixels.mean(axis=2)
+    assert np.abs(off).max() <= 0.51
 
 
 @pytest.mark.parametrize("level", [0, 5, 128, 255])

@@ -114,6 +114,16 @@ def test_strain_is_the_slope_of_a_stretch_and_none_of_a_turn() -> None:
     np.testing.assert_allclose(turned, 0, atol=1e-5)
 
 
+@pytest.mark.parametrize("turn_deg", [15.0, 30.0, 45.0, 90.0])
+def test_strain_does_not_depend_on_which_way_the_camera_is_turned(turn_deg: float) -> None:
+    inside = np.arange(PLACE.size).reshape(SHAPE)[2:-2, 2:-2].ravel()
+    turn = np.exp(1j * np.radians(turn_deg))
+    # longer along an axis and narrower across it; turned by 45° it is a shear
+    stretched = 0.02 * np.conj(PLACE * turn.conj()) * turn
+    told = strain(stretched.astype(np.complex64), SPACING_MM, inside)
+    np.testing.assert_allclose(told, 0.02 * np.sqrt(2), rtol=1e-3)
+
+
 def test_a_field_is_looked_at_from_the_middle_of_each_block() -> None:
     field = np.zeros((480, 640, 2), np.float32)
     field[4, 12] = (0.3, -0.2)

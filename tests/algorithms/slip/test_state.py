@@ -89,3 +89,13 @@ def test_a_new_slip_has_a_new_onset() -> None:
 def test_a_state_that_would_end_above_where_it_begins_is_refused() -> None:
     with pytest.raises(InputError, match="ordered"):
         Thresholds(incipient=0.4, incipient_ends=0.5, slip=0.75, slip_ends=0.6)
+
+
+def test_a_slip_goes_on_until_its_degree_falls_under_where_it_ends() -> None:
+    machine = SlipMachine(Thresholds(incipient=0.3, incipient_ends=0.2, slip=0.6, slip_ends=0.5))
+    names = []
+    for degree in (0.1, 0.25, 0.35, 0.25, 0.55, 0.65, 0.55, 0.45, 0.55, 0.25, 0.15):
+        machine.update(degree, "translation", 0.0)
+        names.append(machine.name)
+    begins = ["stick", "stick", "incipient", "incipient", "incipient", "slip"]
+    assert names == [*begins, "slip", "incipient", "incipient", "incipient", "stick"]

@@ -60,6 +60,18 @@ def test_cone_has_its_angle() -> None:
     assert gap(np.array([2.0]), np.zeros(1)) == pytest.approx(2 / np.tan(np.radians(60)))
 
 
+@pytest.mark.parametrize("half_angle_deg", [30.0, 60.0, 75.0])
+def test_the_tip_of_a_cone_goes_over_into_its_side_without_a_kink(half_angle_deg: float) -> None:
+    gap = make_indenter("cone", half_angle_deg=half_angle_deg, tip_mm=0.5).gap_mm
+    r = np.linspace(0, 2, 2001)
+    slope = np.gradient(gap(r, np.zeros_like(r)), r)
+    side = 1 / np.tan(np.radians(half_angle_deg))
+    assert slope[0] == pytest.approx(0, abs=0.01)
+    assert slope[-1] == pytest.approx(side)
+    assert slope.max() <= side + 1e-6
+    assert np.abs(np.diff(slope)).max() < 0.02
+
+
 def test_flat_punch_is_as_large_as_it_says() -> None:
     gap = make_indenter("flat", size_mm=(8.0, 6.0), edge_mm=0.2).gap_mm
     x, y = np.meshgrid(np.linspace(-5, 5, 1001), np.linspace(-5, 5, 1001))

@@ -1,0 +1,49 @@
+"""Pictures of an object's print on a skin with marks, each of which moves by itself."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+ROWS, COLUMNS = 240, 320
+MARK_PX, PITCH_PX = 9.0, 32
+MARKS = np.stack(
+    np.meshgrid(np.arange(16.0, COLUMNS, PITCH_PX), np.arange(16.0, ROWS, PITCH_PX)), axis=-1
+).reshape(-1, 2)
+Y, X = np.mgrid[:ROWS, :COLUMNS].astype(np.float32)
+CENTRE = 160.0, 120.0
+
+
+def texture() -> NDArray[np.float32]:
+    """(ROWS, COLUMNS, 3) what the object adds to the light of the skin, as a share of it."""
+    rng = np.random.default_rng(3)
+    fine = cv2.GaussianBlur(rng.normal(size=(ROWS, COLUMNS, 3)), (0, 0), 5)
+    within = np.exp(-(((X - CENTRE[0]) / 70) ** 4) - ((Y - CENTRE[1]) / 60) ** 4)
+    return np.asarray(0.12 * fine / fine.std() * within[..., None], np.float32)
+
+
+TEXTURE = texture()
+
+
+def scene(
+    object_px: tuple[float, float] = (0, 0),
+    *,
+    turn_deg: float = 0.0,
+    skin_px: tuple[float, float] = (0, 0),
+    depth: float = 1.0,
+    light: float = 1.0,
+    noise: float = 0.0,
+    seed: int = 0,
+) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """An object's print where the object is, and marks where the skin is."""
+    pose = cv2.getRotationMatrix2D(CENTRE, -turn_deg, 1.0)
+    pose[:, 2] += object_px
+    printed = depth * cv2.warpAffine(TEXTURE, pose, (COLUMNS, ROWS))
+    marks_px = MARKS + np.array(skin_px)
+    image = (140 + 0.1 * X[..., None]) * (1 + printed)
+    x, y = X - skin_px[0] - MARKS[0, 0], Y - skin_px[1] - MARKS[0, 1]
+    from_mark = np.hypot(*((side + PITCH_PX / 2) % PITCH_PX - PITCH_PX / 2 for side in (x, y)))
+    image *= 1 - 0.8 * np.clip(MARK_PX / 2 + 0.5 - from_mark, 0, 1)[..., None]
+    image = light * image + np.random.default_rng(seed).normal(0, noise, image.shape)
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8), marks_px

@@ -1,0 +1,91 @@
+"""Make each mistake of the catalogue in a copy of the tree and say which of them survive."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+from time import monotonic
+
+from mutants.catalogue import Kernels, Mutant, chosen, read_lists
+from mutants.copies import Copy, Outcome
+
+
+def main() -> int:
+    """Print a line for each mutant; 1 if one survives that no reason is given for."""
+    parser = argparse.ArgumentParser(prog="make mutants", description=__doc__)
+    parser.add_argument("--only", nargs="+", default=[], metavar="AREA|ID")
+    parser.add_argument("--workers", type=int, default=2)
+    said = parser.parse_args()
+    try:
+        mutants = chosen(read_lists(), said.only)
+    except ValueError as error:
+        parser.error(str(error))
+    start = monotonic()
+    with (
+        tempfile.TemporaryDirectory(prefix="mutants-") as folder,
+        ThreadPoolExecutor(said.workers) as pool,
+    ):
+        places = [Path(folder) / str(number) for number in range(said.workers)]
+        copies = SimpleQueue[Copy]()
+        for copy in pool.map(Copy, places):
+            copies.put(copy)
+        unsound = _unsound(copies, pool, mutants)
+        if unsound:
+            print(unsound)
+            return 1
+        print(f"unchanged, all named tests pass ({monotonic() - start:.0f} s)", flush=True)
+        outcomes = pool.map(lambda mutant: _outcome(copies, mutant), mutants)
+        survivors = [_told(*pair) for pair in zip(mutants, outcomes, strict=True)]
+    counted = [m for m, survives in zip(mutants, survivors, strict=True) if survives]
+    print(
+        f"{len(mutants) - len(counted)} of {len(mutants)} noticed, {len(counted)} survive "
+        f"({monotonic() - start:.0f} s)"
+    )
+    return int(any(not mutant.equivalent for mutant in counted))
+
+
+def _unsound(copies: SimpleQueue[Copy], pool: ThreadPoolExecutor, mutants: Sequence[Mutant]) -> str:
+    """Which named test fails on the tree as it is; empty if none does."""
+
+    def run(kernels: Kernels) -> Outcome:
+        tests = sorted({test for m in mutants if m.kernels == kernels for test in m.tests})
+        copy = copies.get()
+        try:
+            return copy.tested(tests, kernels) if tests else Outcome()
+        finally:
+            copies.put(copy)
+
+    kinds: tuple[Kernels, ...] = ("off", "on")
+    for outcome in pool.map(run, kinds):
+        if outcome != Outcome():
+            return outcome.trouble or f"{outcome.noticed_by} fails without any mistake"
+    return ""
+
+
+def _outcome(copies: SimpleQueue[Copy], mutant: Mutant) -> Outcome:
+    copy = copies.get()
+    try:
+        return copy.mutated(mutant)
+    finally:
+        copies.put(copy)
+
+
+def _told(mutant: Mutant, outcome: Outcome) -> bool:
+    """Print a mutant's line; return whether it survives."""
+    survives = not outcome.noticed_by
+    result = outcome.noticed_by.rpartition("::")[2] or "SURVIVES"
+    if outcome.trouble:
+        result = f"BROKEN: {outcome.trouble}"
+    elif survives and mutant.equivalent:
+        result = f"survives: {mutant.equivalent}"
+    print(f"{mutant.area:<14} {mutant.id:<30} {result}", flush=True)
+    return survives
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""The list of mistakes: what each changes, and which tests are to notice it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from ruamel.yaml import YAML
+
+ROOT = Path(__file__).resolve().parents[2]
+LISTS = Path(__file__).parent / "lists"
+
+Kernels = Literal["off", "on"]
+
+
+class Mutant(BaseModel):
+    """One mistake.
+
+    Attributes
+    ----------
+    area : str
+        Name of the list that it stands in.
+    id : str
+    says : str
+        The mistake in words.
+    file : str
+        Where it is made, from the root of the repository.
+    old, new : str
+        The snippet that stands there exactly once, and what takes its place.
+    tests : tuple of str
+        Files or node ids of the tests of which at least one has to fail.
+    kernels : "off" or "on"
+        Whether they run with the compiled kernels; off where the snippet has a compiled twin, which
+        would hide it, or where both ways share it, since numba takes a second to import.
+    equivalent : str
+        Why no test can notice it; empty for all others.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    area: str
+    id: str = Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$")
+    says: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...] = Field(min_length=1)
+    kernels: Kernels = "off"
+    equivalent: str = ""
+
+    def made_in(self, tree: Path) -> str:
+        """Return the file's text with the mistake.
+
+        Raises
+        ------
+        ValueError
+            The snippet is not there exactly once.
+        """
+        text = (tree / self.file).read_text(encoding="utf-8")
+        count = text.count(self.old)
+        if count != 1:
+            raise ValueError(f"{self.area}/{self.id}: the snippet is {count} times in {self.file}")
+        return text.replace(self.old, self.new)
+
+
+def read_lists(folder: Path = LISTS) -> list[Mutant]:
+    """Read every list, by name of the area."""
+    mutants = []
+    for path in sorted(folder.glob("*.yaml")):
+        entries = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
+        mutants += [Mutant.model_validate({"area": path.stem, **entry}) for entry in entries]
+    return mutants
+
+
+def chosen(mutants: Sequence[Mutant], only: Sequence[str]) -> list[Mutant]:
+    """Return those of some areas or ids; all of them where none is named.
+
+    Raises
+    ------
+    ValueError
+        A name is neither an area nor an id.
+    """
+    known = {name for mutant in mutants for name in (mutant.area, mutant.id)}
+    unknown = sorted(set(only) - known)
+    if unknown:
+        raise ValueError(f"no area and no mutant is called {unknown[0]!r}")
+    return [m for m in mutants if not only or {m.area, m.id} & set(only)]
+
+
+def has_test(node: str, tree: Path = ROOT) -> bool:
+    """Whether a node's file is there, and defines the function that it names."""
+    name, _, function = node.partition("::")
+    path = tree / name
+    if not function:
+        return path.exists()
+    if not path.is_file():
+        return False
+    wanted = function.partition("[")[0].split("::")[-1]
+    parsed = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return any(isinstance(part, ast.FunctionDef) and part.name == wanted for part in parsed)

@@ -1,0 +1,123 @@
+"""A copy of the tree in which mistakes are made, and tests run that import the copy alone."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mutants.catalogue import ROOT, Kernels, Mutant
+
+_LEFT_OUT = (".git", ".venv", "__pycache__", "*.egg-info", ".*_cache", "site", "dist", "demo")
+_FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?::[^\s\[]+)", re.MULTILINE)
+_TESTS_FAILED = 1
+_MUTANT_S, _ALL_S = 600.0, 3600.0
+"""Limits; beyond them a run tells nothing."""
+
+_PLUGINS = ("tactile_baxter_fingertip", "tactile_desktop_six_led", "tactile_hex_fingertip")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of tests came to.
+
+    Attributes
+    ----------
+    noticed_by : str
+        The first test that failed; empty where all passed.
+    trouble : str
+        Why the run tells nothing, with its output; empty where it does.
+    """
+
+    noticed_by: str = ""
+    trouble: str = ""
+
+
+class Copy:
+    """A copy of the tree, for one worker.
+
+    Every file keeps its time of change, also when a mistake in it is undone, and nothing compiled
+    is written after the copy was prepared: so what is imported is always compiled from its text.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.tree = folder / "tree"
+        self._compiled, self._kernels = folder / "pyc", folder / "numba"
+        shutil.copytree(ROOT, self.tree, ignore=shutil.ignore_patterns(*_LEFT_OUT))
+        self._run(["-m", "compileall", "-q", "tactile_core", "plugins"], self._environment())
+        self._check_imports()
+
+    def tested(self, tests: Sequence[str], kernels: Kernels) -> Outcome:
+        """Run tests on the tree as it is."""
+        return self._tested(tests, self._environment(kernels), _ALL_S)
+
+    def mutated(self, mutant: Mutant) -> Outcome:
+        """Run a mutant's tests on it, and undo it."""
+        path = self.tree / mutant.file
+        text, times = mutant.made_in(self.tree), path.stat()
+        before = path.read_bytes()
+        # a kernel that calls the changed one is cached by its own file's time: it needs a new cache
+        fresh = "/kernels/" in mutant.file or mutant.file.endswith("kernels.py")
+        cache = self._kernels.with_name(f"numba-{mutant.id}") if fresh else self._kernels
+        try:
+            path.write_text(text, encoding="utf-8")
+            return self._tested(mutant.tests, self._environment(mutant.kernels, cache), _MUTANT_S)
+        finally:
+            path.write_bytes(before)
+            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+            if fresh:
+                shutil.rmtree(cache, ignore_errors=True)
+
+    def _tested(self, tests: Sequence[str], environment: dict[str, str], limit_s: float) -> Outcome:
+        command = ["-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=no", *tests]
+        try:
+            done = self._run(command, environment | {"PYTHONDONTWRITEBYTECODE": "1"}, limit_s)
+        except subprocess.TimeoutExpired:
+            return Outcome(trouble=f"no end within {limit_s:.0f} s")
+        if done.returncode == 0:
+            return Outcome()
+        failed = _FAILED.search(done.stdout)
+        if done.returncode == _TESTS_FAILED and failed:
+            return Outcome(noticed_by=failed[1])
+        return Outcome(trouble=f"pytest ended with {done.returncode}\n{done.stdout}{done.stderr}")
+
+    def _environment(self, kernels: Kernels = "off", cache: Path | None = None) -> dict[str, str]:
+        paths = [self.tree, *sorted(self.tree.glob("plugins/tactile-*"))]
+        data = ROOT.parent / "shared" / "data"
+        return {
+            "TACTILE_TEST_DATA": str(data),
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(map(str, paths)),
+            "PYTHONPYCACHEPREFIX": str(self._compiled),
+            "NUMBA_CACHE_DIR": str(cache or self._kernels),
+            "TACTILE_FAST": "0" if kernels == "off" else "1",
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+
+    def _check_imports(self) -> None:
+        """Refuse to go on if the installed packages, and not the copies, would be tested."""
+        modules = "tactile_core", *_PLUGINS
+        says = f"import {', '.join(modules)}; print(*(m.__file__ for m in ({', '.join(modules)})))"
+        found = self._run(["-c", says], self._environment()).stdout.split()
+        strays = [path for path in found if not Path(path).is_relative_to(self.tree)]
+        if strays or len(found) != len(modules):
+            raise RuntimeError(f"{strays or modules} would be tested instead of the copy")
+
+    def _run(
+        self, arguments: Sequence[str], environment: dict[str, str], limit_s: float = _ALL_S
+    ) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.tree,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=limit_s,
+            check=False,
+        )

@@ -1,0 +1,59 @@
+"""Signs and units of slopes, heights and contacts, against surfaces that are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tactile_core.quantities import ContactMask, Gradients, HeightMap
+
+SHAPE, MM_PER_PX = (30, 40), 0.05
+Y, X = (place * MM_PER_PX for place in np.mgrid[: SHAPE[0], : SHAPE[1]])
+VALID = np.ones(SHAPE, np.bool_)
+
+
+def gradients(height_mm: NDArray[np.float64]) -> Gradients:
+    gy, gx = np.gradient(height_mm, MM_PER_PX)
+    return Gradients(gx.astype(np.float32), gy.astype(np.float32), VALID, MM_PER_PX)
+
+
+@pytest.mark.parametrize(("along_x", "along_y"), [(0.5, 0.0), (0.0, 0.5), (-0.3, 0.8)])
+def test_a_normal_stands_upright_on_every_line_in_the_surface(
+    along_x: float, along_y: float
+) -> None:
+    normals = gradients(along_x * X + along_y * Y).normals
+    assert normals @ [1, 0, along_x] == pytest.approx(0, abs=1e-6)
+    assert normals @ [0, 1, along_y] == pytest.approx(0, abs=1e-6)
+    assert np.linalg.norm(normals, axis=2) == pytest.approx(1, abs=1e-6)
+    assert (normals[..., 2] > 0).all()
+
+
+def test_normals_of_a_ball_point_away_from_its_middle() -> None:
+    middle = np.array([1.0, 0.7, -2.0])
+    height = middle[2] + np.sqrt(9 - (X - middle[0]) ** 2 - (Y - middle[1]) ** 2)
+    radial = np.dstack([X, Y, height]) - middle
+    inner = (slice(1, -1), slice(1, -1))  # differences are one-sided at the border
+    np.testing.assert_allclose(gradients(height).normals[inner], (radial / 3)[inner], atol=1e-3)
+
+
+def test_an_area_is_that_of_its_pixels() -> None:
+    mask = np.zeros(SHAPE, np.bool_)
+    mask[3:13, 5:25] = True
+    assert ContactMask(mask, MM_PER_PX).area_mm2 == pytest.approx(0.5 * 1.0)
+
+
+@pytest.mark.parametrize("domed", [False, True])
+def test_what_is_pressed_lies_nearer_to_the_camera_than_the_skin_at_rest(domed: bool) -> None:
+    rest = (-0.1 * X**2).astype(np.float32) if domed else None
+    at_rest, pressed = (
+        HeightMap(np.full(SHAPE, mm, np.float32), VALID, MM_PER_PX, rest_mm=rest).points_mm
+        for mm in (0.0, 0.3)
+    )
+    assert at_rest[..., 2] == pytest.approx(0 if rest is None else rest)
+    assert (pressed - at_rest)[..., :2] == pytest.approx(0)
+    assert (pressed - at_rest)[..., 2] == pytest.approx(-0.3)
+    # the image's middle is the origin, x right and y down
+    assert at_rest[..., 0].mean() == pytest.approx(0, abs=1e-6)
+    assert at_rest[0, -1, 0] - at_rest[0, 0, 0] == pytest.approx(39 * MM_PER_PX)
+    assert at_rest[-1, 0, 1] - at_rest[0, 0, 1] == pytest.approx(29 * MM_PER_PX)

@@ -69,5 +69,8 @@ class DeviceBusy(DeviceError):
 
 def words_of(error: BaseException) -> str:
     """Return an exception's type and message in one line."""
-    said = " ".join(str(error).split())
+    try:
+        said = " ".join(str(error).split())
+    except Exception:  # a plugin's own exception, whose words are its code
+        said = ""
     return f"{type(error).__name__}: {said or 'no reason given'}"

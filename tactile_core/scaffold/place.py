@@ -23,7 +23,7 @@ def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:
     InputError
         Something is there, and not ``force`` or of the other kind.
     """
-    if not path.exists():
+    if not path.exists() and not path.is_symlink():
         return
     alike = path.is_dir() if folder else path.is_file()
     if not alike:

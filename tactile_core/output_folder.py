@@ -42,14 +42,15 @@ class OutputFolder:
     Raises
     ------
     InputError
-        It is a file, or an input, or has a recording's file in it.
+        It, or a parent, is a file, or it is an input, or has a recording's file in it.
     """
 
     def __init__(self, path: Path | str, inputs: Inputs | None = None) -> None:
         self.path = Path(path)
         self._inputs = inputs or Inputs()
-        if self.path.exists() and not self.path.is_dir():
-            raise InputError(f"{self.path} is a file; name a folder for the results")
+        for part in (self.path, *self.path.parents):
+            if part.exists() and not part.is_dir():
+                raise InputError(f"{part} is a file; name a folder for the results")
         self._inputs.refuse_shared(self.path)
         self._former = {(entry["file"], _stamp_of(entry)) for entry in self._written()}
         self._made = False

@@ -153,5 +153,7 @@ def test_the_folder_is_made_with_the_first_file_and_not_before(tmp_path: Path) -
     write(folder, "one")
     (tmp_path / "file").write_text("mine")
     for path in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="file is a file; name a folder"):
+            OutputFolder(path).check(["a.txt"])
         with pytest.raises(InputError, match="is a file; name a folder"):
             write(OutputFolder(path), "one")

@@ -147,11 +147,13 @@ class SlopeCalibration(Calibration):
             arrays = read_npz(path)
             height, width, channels = (int(n) for n in arrays["shape"])
             blur_px = float(arrays["blur_px"])
+            if min(height, width, channels) < 1 or not 0 <= blur_px <= max(height, width):
+                raise ValueError("no image has such a size, or is smoothed so")
             table = _table_from(arrays) if "table" in arrays else None
             model = cls._model_from(arrays, table)
             if not np.isfinite(model(np.zeros((1, channels + 2), np.float32))).all():
                 raise ValueError("the model gives no numbers")
-        except (InputError, ValueError, LookupError, TypeError) as error:
+        except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
             raise CalibrationError(
                 f"{path} does not hold a {cls.USE} model; calibrate again"
             ) from error

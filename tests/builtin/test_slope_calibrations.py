@@ -238,6 +238,32 @@ def test_a_spoilt_file_is_refused(
         type(fitted).load(tmp_path)
 
 
+@pytest.mark.parametrize("blur_px", [np.nan, np.inf, -1.0, 1e9])
+def test_a_smoothing_that_cannot_be_is_refused(
+    fitted: SlopeCalibration, tmp_path: Path, blur_px: float
+) -> None:
+    fitted.save(tmp_path)
+    path = tmp_path / "model.npz"
+    with np.load(path) as arrays:
+        changed = {**arrays, "blur_px": np.array(blur_px)}
+    np.savez(path, **changed)
+    with pytest.raises(CalibrationError, match="calibrate again"):
+        type(fitted).load(tmp_path)
+
+
+@pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3), (-1, 9, 3), (9, 9, 0)])
+def test_a_size_that_no_image_has_is_refused(
+    fitted: SlopeCalibration, tmp_path: Path, shape: tuple[float, ...]
+) -> None:
+    fitted.save(tmp_path)
+    path = tmp_path / "model.npz"
+    with np.load(path) as arrays:
+        changed = {**arrays, "shape": np.array(shape)}
+    np.savez(path, **changed)
+    with pytest.raises(CalibrationError, match="calibrate again"):
+        type(fitted).load(tmp_path)
+
+
 def test_a_press_of_another_size_is_refused(bench: Bench) -> None:
     press = bench.samples()[0]
     frame = replace(press.frame, pixels=press.frame.pixels[:50])

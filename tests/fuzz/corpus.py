@@ -62,7 +62,7 @@ press_1.png,55,30,11
 press_2.png,30,38,11
 press_3.png,50,22,11
 """
-CATALOG = "file,diameter_mm\npress_0.png,3.0\npress_1.png,3.0\n"
+CATALOG = "file,diameter_mm\n" + "".join(f"press_{k}.png,3.0\n" for k in range(4))
 _CENTRES = ((25.0, 25.0), (55.0, 30.0), (30.0, 38.0), (50.0, 22.0))
 _BLOCK = """\
 solid block

@@ -13,8 +13,10 @@ from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 from pkgutil import walk_packages
+from typing import TYPE_CHECKING
 
-from fuzz.hunt import Case, Result, hunt, try_case
+if TYPE_CHECKING:
+    from fuzz.hunt import Case, Result
 
 _corpus: Path | None = None
 _MEMORY_BYTES = 4 << 30
@@ -32,11 +34,15 @@ def crew(workers: int, folder: Path) -> ProcessPoolExecutor:
 
 def try_one(case: Case, keep: Path | None = None) -> Result:
     """Try, in a worker, one case."""
+    from fuzz.hunt import try_case
+
     return try_case(case, _good_inputs(), keep)
 
 
 def try_some(area: str, numbers: range, seed: int) -> list[Result]:
     """Try, in a worker, cases that may grow from one another."""
+    from fuzz.hunt import hunt
+
     results: list[Result] = []
     hunt(area, numbers, seed, _good_inputs(), results.append)
     return results

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 
@@ -57,7 +58,8 @@ def spoil_folder(folder: Path, rng: Random) -> None:
     elif kind == 4 and inside:
         shutil.copy(rng.choice(inside), folder / rng.choice(_STRANGE_NAMES))
     elif kind == 5:
-        (folder / rng.choice(_STRANGE_NAMES)).mkdir(exist_ok=True)
+        with suppress(FileExistsError):
+            (folder / rng.choice(_STRANGE_NAMES)).mkdir()
     elif kind == 6:
         with_bytes = os.fsencode(folder) + b"/\xff\xfe.png"
         Path(os.fsdecode(with_bytes)).write_bytes(inside[0].read_bytes() if inside else b"")

@@ -21,7 +21,8 @@ _NOISE = re.compile(
     r"libjpeg|Corrupt JPEG|Premature end|OpenCV[(:]|TIFF(?:Read|Fetch|Open)|Fatal Python",
     re.MULTILINE,
 )
-_MESSAGE = re.compile(r"^(?:tactile: |Error: |Usage: )", re.MULTILINE)
+_MESSAGE = re.compile(r"^(?:tactile: |Error: )|^Usage: (?=.*\n(?!Try))", re.MULTILINE)
+"""A wrong call is shown with its usage, no call at all with that alone."""
 _BUG = "this is a bug"
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]")
 _ALLOWED = frozenset({"TactileError", "ValueError", "TypeError", "ValidationError"})
@@ -78,7 +79,7 @@ def _of_the_words(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
         yield f"noise on stderr: {plain(_line_at(said, noise.start()))}"
     if _BUG in said and not all(name in said for name in attempt.named or ("\x00",)):
         yield f"this is a bug: {outcome.report.get('place', plain(said))}"
-    count = len(_MESSAGE.findall(said.replace("Usage: tactile", "", 1)))
+    count = len(_MESSAGE.findall(said))
     several = attempt.words[:1] == ["validate"]
     # what doctor finds is what it was asked for
     heard = not attempt.wires.startswith("stderr") and attempt.words[:1] != ["doctor"]

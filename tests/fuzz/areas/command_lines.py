@@ -10,6 +10,7 @@ from fuzz.attempt import Attempt
 from fuzz.sandbox import Sandbox
 from fuzz.values import NUMBERS, PATHS, WORDS, word_of
 
+BUNDLES = ("bundle", "turn_bundle")
 _OPTIONS = (
     *("--serial", "--sim", "--script", "--input", "--reference", "--bundle", "--tare-frame"),
     *("--frames", "--save", "--json", "--presses", "--ball-diameter-mm", "--labels", "--target"),
@@ -92,7 +93,11 @@ def outputs(box: Sandbox, rng: Random) -> Attempt:
     (folder / "src" / "app.js").write_text("let a = 1\n")
     manifest = rng.choice(('{"name": "web extension"}', '{"format": 1}', "{", "[]", "null", ""))
     (folder / "manifest.json").write_text(manifest)
-    attempt = Attempt(words)
+    # another calibration may take a bundle's place, but not that of what else has come to lie there
+    bundles = [
+        file.relative_to(box.work) for name in BUNDLES for file in (box.work / name).iterdir()
+    ]
+    attempt = Attempt(words, ours=tuple(bundles) if words[0] == "calibrate" else ())
     kind = rng.randrange(6)
     if kind == 0 and words[0] in ("calibrate", "run"):
         # a bundle with files of the user's in it

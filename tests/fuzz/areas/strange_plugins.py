@@ -22,7 +22,7 @@ _WAYS = (
     *("EOFError", "BrokenPipeError", "OSError", "MemoryError", "RecursionError", "StopIteration"),
     *("KeyboardInterrupt", "SystemExit", "AssertionError", "UnicodeDecodeError"),
     *("Exit", "Abort", "unprintable", "prints", "warns", "noise", "none", "text", "shape", "dtype"),
-    *("gaps", "integers", "scalar", "empty", "huge", "endless", "thread", "closes"),
+    *("gaps", "integers", "scalar", "empty", "huge", "endless", "thread"),
 )
 _HARMLESS = frozenset({"prints", "warns", "noise", "thread"})
 

@@ -14,7 +14,7 @@ import numpy as np
 from tactile_core.blame import blame
 from tactile_core.calibration import Calibration
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
-from tactile_core.formats.folders import fresh_folder, replace_folder
+from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.manifest import (
     Manifest,
@@ -175,7 +175,7 @@ def check_place(directory: Path) -> Path:
     InputError
         It holds anything but a bundle.
     """
-    directory = Path(directory).resolve()
+    directory = led_to(Path(directory))
     bundle_files(directory)
     return directory
 

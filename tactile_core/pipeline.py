@@ -286,6 +286,8 @@ class Pipeline:
 
     def _check(self, shape: tuple[int, ...], what: str) -> None:
         image = self.profile.image
+        if len(shape) != 3:
+            raise InputError(f"the {what} has the shape {shape}; give (H, W, K) with K channels")
         if shape[:2] != (image.height_px, image.width_px):
             raise InputError(
                 f"the {what} is {shape[1]} × {shape[0]} and the profile {self.profile.name!r} says "

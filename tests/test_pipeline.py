@@ -124,6 +124,15 @@ def test_a_frame_of_another_size_is_refused(lab: VirtualLab) -> None:
         Pipeline(lab.profile, lab.bundle).process(frame)
 
 
+@pytest.mark.parametrize("shape", [(), (5,), (120, 160), (120, 160, 3, 1)])
+def test_a_frame_that_is_no_stack_of_channels_is_refused(
+    lab: VirtualLab, shape: tuple[int, ...]
+) -> None:
+    frame = Frame(np.zeros(shape, np.uint8), ("red", "green", "blue"), 0.1245)
+    with pytest.raises(InputError, match=r"\(H, W, K\)"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
 def test_a_frame_of_other_channels_is_refused(lab: VirtualLab) -> None:
     frame = Frame(np.zeros((120, 160, 1), np.uint8), ("grey",), 0.1245)
     with pytest.raises(InputError, match="1 channels"):

@@ -45,6 +45,20 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"{file} is a file; name a folder") from None
 
 
+def led_to(path: Path) -> Path:
+    """Where a path leads if its links are followed, whether there is something or not.
+
+    Raises
+    ------
+    InputError
+        The links lead back to themselves.
+    """
+    place = Path(os.path.realpath(path))
+    if any(part.is_symlink() for part in (place, *place.parents)):
+        raise InputError(f"{path} leads into a circle of links; name a folder")
+    return place
+
+
 @contextmanager
 def fresh_folder(place: Path) -> Iterator[Path]:
     """Yield a new folder beside ``place``, for the caller to fill and then to move there.
@@ -130,11 +144,16 @@ def _replace(fresh: Path, place: Path, files_of: FilesOf) -> None:
     # in between, somebody may have put a file of his own into the former folder
     try:
         files = files_of(spare)
-    except InputError:
+    except BaseException:
         _change_places(spare, place)
         spare.rename(fresh)
         raise
-    _delete(spare, files)
+    try:
+        _delete(spare, files)
+    except KeyboardInterrupt:
+        # the new folder is in its place: only what remains of the former one is still in the way
+        _delete(spare, files)
+        raise
 
 
 def _delete(folder: Path, files: Collection[Path]) -> None:

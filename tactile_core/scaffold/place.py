@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from tactile_core.errors import InputError
@@ -23,9 +24,11 @@ def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:
     InputError
         Something is there, and not ``force`` or of the other kind.
     """
-    if not path.exists() and not path.is_symlink():
+    # 'absent/../mine' is there as soon as the folders to it are made
+    place = path if path.is_symlink() else Path(os.path.realpath(path))
+    if not os.path.lexists(place):
         return
-    alike = path.is_dir() if folder else path.is_file()
+    alike = place.is_dir() if folder else place.is_file()
     if not alike:
         raise InputError(
             f"{path} is {'no folder' if folder else 'no file'}; give another --out, the "

@@ -11,7 +11,9 @@ import pytest
 from tactile_core.errors import InputError
 from tactile_core.formats import folders
 from tactile_core.formats.folders import (
+    FilesOf,
     fresh_folder,
+    led_to,
     make_folder,
     move_in,
     rename_new,
@@ -27,10 +29,10 @@ def files_of(folder: Path) -> list[Path]:
     return files
 
 
-def write(place: Path, text: str) -> None:
+def write(place: Path, text: str, asked: FilesOf = files_of) -> None:
     with fresh_folder(place) as fresh:
         (fresh / "file").write_text(text)
-        replace_folder(fresh, place, files_of)
+        replace_folder(fresh, place, asked)
 
 
 @pytest.fixture(params=["one step", "two renames"])
@@ -161,3 +163,45 @@ def test_nothing_is_moved_over_what_is_there(renames: str, tmp_path: Path) -> No
     rename_new(tmp_path / "one.txt", tmp_path / "three.txt")
     assert (tmp_path / "two" / "file").read_text() == (tmp_path / "two.txt").read_text() == "two"
     assert (tmp_path / "three.txt").read_text() == "one"
+
+
+@pytest.mark.parametrize("call", [1, 2, 3])
+def test_an_interruption_leaves_one_whole_folder_and_nothing_beside_it(
+    renames: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: int
+) -> None:
+    write(tmp_path / "a", "one")
+    calls = 0
+
+    def interrupted(*_: object, **__: object) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == call:
+            raise KeyboardInterrupt
+
+    def asked(folder: Path) -> list[Path]:
+        interrupted()
+        return files_of(folder)
+
+    unlink = Path.unlink
+
+    def unlinked(path: Path, missing_ok: bool = False) -> None:
+        interrupted()
+        unlink(path, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", unlinked)
+    with pytest.raises(KeyboardInterrupt):
+        write(tmp_path / "a", "two", asked)
+    assert list(tmp_path.iterdir()) == [tmp_path / "a"]
+    assert (tmp_path / "a" / "file").read_text() in ("one", "two")
+
+
+def test_a_link_leads_to_where_the_folder_is_or_will_be(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("there")
+    assert led_to(tmp_path / "link") == tmp_path / "there"
+
+
+@pytest.mark.parametrize("name", ["circle", "circle/below"])
+def test_a_circle_of_links_leads_nowhere_and_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / "circle").symlink_to("circle")
+    with pytest.raises(InputError, match="circle of links"):
+        led_to(tmp_path / name)

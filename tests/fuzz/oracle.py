@@ -98,8 +98,15 @@ def _of_the_words(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
         yield "an error on stdout"
     if outcome.code not in (0, 130) and data.strip() and attempt.words[0] not in _STREAMING:
         yield f"words on stdout with exit {outcome.code}: {attempt.words[0]}"
-    if "--json" in attempt.words and "--help" not in attempt.words:
+    if _is_flag("--json", attempt.words) and "--help" not in attempt.words:
         yield from _of_the_json(attempt, data)
+
+
+def _is_flag(name: str, words: list[str]) -> bool:
+    """Whether a word stands for itself and is not the value of the option before it."""
+    flags = {"--json", "--sim", "--plugin", "--force"}
+    pairs = zip(["", *words], words, strict=False)
+    return any(word == name and (not last.startswith("-") or last in flags) for last, word in pairs)
 
 
 _STREAMING = frozenset({"run", "validate", "doctor"})

@@ -161,8 +161,8 @@ def _be_the_child(attempt: Attempt, box: Sandbox, pipes: Mapping[str, int]) -> N
     os.close(pipes["stdout"])
     os.close(pipes["stderr"])
     os.close(full)
-    sys.stdout = _stream(1, "strict", attempt)
-    sys.stderr = _stream(2, "backslashreplace", attempt)
+    sys.stdout = sys.__stdout__ = _stream(1, "strict", attempt)  # type: ignore[misc]
+    sys.stderr = sys.__stderr__ = _stream(2, "backslashreplace", attempt)  # type: ignore[misc]
     sys.path[:0] = map(str, attempt.plugins)
 
     def tell(**news: Any) -> None:

@@ -19,3 +19,9 @@ def test_a_link_that_leads_nowhere_is_not_written_over(
     link.symlink_to("nowhere")
     with pytest.raises(InputError, match="link"):
         refuse_existing(link, force=force, folder=folder)
+
+
+def test_a_folder_is_known_however_its_path_is_written(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(InputError, match="is no file"):
+        refuse_existing(tmp_path / "absent" / ".." / "mine", force=True)

@@ -22,9 +22,8 @@ _WAYS = (
     *("EOFError", "BrokenPipeError", "OSError", "MemoryError", "RecursionError", "StopIteration"),
     *("KeyboardInterrupt", "SystemExit", "AssertionError", "UnicodeDecodeError"),
     *("Exit", "Abort", "unprintable", "prints", "warns", "noise", "none", "text", "shape", "dtype"),
-    *("gaps", "integers", "scalar", "empty", "huge", "endless", "thread"),
+    *("gaps", "integers", "scalar", "empty", "huge", "endless"),
 )
-_HARMLESS = frozenset({"prints", "warns", "noise", "thread"})
 
 
 def faulty_parts(box: Sandbox, rng: Random) -> Attempt:
@@ -67,7 +66,9 @@ def attempt_of(box: Sandbox, kind: str, place: str, way: str, rng: Random) -> At
         )
         _extend(box, {"calibration": {"use": "fuzzed.calibration"}})
     words = ["mine.yaml" if word == profile else word for word in words]
-    named = ("fuzzed",) if way not in ("KeyboardInterrupt", "Abort") else ()
+    # what a validator of options refuses is the user's mistake
+    refused = place == "options" and way in ("ValueError", "AssertionError", "UnicodeDecodeError")
+    named = ("fuzzed",) if not refused and way not in ("KeyboardInterrupt", "Abort") else ()
     if step and place in ("estimate", "tare") and named:
         named = (*named, step)
     codes = {0, 1, 2, 130} if way in ("KeyboardInterrupt", "Abort") else {0, 1, 2}

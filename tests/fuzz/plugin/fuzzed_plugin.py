@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 import warnings
 from collections.abc import Mapping
@@ -70,8 +69,6 @@ def _returned(way: str, good: Any) -> Any:
         warnings.warn("a plugin's warning", stacklevel=2)
     elif way == "noise":
         os.write(1, b"noise\n")
-    elif way == "thread":
-        threading.Thread(target=_done, args=("ValueError", None)).start()
     elif way == "endless":
         time.sleep(0.2)
     elif way in ("none", "text", "scalar"):

@@ -155,6 +155,12 @@ def _factor(tmd: Tmd, path: Path, frame: Frame) -> int:
         )
     if not np.isfinite(tmd.height_mm).any():
         raise InputError(f"{path} holds no heights; export it again")
+    known = tmd.height_mm[np.isfinite(tmd.height_mm)].astype(np.float64)
+    if np.ptp(known) > tmd.mm_per_px * (rows + columns):
+        raise InputError(
+            f"{path} holds heights that differ by {np.ptp(known):.4g} mm, far higher than the map "
+            f"is wide; export it again, in mm"
+        )
     scale = tmd.mm_per_px * factor
     if abs(scale / frame.mm_per_px - 1) > SCALE_TOLERANCE:
         raise InputError(

@@ -21,6 +21,7 @@ _HEADER = b"Binary TrueMap Data File v2.0\r\n\0"
 _SIZES = struct.Struct("<II4f")
 _LONGEST_COMMENT = 4096
 _SQUARENESS = 0.01
+_COARSEST_MM = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,8 +127,8 @@ def write_tmd(
     """
     if height_mm.ndim != 2 or height_mm.size == 0:
         raise ValueError(f"a TMD holds an (H, W) height map, not shape {height_mm.shape}")
-    if not mm_per_px > 0:
-        raise ValueError(f"mm_per_px must be positive, not {mm_per_px}")
+    if not 0 < mm_per_px <= _COARSEST_MM:
+        raise ValueError(f"mm_per_px must be positive and at most {_COARSEST_MM:g}")
     words = comment.encode("utf-8", "surrogateescape")
     if b"\0" in words or len(words) >= _LONGEST_COMMENT:
         raise ValueError(f"a TMD comment is shorter than {_LONGEST_COMMENT} bytes and has no NUL")

@@ -53,6 +53,13 @@ def refusal(path: Path, rows: slice | None = None, blur_px: float = 2.0) -> str:
     return str(caught.value)
 
 
+@pytest.mark.parametrize("height_mm", [3e38, -3e38, 100.0])
+def test_heights_that_no_surface_has_are_refused(tmp_path: Path, height_mm: float) -> None:
+    height = hills()
+    height[3, 5] = height_mm
+    assert "higher" in refusal(written(tmp_path, height))
+
+
 @given(st.integers(0, 999), st.integers(1, 999))
 def test_rows_are_half_open_and_count_from_0(first: int, count: int) -> None:
     assert parse_rows(f"{first}:{first + count}") == slice(first, first + count)

@@ -102,6 +102,15 @@ def test_what_the_format_cannot_tell_is_not_written(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("mm_per_px", [1e300, float("inf"), pytest.param(10**400, id="huge")])
+def test_a_scale_beyond_what_the_format_can_tell_is_refused(
+    tmp_path: Path, mm_per_px: float
+) -> None:
+    with pytest.raises(ValueError, match="mm_per_px"):
+        write_tmd(tmp_path / "a.tmd", np.zeros((6, 8), np.float32), mm_per_px)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_maker_s_own_file_is_read_and_written_back_byte_by_byte(
     recordings: Path, tmp_path: Path
 ) -> None:

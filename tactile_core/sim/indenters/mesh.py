@@ -39,6 +39,8 @@ def mesh_indenter(
     """
     positive("a mesh's scale", scale)
     positive("a mesh's mm_per_px", mm_per_px)
+    if not isinstance(path, str | Path):
+        raise InputError(f"a mesh's path must be a file's name, not {path!r}")
     vertices, faces = _read(Path(path))
     return HeightMapIndenter(_lower_side(scale * vertices, faces, mm_per_px), mm_per_px)
 

@@ -156,6 +156,12 @@ def test_mesh_shows_the_side_towards_the_skin(trimesh: Any, tmp_path: Path) -> N
     np.testing.assert_allclose(gap(x, np.zeros(3)), [0, 1, 2], atol=0.08)
 
 
+@pytest.mark.parametrize("path", [0, 1.5, None, [], True])
+def test_a_mesh_whose_path_is_no_name_is_refused(path: Any) -> None:
+    with pytest.raises(InputError, match="a mesh's path"):
+        make_indenter("mesh", path=path)
+
+
 def test_open_or_unreadable_meshes_are_refused(trimesh: Any, tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=1, radius=3.0)
     ball.update_faces(np.arange(len(ball.faces)) > 3)

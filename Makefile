@@ -1,18 +1,33 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+PARALLEL := --numprocesses auto --dist worksteal
+FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell pyenv root 2>/dev/null)/versions/*/bin))
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test lint soak mutants bench docs wheels try-wheels clean
+.PHONY: demo test test-oldest test-pythons lint soak fuzz mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
 
-# Everything with the compiled kernels, then what has any once more without.
+# On all cores; what has compiled kernels runs with them and without (tests/kernel_paths.py).
 test: .venv/installed
-	$(BIN)/python -m pytest
-	TACTILE_FAST=0 $(BIN)/python -m pytest tests/algorithms tests/builtin tests/sim/test_stage.py tests/test_pipeline.py plugins/tactile-desktop-six-led
+	$(BIN)/python -m pytest $(PARALLEL)
+
+# The same with the oldest versions that pyproject.toml admits.
+test-oldest: .venv-oldest/installed
+	.venv-oldest/bin/python -m pytest $(PARALLEL)
+
+# The same with every newer interpreter that is on this machine.
+test-pythons: .venv/installed
+	for python in $(FURTHER); do \
+	    $$python --version >/dev/null 2>&1 || continue; \
+	    venv=.venv-$${python##*/}; \
+	    $$python -m venv $$venv || exit; \
+	    $(BIN)/uv pip install --quiet --python $$venv -e '.[dev,fast]' $(PLUGINS:%=-e %) || exit; \
+	    $$venv/bin/python -m pytest $(PARALLEL) || exit; \
+	done
 
 lint: .venv/installed
 	$(BIN)/ruff check .
@@ -23,6 +38,10 @@ lint: .venv/installed
 # What runs for minutes: thousands of frames, in flat memory and without a mark mistaken.
 soak: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
+
+# Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.
+fuzz: .venv/installed
+	$(ONE_CORE) PYTHONPATH=tests $(BIN)/python -m fuzz $(FUZZ)
 
 # Makes small mistakes, one by one, in a copy of the tree; fails if the tests miss one.
 mutants: .venv/installed
@@ -53,9 +72,14 @@ try-wheels: wheels
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,fast]' $(PLUGINS:%=-e %)
 	touch $@
 
+.venv-oldest/installed: .venv/installed
+	$(PYTHON) -m venv .venv-oldest
+	$(BIN)/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev,fast]' $(PLUGINS:%=-e %)
+	touch $@
+
 .venv/docs-installed: .venv/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
 	touch $@
 
 clean:
-	rm -rf .venv demo dist site
+	rm -rf .venv .venv-* demo dist site

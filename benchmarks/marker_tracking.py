@@ -94,9 +94,8 @@ def through(fields: list[MarkerField]) -> NDArray[np.bool_]:
     return np.asarray(np.all([field.seen for field in fields], axis=0))
 
 
-def mini(data: Path) -> None:
-    """Print how far marks are from their labels, and what thinned detections do to them."""
-    fields = followed(data / MINI, MINI_SIZE)
+def against_labels(data: Path, fields: list[MarkerField]) -> tuple[Array, int]:
+    """(T, N) distances in px from the labels, and how many marks are nearer to another's label."""
     labels = _labels(data / "markers" / "mini" / "markers.csv")
     told = {number + LABELS_LAG: places for number, places in labels.items()}
     images = [number for number in sorted(told) if number < len(fields)]
@@ -104,11 +103,17 @@ def mini(data: Path) -> None:
     places = [fields[number].px[ids] for number in images]
     off_px = np.array([np.hypot(*(p - told[k]).T) for p, k in zip(places, images, strict=True)])
     nearest = [KDTree(told[k]).query(p)[1] for p, k in zip(places, images, strict=True)]
-    swapped = np.array(nearest) != np.arange(len(ids))
+    return off_px, int(np.count_nonzero(np.array(nearest) != np.arange(len(ids))))
+
+
+def mini(data: Path) -> None:
+    """Print how far marks are from their labels, and what thinned detections do to them."""
+    fields = followed(data / MINI, MINI_SIZE)
+    off_px, swapped = against_labels(data, fields)
     kept = through(fields).mean()
     print(
         f"mini: {off_px.mean():.3f} px mean, {np.percentile(off_px, 95):.3f} p95,"
-        f" {kept:.1%} kept, {swapped.sum()} swapped"
+        f" {kept:.1%} kept, {swapped} swapped"
     )
     places, seen = thinned(fields, 0.3, np.random.default_rng(0))
     full = np.array([field.px for field in fields])

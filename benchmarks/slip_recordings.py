@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
-import subprocess
-import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.stats import rankdata
 
+from tactile_core import SlipState, open_sensor
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.algorithms.slip.imprint import ImprintFollower
 from tactile_core.recording import open_recording
@@ -62,12 +61,7 @@ def main() -> None:
 
 def grasp_lift(folder: Path, profile: str | None) -> None:
     """Print how well slip is told, how early, and that nothing is told before the lift."""
-    trials = []
-    for row in _labels(folder):
-        source = folder / row["object"] / f"{row['trial_folder']}_mm"
-        lost = row["label_stable1_slip0"] == "0"
-        trial = _trial(row["object"], source.name, lost, _images(source), 30.0)
-        trials.append(trial if profile is None else _measured(trial, source, profile))
+    trials = lifts(folder, profile)
     slipped = np.array([trial.slipped for trial in trials])
     objects = np.array([trial.object for trial in trials])
     degrees = np.array([trial.degrees for trial in trials])
@@ -93,25 +87,39 @@ def grasp_lift(folder: Path, profile: str | None) -> None:
         )
 
 
-def gripper_pair(folder: Path, profile: str | None) -> None:
-    """Print how well slip is told in a window that is the same for all, by either finger."""
+def lifts(folder: Path, profile: str | None) -> list[Trial]:
+    """Measure every lift."""
+    trials = []
+    for row in _labels(folder):
+        source = folder / row["object"] / f"{row['trial_folder']}_mm"
+        lost = row["label_stable1_slip0"] == "0"
+        trials.append(_trial(row["object"], source, lost, 30.0, profile))
+    return trials
+
+
+def grasps(folder: Path, profile: str | None) -> list[list[Trial]]:
+    """Measure both fingers of every grasp, in a window that is the same for all."""
     fingers: dict[tuple[str, str], list[Trial]] = {}
     for row in _labels(folder):
         if int(row["n_frames"]) < WINDOW.stop:
             continue
         key = row["object"], row["trial"]
         video = folder / row["object"] / row["trial"] / row["video"]
-        images = _images(video)[WINDOW]
-        trial = _trial(*key, row["slip"] == "1", images, float(row["fps"]))
-        if profile is not None:
-            trial = _measured(trial, video, profile, WINDOW)
+        slipped, rate_hz = row["slip"] == "1", float(row["fps"])
+        trial = _trial(row["object"], video, slipped, rate_hz, profile, WINDOW)
         fingers.setdefault(key, []).append(trial)
-    slipped = np.array([pair[0].slipped for pair in fingers.values()])
-    objects = np.array([pair[0].object for pair in fingers.values()])
+    return list(fingers.values())
+
+
+def gripper_pair(folder: Path, profile: str | None) -> None:
+    """Print how well slip is told by either finger."""
+    pairs = grasps(folder, profile)
+    slipped = np.array([pair[0].slipped for pair in pairs])
+    objects = np.array([pair[0].object for pair in pairs])
     print(f"gripper_pair, frames {WINDOW.start}-{WINDOW.stop}: {slipped.size} grasps,", end=" ")
     print(f"{slipped.sum()} slips")
-    told = np.array([[trial.degrees.max() for trial in pair] for pair in fingers.values()])
-    weakness = np.array([[trial.weakness for trial in pair] for pair in fingers.values()])
+    told = np.array([[trial.degrees.max() for trial in pair] for pair in pairs])
+    weakness = np.array([[trial.weakness for trial in pair] for pair in pairs])
     _print_areas("larger of two fingers", slipped, told.max(axis=1), objects)
     _print_areas("mean of two fingers", slipped, told.mean(axis=1), objects)
     _print_areas("control", slipped, weakness.max(axis=1), objects)
@@ -158,14 +166,21 @@ def _images(source: Path) -> list[NDArray[np.uint8]]:
 
 def _trial(
     object_: str,
-    name: str,
+    source: Path,
     slipped: bool,
-    images: Sequence[NDArray[np.uint8]],
     rate_hz: float,
+    profile: str | None,
+    window: slice = slice(None),
 ) -> Trial:
+    """One trial: the imprint followed along marks, or a profile's chain from the first frame on."""
+    images = _images(source)[window]
     found = find_marker_diameter(images[0])
     if found is None:
-        raise SystemExit(f"{object_} {name}: no marks found")
+        raise SystemExit(f"{source}: no marks found")
+    weakness = -_relief(images[0], *found)
+    if profile is not None:
+        degrees, alarms = _measured(source, profile, window)
+        return Trial(object_, source.name, slipped, degrees, alarms, weakness)
     marks_px = _follow(images, *found)
     follower = ImprintFollower(images[0], marks_px[0], found[0])
     motions = [
@@ -174,22 +189,17 @@ def _trial(
     ]
     degrees = np.array([motion.degree for motion in motions])
     alarms = np.array([motion.slips for motion in motions])
-    return Trial(object_, name, slipped, degrees, alarms, -_relief(images[0], *found))
+    return Trial(object_, source.name, slipped, degrees, alarms, weakness)
 
 
-def _measured(trial: Trial, source: Path, profile: str, window: slice = slice(None)) -> Trial:
-    """The same trial as a profile's whole chain tells it, from the recording's first frame on."""
-    command = [sys.executable, "-m", "tactile_core.cli", "run", profile, "--input", str(source)]
-    command += ["--reference", "first", "--json"]
-    if window.stop is not None:
-        command += ["--frames", str(window.stop)]
-    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
-    told = [json.loads(line)["slip"] for line in lines][window]
-    return replace(
-        trial,
-        degrees=np.array([slip["degree"] for slip in told]),
-        alarms=np.array([slip["state"] == "slip" for slip in told]),
-    )
+def _measured(
+    source: Path, profile: str, window: slice
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Degree and alarm of each frame, as a profile's whole chain tells them."""
+    with open_sensor(profile, input=source, reference="first") as sensor:
+        told = [reading[SlipState] for reading in islice(sensor.stream(), window.stop)][window]
+    degrees = np.array([slip.degree for slip in told])
+    return degrees, np.array([slip.state == "slip" for slip in told])
 
 
 def _follow(

@@ -6,12 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tactile_core.blame import blame, fault
 from tactile_core.camera import Camera
 from tactile_core.errors import CameraLost, InputError
+from tactile_core.form import image_fault
 from tactile_core.geometry import ImageGeometry
-from tactile_core.illumination import Illumination
+from tactile_core.illumination import Exposure, Illumination
 from tactile_core.profiles.model import ImageSection
 from tactile_core.quantities import Frame, Image, Pixels, Reference
+from tactile_core.quantities.observation import CEILING
+
+CAMERA, LIGHTS = "the camera", "the lights"
+"""How messages name the parts of a sensor."""
 
 
 class Acquisition:
@@ -48,9 +54,11 @@ class Acquisition:
         planes: list[Pixels] = []
         times: list[float] = []
         dark: Pixels | None = None
-        for exposure in self._illumination.exposures():
-            self._illumination.set(exposure.levels)
-            image = self._camera.read(timeout_s)
+        exposures = self._exposures()
+        for exposure in exposures:
+            with blame(LIGHTS, self._illumination):
+                self._illumination.set(exposure.levels)
+            image = self._exposed(timeout_s)
             if image is None:
                 if images:
                     raise CameraLost("the recording ended in the middle of a sequence of lights")
@@ -62,12 +70,31 @@ class Acquisition:
             else:
                 dark = self._planes(image, planes[0].shape[2] if planes else 1)
         if dark is not None:
-            planes = [_less(plane, dark) for plane in planes]
+            planes = [_less(plane, dark, self._image.full_scale) for plane in planes]
         return self._frame(images, planes, tuple(times))
 
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.observe()) is not None:
             yield frame
+
+    def _exposures(self) -> tuple[Exposure, ...]:
+        lights = self._illumination
+        with blame(LIGHTS, lights):
+            exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
+            measured = sum(len(exposure.channels) for exposure in exposures)
+        if not measured == len(channels) > 0:
+            raise fault(
+                LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}"
+            )
+        return exposures
+
+    def _exposed(self, timeout_s: float) -> Image | None:
+        with blame(CAMERA, self._camera):
+            image = self._camera.read(timeout_s)
+        wrong = "" if image is None else image_fault(image)
+        if wrong:
+            raise fault(CAMERA, self._camera, wrong)
+        return image
 
     def _planes(self, image: Image, wanted: int) -> Pixels:
         try:
@@ -104,9 +131,13 @@ def _channels_of(planes: list[Pixels]) -> Pixels:
     return np.concatenate([plane.transpose(2, 0, 1) for plane in planes]).transpose(1, 2, 0)
 
 
-def _less(lit: Pixels, dark: Pixels) -> Pixels:
-    """Subtract the light that no lamp gives; never below 0, where unsigned pixels would wrap."""
-    return np.asarray(lit - np.minimum(lit, dark))
+def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
+    """Subtract the light that none of the lights gives.
+
+    Never below 0, where unsigned pixels would wrap. Saturated pixels stay as they are: what they
+    really amount to is unknown, and less than the ceiling would pass for a measurement.
+    """
+    return np.where(lit >= CEILING * full_scale, lit, lit - np.minimum(lit, dark))
 
 
 def average(frames: list[Frame]) -> Reference:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
-import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -14,46 +10,28 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tactile_core.blame import blame
 from tactile_core.calibration import Calibration
-from tactile_core.errors import CalibrationError, InputError
+from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
+from tactile_core.formats.folders import fresh_folder, replace_folder
+from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.manifest import (
+    Manifest,
+    bundle_files,
+    check_files,
+    read_manifest,
+    write_manifest,
+)
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 
-FORMAT = 1
 SCALE_TOLERANCE = 0.01
 """Scales of input and bundle may differ by this fraction."""
 
+_ATTEMPTS = 50
 _SERIAL = re.compile(r"[A-Za-z0-9._-]+")
-
-
-class Manifest(BaseModel):
-    """What a bundle belongs to and how good it is; stored as ``manifest.json``."""
-
-    model_config = ConfigDict(frozen=True)
-
-    format: int = FORMAT
-    profile: str
-    revision: str = ""
-    serial: str = ""
-    gel_id: str = ""
-    model: str
-    image_size_px: tuple[int, int]
-    crop: tuple[int, int, int, int] | None = None
-    channels: tuple[str, ...]
-    channel_azimuth_deg: tuple[float, ...] = ()
-    mm_per_px: float
-    bit_depth: int = 8
-    exposure: dict[str, Any] | None = None
-    created: str = ""
-    ball_diameter_mm: float | None = None
-    presses_used: int = 0
-    held_out: dict[str, Any] | None = None
-    versions: dict[str, str] = {}
-    profile_hash: str = ""
-    content_hash: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +43,10 @@ class Bundle:
     reference: Reference
 
     def save(self, directory: Path, report: Callable[[Path], None] | None = None) -> None:
-        """Write the bundle whole or not at all; an older bundle there is replaced.
+        """Write the bundle beside its place, then put it there in one step.
+
+        An older bundle there is replaced. At no moment is there neither; of several writers the
+        last one's stays.
 
         Parameters
         ----------
@@ -76,51 +57,64 @@ class Bundle:
         Raises
         ------
         InputError
-            The folder holds something that is not a bundle.
+            The folder holds anything but a bundle.
         OSError
             The disk is full or refuses; what was there before is still there.
         """
-        directory = Path(directory).resolve()
-        if directory.exists() and not _is_replaceable(directory):
-            raise InputError(
-                f"{directory} exists and is not a calibration bundle; name another --out folder"
-            )
-        directory.parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(tempfile.mkdtemp(prefix=f".{directory.name}-", dir=directory.parent))
-        try:
-            self.calibration.save(fresh)
+        directory = check_place(directory)
+        with fresh_folder(directory) as fresh:
+            with blame("the calibration", self.calibration):
+                self.calibration.save(fresh)
             _save_reference(self.reference, fresh / "reference.npz")
-            manifest = self.manifest.model_copy(update={"content_hash": _content_hash(fresh)})
-            (fresh / "manifest.json").write_text(manifest.model_dump_json(indent=2) + "\n")
             if report is not None:
                 report(fresh)
-            fresh.chmod(0o755)
-            _swap(fresh, directory)
-        except BaseException:
-            shutil.rmtree(fresh, ignore_errors=True)
-            raise
+            write_manifest(fresh, self.manifest)
+            replace_folder(fresh, directory, bundle_files)
 
     @classmethod
     def load(cls, directory: Path) -> Bundle:
         """Read a bundle and check that it is whole.
 
+        One that is replaced meanwhile is read again.
+
         Raises
         ------
         CalibrationError
-            The folder is no bundle, is broken, or was written by a newer version.
+            The folder is no bundle, is broken, or was written by another version.
         """
+        directory = Path(directory)
+        for _ in range(_ATTEMPTS):
+            before = _identity(directory)
+            try:
+                bundle = cls._loaded(directory)
+            except Exception:
+                if _identity(directory) == before:
+                    raise
+            else:
+                if _identity(directory) == before:
+                    return bundle
+        raise CalibrationError(f"bundle {directory} is replaced all the time; try again")
+
+    @classmethod
+    def _loaded(cls, directory: Path) -> Bundle:
         from tactile_core.plugins import resolve
 
-        directory = Path(directory)
-        manifest = _read_manifest(directory)
-        if manifest.content_hash != _content_hash(directory):
-            raise CalibrationError(
-                f"bundle {directory}: its files are not those that were written (damaged or "
-                f"edited); calibrate again or restore it from a copy"
-            )
+        manifest = read_manifest(directory)
+        check_files(directory, manifest)
         model = resolve("calibration", manifest.model)
-        calibration: Calibration = model.load(directory)
-        return cls(manifest, calibration, _load_reference(directory / "reference.npz"))
+        try:
+            with blame("the calibration", model):
+                calibration: Calibration = model.load(directory)
+        except PluginFault:
+            raise
+        except TactileError as error:
+            raise type(error)(f"bundle {directory}: {error}") from error
+        except Exception as error:
+            raise CalibrationError(
+                f"bundle {directory}: {manifest.model} cannot load its model "
+                f"({type(error).__name__}: {error}); calibrate again"
+            ) from error
+        return cls(manifest, calibration, _load_reference(directory / "reference.npz", manifest))
 
     def check(self, profile: Profile, serial: str | None = None) -> list[str]:
         """Refuse a profile or unit that the bundle is not for; return warnings.
@@ -173,6 +167,19 @@ def check_serial(serial: str) -> str:
     return serial
 
 
+def check_place(directory: Path) -> Path:
+    """Return the folder, without links, if a bundle may be written there.
+
+    Raises
+    ------
+    InputError
+        It holds anything but a bundle.
+    """
+    directory = Path(directory).resolve()
+    bundle_files(directory)
+    return directory
+
+
 def default_place(profile: Profile, serial: str | None) -> Path:
     """Folder in the user's data directory where the unit's bundle belongs."""
     from platformdirs import user_data_path
@@ -180,55 +187,14 @@ def default_place(profile: Profile, serial: str | None) -> Path:
     return user_data_path("tactile-core") / "bundles" / profile.name / (serial or "default")
 
 
-def _is_replaceable(directory: Path) -> bool:
-    return (directory / "manifest.json").is_file() or (
-        directory.is_dir() and not any(directory.iterdir())
-    )
-
-
-def _swap(fresh: Path, directory: Path) -> None:
-    if not directory.exists():
-        fresh.rename(directory)
-        return
-    old = Path(tempfile.mkdtemp(prefix=f".{directory.name}-old-", dir=directory.parent))
-    directory.rename(old / directory.name)
+def _identity(directory: Path) -> tuple[int, int, int] | None:
+    """Tell a folder from another one that takes its place."""
     try:
-        fresh.rename(directory)
-    except BaseException:
-        (old / directory.name).rename(directory)
-        raise
-    finally:
-        shutil.rmtree(old, ignore_errors=True)
-
-
-def _content_hash(directory: Path) -> str:
-    digest = hashlib.sha256()
-    for path in sorted(directory.glob("*.npz")):
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _read_manifest(directory: Path) -> Manifest:
-    path = directory / "manifest.json"
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        written = data.get("format", 0)
-        if isinstance(written, int) and written > FORMAT:
-            raise CalibrationError(
-                f"bundle {directory}: format {written} is newer than this version reads "
-                f"({FORMAT}); upgrade tactile-core"
-            )
-        return Manifest.model_validate(data)
-    except FileNotFoundError:
-        raise CalibrationError(
-            f"{directory} is no calibration bundle (it has no manifest.json); "
-            f"'tactile calibrate … --out {directory}' makes one"
-        ) from None
-    except (ValueError, AttributeError, ValidationError, OSError) as error:
-        raise CalibrationError(
-            f"bundle {directory}: manifest.json is damaged; calibrate again"
-        ) from error
+        found = directory.stat()
+    except OSError:
+        return None
+    # numbers of folders that are gone are given anew; the time is that of the last renaming
+    return found.st_dev, found.st_ino, found.st_ctime_ns
 
 
 def _save_reference(reference: Reference, path: Path) -> None:
@@ -241,22 +207,43 @@ def _save_reference(reference: Reference, path: Path) -> None:
     }
     if reference.marks is not None:
         arrays["marks"] = reference.marks
-    np.savez(path, **arrays)
+    write_npz(path, arrays)
 
 
-def _load_reference(path: Path) -> Reference:
+def _load_reference(path: Path, manifest: Manifest) -> Reference:
     try:
-        with np.load(path, allow_pickle=False) as data:
-            return Reference(
-                pixels=data["pixels"],
-                channels=tuple(str(name) for name in data["channels"]),
-                full_scale=float(data["full_scale"]),
-                noise=float(data["noise"]),
-                frames=int(data["frames"]),
-                marks=data.get("marks"),
-            )
-    except (OSError, ValueError, KeyError) as error:
+        arrays = read_npz(path)
+        reference = Reference(
+            pixels=arrays["pixels"],
+            channels=tuple(str(name) for name in arrays["channels"]),
+            full_scale=float(arrays["full_scale"]),
+            noise=float(arrays["noise"]),
+            frames=int(arrays["frames"]),
+            marks=arrays.get("marks"),
+        )
+        _check_reference(reference, manifest)
+    except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
         raise CalibrationError(f"{path}: the reference is damaged; calibrate again") from error
+    return reference
+
+
+def _check_reference(reference: Reference, manifest: Manifest) -> None:
+    """Raise ValueError at arrays that cannot be the reference of this bundle."""
+    width, height = manifest.image_size_px
+    pixels, marks = reference.pixels, reference.marks
+    numbers = reference.full_scale, reference.noise
+    if not (
+        reference.channels == manifest.channels
+        and pixels.shape == (height, width, len(manifest.channels))
+        and pixels.dtype == np.float32
+        and np.isfinite(pixels).all()
+        and (marks is None or (marks.shape == (height, width) and marks.dtype == bool))
+        and np.isfinite(numbers).all()
+        and reference.full_scale > 0
+        and reference.noise >= 0
+        and reference.frames >= 1
+    ):
+        raise ValueError("its arrays do not fit the manifest")
 
 
 def _plain(value: object) -> str:

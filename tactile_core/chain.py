@@ -5,12 +5,15 @@ from __future__ import annotations
 import inspect
 import types
 from collections.abc import Collection, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+from tactile_core.blame import blame, fault
 from tactile_core.errors import PluginError, ProfileError
 from tactile_core.estimator import Estimator
-from tactile_core.quantities import Quantity
+from tactile_core.form import form_fault
+from tactile_core.quantities import Frame, Quantity
 
 Kind = type[Quantity]
 
@@ -56,6 +59,10 @@ class Step:
 
     def __str__(self) -> str:
         return _title(self.name, self.estimator)
+
+    def blamed(self) -> AbstractContextManager[None]:
+        """What fails inside the block becomes one message that names this step and its plugin."""
+        return blame(f"step {self.name!r}", self.estimator)
 
     def missing(self, available: Collection[Kind]) -> Kind | None:
         """Return the first input that is needed and not available."""
@@ -138,12 +145,12 @@ class Chain:
         ------
         ProfileError
             A step gives a type that was given already.
-        PluginError
-            A step returns something else than it declares.
-        Exception
-            Whatever a step raises, with a note that names the step.
+        PluginFault
+            A step failed, or returned something else than it declares, or of another form.
         """
         by_type, results = dict(given), dict[str, Quantity]()
+        frame = given.get(Frame)
+        size = frame.pixels.shape[:2] if isinstance(frame, Frame) else None
         left_out = dict[str, Kind]()
         for step in self.steps:
             missing = step.missing(by_type)
@@ -155,22 +162,25 @@ class Chain:
                     f"{step} gives {step.gives.__name__}, which this sensor's calibration gives "
                     f"already; remove the step"
                 )
-            result = _estimate(step, by_type)
+            result = _estimate(step, by_type, size)
             if tare and type(step.estimator).tare is not Estimator.tare:
-                step.estimator.tare()
-                result = _estimate(step, by_type)
+                with step.blamed():
+                    step.estimator.tare()
+                result = _estimate(step, by_type, size)
             by_type[step.gives] = results[step.name] = result
         return ChainResult(by_type, results, left_out)
 
     def reset(self) -> None:
         """Let every step forget earlier frames."""
         for step in self.steps:
-            step.estimator.reset()
+            with step.blamed():
+                step.estimator.reset()
 
     def tare(self) -> None:
         """Let every step take the load of the last frame for zero."""
         for step in self.steps:
-            step.estimator.tare()
+            with step.blamed():
+                step.estimator.tare()
 
 
 def declared_step(name: str, estimator: Estimator) -> Step:
@@ -222,17 +232,18 @@ def without_marks(steps: Mapping[str, Estimator]) -> list[str]:
         useless += more
 
 
-def _estimate(step: Step, by_type: Mapping[Kind, Quantity]) -> Quantity:
-    try:
-        result = step.estimator.estimate(*(by_type.get(kind) for kind in step.takes))
-    except Exception as error:
-        error.add_note(f"raised by {step}")
-        raise
+def _estimate(
+    step: Step, by_type: Mapping[Kind, Quantity], size: tuple[int, ...] | None
+) -> Quantity:
+    with step.blamed():
+        result: Quantity = step.estimator.estimate(*(by_type.get(kind) for kind in step.takes))
     if not isinstance(result, step.gives):
-        raise PluginError(
-            f"{step} returned {type(result).__name__} instead of the {step.gives.__name__} that it "
-            f"declares"
-        )
+        wrong = f"{type(result).__name__} instead of the {step.gives.__name__} that it declares"
+    else:
+        wrong = form_fault(result, size)
+        wrong = wrong and f"a quantity of the wrong form: {wrong}"
+    if wrong:
+        raise fault(f"step {step.name!r}", step.estimator, f"returned {wrong}")
     return result
 
 

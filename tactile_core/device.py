@@ -12,9 +12,9 @@ from tactile_core.errors import DeviceError
 
 
 class Options(BaseModel):
-    """Base of a component's options: unknown keys are errors, values are frozen."""
+    """Base of a component's options: unknown keys are errors, numbers finite, values frozen."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Device(ABC):

@@ -31,6 +31,12 @@ class PluginError(TactileError):
     """A plugin cannot be imported, is missing, or two claim one name."""
 
 
+class PluginFault(PluginError):
+    """A plugin's code failed while working, or returned what its interface does not allow."""
+
+    exit_code = 1
+
+
 class ProfileError(TactileError):
     """A profile has mistakes; :attr:`problems` lists every one of them."""
 
@@ -59,3 +65,9 @@ class CameraLost(DeviceError):
 
 class DeviceBusy(DeviceError):
     """Another process or object holds the device."""
+
+
+def words_of(error: BaseException) -> str:
+    """Return an exception's type and message in one line."""
+    said = " ".join(str(error).split())
+    return f"{type(error).__name__}: {said or 'no reason given'}"

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from tactile_core.errors import DeviceError
+from tactile_core.errors import DeviceError, words_of
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -34,12 +34,14 @@ class FreshProcess:
 
     def __init__(self, function: Callable[..., Generator[Any, Any, None]], *arguments: Any) -> None:
         environment = os.environ | dict.fromkeys(_THREADS, "1")
+        environment.setdefault("PYTHONWARNINGS", "ignore")
         environment["PYTHONPATH"] = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
         self._process = subprocess.Popen(
             [sys.executable, "-c", f"from {__name__} import serve; serve()"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=environment,
+            process_group=0,  # an interrupt from the terminal is for this process, which ends it
         )
         self.send((function, arguments))
 
@@ -92,21 +94,39 @@ def serve() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a plugin that prints must not spoil the answers
     try:
-        function, arguments = pickle.load(sys.stdin.buffer)
-        generator = function(*arguments)
-        answer = next(generator)
+        for answer in _answered():
+            pickle.dump(answer, answers)
+            answers.flush()
+    except (BrokenPipeError, KeyboardInterrupt):
+        return  # the other end has gone
+
+
+def _answered() -> Iterator[Any]:
+    """What the generator yields, one answer for each message; at last what it raises."""
+    generator: Generator[Any, Any, None] | None = None
+    for message in _messages():
+        try:
+            if generator is None:
+                function, arguments = message
+                generator = function(*arguments)
+                answer = next(generator)
+            else:
+                answer = generator.send(message)
+        except StopIteration:
+            return
+        except Exception as error:
+            yield error
+            return
+        except SystemExit as error:
+            yield DeviceError(f"a measuring process was ended ({words_of(error)})")
+            return
+        yield answer
+
+
+def _messages() -> Iterator[Any]:
+    with suppress(EOFError):  # the other end has gone
         while True:
-            _answer(answers, answer)
-            answer = generator.send(pickle.load(sys.stdin.buffer))
-    except (StopIteration, EOFError, KeyboardInterrupt):
-        return
-    except Exception as error:
-        _answer(answers, error)
-
-
-def _answer(answers: Any, answer: Any) -> None:
-    pickle.dump(answer, answers)
-    answers.flush()
+            yield pickle.load(sys.stdin.buffer)
 
 
 def peak_memory_mib() -> float | None:

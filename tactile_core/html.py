@@ -9,6 +9,8 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.formats.files import plain_text
+
 _STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;
 color:#1c2630;background:#fbfbfa}
@@ -26,8 +28,8 @@ _JPEG_QUALITY = 90
 
 
 def page(title: str, parts: Sequence[str]) -> str:
-    """Return a whole HTML document."""
-    return (
+    """Return a whole HTML document, which UTF-8 can hold."""
+    return plain_text(
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}'
         f"</title><style>{_STYLE}</style></head><body><h1>{escape(title)}</h1>"
         f"{''.join(parts)}</body></html>\n"

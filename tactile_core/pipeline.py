@@ -10,14 +10,16 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
+from tactile_core.blame import blame
 from tactile_core.bundle import Bundle
-from tactile_core.calibration import Calibration
+from tactile_core.calibration import Calibration, measured_by
 from tactile_core.chain import Chain, Step, without_marks
 from tactile_core.drift import DriftFollower
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.estimator import SensorContext
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
+from tactile_core.options import options_of
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -133,7 +135,8 @@ class Pipeline:
         latency_ms = 1e3 * (perf_counter() - start)
         warnings = [*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)]
         for quantity in measured_only.values():
-            warnings += quantity.warnings()
+            with blame(f"the quantity {type(quantity).__name__}", quantity):
+                warnings += quantity.warnings()
         if plain and kernels.ready() is not None and latency_ms > _COMPILING_MS:
             warnings.append(
                 f"this frame took {latency_ms / 1e3:.0f} s, in which the extra 'fast' compiled its "
@@ -179,7 +182,8 @@ class Pipeline:
         steps = {}
         for name, component in self.profile.estimators.items():
             kind = resolve("estimator", component.use)
-            steps[name] = kind(kind.Options.model_validate(component.options), context)
+            with blame(f"step {name!r}", kind):
+                steps[name] = kind(options_of(kind, component), context)
         markless = without_marks(steps) if self.profile.gel.markers is None else []
         chain = Chain({name: step for name, step in steps.items() if name not in markless})
         chain.check(_EVER_GIVEN)
@@ -200,28 +204,30 @@ class Pipeline:
         )
         given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
         found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
-        step.estimator.reset()
+        with step.blamed():
+            step.estimator.reset()
         detections = None if found is None else found.by_type[MarkerDetections]
         assert detections is None or isinstance(detections, MarkerDetections)
         return replace(reference, detections=detections)
 
     def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
-        if self.reference is None or self._drift is None:
+        reference = self.reference
+        if reference is None or self._drift is None:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
-            return calibration.measure(frame, Reference(even, frame.channels, frame.full_scale))
-        if calibration.follows_drift:
-            return calibration.measure(frame, self.reference)
-        return calibration.measure(self._drift.followed(frame), self.reference)
+            reference = Reference(even, frame.channels, frame.full_scale)
+        elif not calibration.follows_drift:
+            frame = self._drift.followed(frame)
+        return measured_by(calibration, frame, reference)
 
     def _uncalibrated(self) -> Calibration | None:
         component = self.profile.calibration
         cls: type[Calibration] = resolve("calibration", component.use)
         lights = self.profile.illumination.options.get("lights", ())
-        return cls.from_lights(
-            cls.Options.model_validate(component.options),
-            [float(light["azimuth_deg"]) for light in lights],
-            [float(light["elevation_deg"]) for light in lights],
+        azimuths, elevations = (
+            [float(light[angle]) for light in lights] for angle in ("azimuth_deg", "elevation_deg")
         )
+        with blame("the calibration", cls):
+            return cls.from_lights(options_of(cls, component), azimuths, elevations)
 
     def _notes_of_left_out(self) -> list[str]:
         left_out = self._left_out()

@@ -14,7 +14,7 @@ from pluggy import HookCaller, PluginManager, PluginValidationError
 
 from tactile_core import hookspecs
 from tactile_core.entry_points import Offer
-from tactile_core.errors import PluginError
+from tactile_core.errors import PluginError, words_of
 
 Kind = Literal["camera", "illumination", "calibration", "estimator"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -58,7 +58,7 @@ class Plugin:
             manager.register(found, offer.name)
         except PluginValidationError as error:
             raise PluginError(
-                f"{offer} has a hook that does not fit ({_words(error)}); {_remedy(offer)}"
+                f"{offer} has a hook that does not fit ({words_of(error)}); {_remedy(offer)}"
             ) from error
         callers = manager.get_hookcallers(found) or []
         unknown = [
@@ -197,9 +197,7 @@ def _attempt(action: Callable[[], T], what: str, offer: Offer) -> T:
     try:
         return action()
     except (Exception, SystemExit) as error:
-        raise PluginError(
-            f"{what} ({type(error).__name__}: {_words(error)}); {_remedy(offer)}"
-        ) from error
+        raise PluginError(f"{what} ({words_of(error)}); {_remedy(offer)}") from error
 
 
 def _collect(action: Callable[[], T], problems: list[str]) -> T | None:
@@ -221,7 +219,3 @@ def _instead(name: str, known: tuple[str, ...]) -> str:
 
 def _remedy(offer: Offer) -> str:
     return f"repair or update {offer.distribution}"
-
-
-def _words(error: BaseException) -> str:
-    return " ".join(str(error).split()) or "no reason given"

@@ -6,10 +6,12 @@ is broken is an error where it is named and a line of :func:`list_plugins` elsew
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
+from weakref import WeakKeyDictionary
 
 from tactile_core import __version__
 from tactile_core.entry_points import Offer, installed_offers, normalized
@@ -27,6 +29,35 @@ if TYPE_CHECKING:
 # Known without metadata, so that the core works from a source tree, and first, so that no other
 # distribution can take its place.
 _CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__)
+
+_RESOLVED: WeakKeyDictionary[type, tuple[str, Offer]] = WeakKeyDictionary()
+"""Under which name each component's class was resolved, and who offers it."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a class comes from.
+
+    Attributes
+    ----------
+    name : str
+        ``plugin.name`` of a component, else the class's module and name.
+    offer : Offer or None
+        The plugin that brings it; None for a class of no plugin.
+    """
+
+    name: str
+    offer: Offer | None
+
+    @property
+    def is_core(self) -> bool:
+        """Whether it is the core's own."""
+        return self.offer is _CORE
+
+    def __str__(self) -> str:
+        if self.offer is None or self.is_core:
+            return self.name
+        return f"{self.name}, from {self.offer.origin}"
 
 
 @dataclass(frozen=True)
@@ -88,7 +119,24 @@ def resolve(kind: Kind, name: str) -> type:
         example = f"{_CORE.name}.{plugin_name or 'name'}"
         raise PluginError(f"{kind} {name!r}: write plugin.name, for example {example!r}")
     offer = _offer(plugin_name, wanted_by=f"{kind} {name!r}")
-    return Plugin.load(offer).component(kind, component)
+    found = Plugin.load(offer).component(kind, component)
+    _RESOLVED[found] = name, offer
+    return found
+
+
+def origin_of(cls: type) -> Origin:
+    """Tell where a class comes from: the plugin that it was resolved from, or that its package is.
+
+    A class that was unpickled, or that a component brings with it, was never resolved by name.
+    """
+    if cls in _RESOLVED:
+        return Origin(*_RESOLVED[cls])
+    package = cls.__module__.partition(".")[0]
+    offers = (_CORE, *_foreign_offers())
+    return Origin(
+        f"{cls.__module__}.{cls.__qualname__}",
+        next((o for o in offers if re.split("[.:]", o.value)[0] == package), None),
+    )
 
 
 def find_plugin(name: str) -> Plugin:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from tactile_core.blame import blame
+from tactile_core.plain import plain
 from tactile_core.quantities import Frame, Quantity
 
 Q = TypeVar("Q", bound=Quantity)
@@ -62,7 +64,7 @@ class Reading:
         return found if isinstance(found, kind) else None
 
     def summary(self) -> dict[str, Any]:
-        """One JSON-ready line, as ``tactile run --json`` prints it."""
+        """One line of strict JSON, as ``tactile run --json`` prints it: None for NaN."""
         line: dict[str, Any] = {
             "sequence": self.frame.sequence,
             "timestamp_s": self.frame.timestamp_s,
@@ -76,7 +78,8 @@ class Reading:
             "markers": None,
         }
         for quantity in self.quantities.values():
-            line.update(quantity.summary())
+            with blame(f"the quantity {type(quantity).__name__}", quantity):
+                line.update(plain(quantity.summary()))
         line["source"] = self.source
         line["warnings"] = list(self.warnings)
-        return line
+        return {key: plain(value) for key, value in line.items()}

@@ -6,11 +6,13 @@ An observation is the exposure, or the exposures of a sequence of lights, that m
 from __future__ import annotations
 
 import re
+import stat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from tactile_core.errors import InputError
+from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import (
     IMAGE_SUFFIXES,
     ImageKind,
@@ -138,10 +140,9 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
         differ; the message names them.
     """
     path = Path(path)
-    if path.is_dir():
+    if stat.S_ISDIR(status(path).st_mode):
         return _open_folder(path, images_per_observation)
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file or folder; check the path")
+    regular(path)
     suffix = path.suffix.lower()
     if suffix in _YAML:
         return _scans(path, [path], images_per_observation)
@@ -188,7 +189,7 @@ def _images_among(paths: Sequence[Path]) -> list[Path]:
 
 def _observations(folder: Path, images: Sequence[Path], count: int) -> list[Files]:
     if count > 1:
-        return [Files(folder.resolve().name, _counted(folder, tuple(images), count))]
+        return [Files(_name_of(folder), _counted(folder, tuple(images), count))]
     names: dict[str, Path] = {}
     for path in images:
         other = names.setdefault(path.stem, path)
@@ -208,10 +209,16 @@ def _scans(path: Path, files: Sequence[Path], count: int) -> Recording:
         absent = next((image for image in images if not image.is_file()), None)
         if absent is not None:
             raise InputError(f"{file} lists {absent.name}, which is not beside it; bring it there")
-        observations.append(Files(folder.resolve().name, images))
+        observations.append(Files(_name_of(folder), images))
     scale, crop = _common_scale(scans), _common_crop(scans)
     found = _of_files(path, observations)
     return Recording(path, found.kind, scale, crop, found.files)
+
+
+def _name_of(folder: Path) -> str:
+    # a link's own name: where two of them lead to may have one name
+    name = folder.absolute().name
+    return folder.resolve().name if name == ".." else name
 
 
 def _counted(where: Path, images: tuple[Path, ...], count: int) -> tuple[Path, ...]:

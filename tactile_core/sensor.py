@@ -7,19 +7,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from pydantic import BaseModel, ValidationError
-
-from tactile_core.acquisition import Acquisition, average
+from tactile_core.acquisition import CAMERA, LIGHTS, Acquisition, average
+from tactile_core.blame import blame
 from tactile_core.bundle import Bundle, check_serial, default_place
 from tactile_core.camera import Camera
-from tactile_core.device import Device
-from tactile_core.errors import CameraLost, InputError, ProfileError
+from tactile_core.errors import CameraLost, InputError
 from tactile_core.geometry import ImageGeometry
 from tactile_core.illumination import Illumination
+from tactile_core.options import options_of
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Component, Profile
+from tactile_core.profiles.model import Component, Profile, markers_misfit
 from tactile_core.quantities import Frame, Reference
 from tactile_core.reading import Reading
 
@@ -126,21 +125,30 @@ class Sensor:
     def open(self) -> Self:
         """Open lights and camera; on failure nothing stays open."""
         try:
-            self._illumination.attach(self._camera)
-            self._illumination.open()
-            self._camera.open()
+            with blame(LIGHTS, self._illumination):
+                self._illumination.attach(self._camera)
+                self._illumination.open()
+            with blame(CAMERA, self._camera):
+                self._camera.open()
             reference = self._reference()
             self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
             self.notes += self._pipeline.notes
-        except BaseException:
-            self.close()
+        except BaseException as error:
+            try:
+                self.close()
+            except Exception as second:  # it must not hide why opening failed
+                error.add_note(f"closing failed as well: {second}")
             raise
         return self
 
     def close(self) -> None:
-        """Close camera and lights; may be called twice."""
-        self._camera.close()
-        self._illumination.close()
+        """Close camera and lights, the lights even where the camera fails; may be called twice."""
+        try:
+            with blame(CAMERA, self._camera):
+                self._camera.close()
+        finally:
+            with blame(LIGHTS, self._illumination):
+                self._illumination.close()
 
     def __enter__(self) -> Self:
         return self
@@ -219,7 +227,9 @@ class Sensor:
 def devices(profile: Profile) -> tuple[Camera, Illumination]:
     """Make the camera and the lights that a profile names, closed."""
     camera: type[Camera] = resolve("camera", profile.camera.use)
-    return camera.of(_options(camera, profile.camera), profile), _lights(profile)
+    with blame(CAMERA, camera):
+        made = camera.of(options_of(camera, profile.camera), profile)
+    return made, _lights(profile)
 
 
 def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
@@ -242,6 +252,9 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
                 f"profile's {image.mm_per_px:g}",
             )
             image = image.model_copy(update={"mm_per_px": scale})
+            misfit = markers_misfit(profile.gel, image)
+            if misfit is not None:
+                raise InputError(f"{notes[0]}, but then the gel {misfit}")
     stretch = ImageGeometry(image).stretch(recording.size_px)
     if abs(stretch - 1) > _SAME_SHAPE:
         width, height = recording.size_px
@@ -257,9 +270,21 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
     return profile.model_copy(update={"camera": camera, "image": image}), notes
 
 
+def observation_names(profile: Profile, path: Path) -> list[str]:
+    """Names of a recording's observations; of a video's the first alone."""
+    from tactile_core.recording import open_recording
+
+    recording = open_recording(path, images_per_observation=images_per_observation(profile))
+    if recording.video is not None:
+        return [f"{path.stem}_{0:06d}"]
+    return [observation.name for observation in recording.files]
+
+
 def images_per_observation(profile: Profile) -> int:
     """How many exposures the profile's lights take for one frame, a dark one included."""
-    return len(_lights(profile).exposures())
+    lights = _lights(profile)
+    with blame(LIGHTS, lights):
+        return len(lights.exposures())
 
 
 def read_reference(profile: Profile, path: Path) -> Reference:
@@ -277,13 +302,5 @@ def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
 
 def _lights(profile: Profile) -> Illumination:
     lights: type[Illumination] = resolve("illumination", profile.illumination.use)
-    return lights(_options(lights, profile.illumination))
-
-
-def _options(cls: type[Device], component: Component) -> BaseModel:
-    try:
-        return cls.Options.model_validate(component.options)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise ProfileError(f"{component.use}: {where}: {first['msg']}") from error
+    with blame(LIGHTS, lights):
+        return lights(options_of(lights, profile.illumination))

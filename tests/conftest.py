@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+from kernel_paths import kernels_or_numpy  # noqa: F401
 
 if TYPE_CHECKING:
     from virtual_lab import VirtualLab

@@ -1,13 +1,22 @@
 import json
+import os
 import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from virtual_lab import VirtualLab
 
-from tactile_core.bundle import FORMAT, Bundle, check_serial
+from tactile_core.bundle import Bundle, check_serial
 from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats import folders
+from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.manifest import FORMAT, Manifest, write_manifest
 
 
 @pytest.fixture
@@ -20,11 +29,26 @@ def edit(bundle: Path, **changes: object) -> None:
     path.write_text(json.dumps(json.loads(path.read_text()) | changes))
 
 
+def sealed(bundle: Path, **changes: object) -> None:
+    """Edit a manifest and make its hashes fit again, as somebody of ill will does."""
+    path = bundle / "manifest.json"
+    manifest = Manifest.model_validate_json(path.read_text())
+    write_manifest(bundle, manifest.model_copy(update=changes))
+
+
+def held(folder: Path) -> dict[str, bytes]:
+    """Everything in a folder, hidden files too."""
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
 def test_a_bundle_comes_back_as_it_was_saved(lab: VirtualLab, tmp_path: Path) -> None:
     first = Bundle.load(lab.bundle)
     first.save(tmp_path / "again")
     again = Bundle.load(tmp_path / "again")
-    assert again.manifest == first.manifest
+    of_the_folder: dict[str, Any] = {"files": {}, "content_hash": ""}
+    assert again.manifest.model_copy(update=of_the_folder) == first.manifest.model_copy(
+        update=of_the_folder
+    )
     np.testing.assert_array_equal(again.reference.pixels, first.reference.pixels)
 
 
@@ -78,8 +102,14 @@ def test_a_changed_light_is_a_warning(lab: VirtualLab) -> None:
 
 
 def test_a_newer_bundle_is_refused(copy: Path) -> None:
-    edit(copy, format=FORMAT + 1)
-    with pytest.raises(CalibrationError, match="newer than this version"):
+    edit(copy, format=FORMAT + 1, of_the_future=True)
+    with pytest.raises(CalibrationError, match=r"newer than this version.*upgrade tactile-core"):
+        Bundle.load(copy)
+
+
+def test_an_older_bundle_is_refused(copy: Path) -> None:
+    edit(copy, format=FORMAT - 1)
+    with pytest.raises(CalibrationError, match=r"older than this version.*calibrate again"):
         Bundle.load(copy)
 
 
@@ -90,10 +120,152 @@ def test_a_damaged_array_is_refused(copy: Path) -> None:
         Bundle.load(copy)
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"format": 1}', "\x00"])
-def test_a_damaged_manifest_is_refused(copy: Path, text: str) -> None:
-    (copy / "manifest.json").write_text(text)
+DAMAGED = {
+    "empty": b"",
+    "list": b"[]",
+    "incomplete": b'{"format": %d}' % FORMAT,
+    "NUL": b"\0",
+    "not UTF-8": b'{"format": "\xff"}',
+    "deep": b'{"format": ' + b"[" * 100_000,
+    "huge": b'{"format": 1, "x": "' + b"x" * 10_000_000 + b'"}',
+    "half of a pair": b'{"format": 2, "profile": "\\ud800"}',
+    "format in words": b'{"format": "99"}',
+    "format true": b'{"format": true}',
+    "format 2.5": b'{"format": 2.5}',
+    "long number": b'{"format": ' + b"9" * 10_000 + b"}",
+}
+
+
+@pytest.mark.parametrize("text", DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_manifest_is_refused(copy: Path, text: bytes) -> None:
+    (copy / "manifest.json").write_bytes(text)
     with pytest.raises(CalibrationError, match="damaged"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"mm_per_px": float("nan")},
+        {"mm_per_px": float("inf")},
+        {"mm_per_px": 0},
+        {"mm_per_px": -0.1},
+        {"mm_per_px": "0.1245"},
+        {"image_size_px": [0, 120]},
+        {"bit_depth": True},
+        {"channels": "rgb"},
+        {"of_ours": "not"},
+    ],
+    ids=str,
+)
+def test_a_manifest_that_cannot_be_ours_is_refused(copy: Path, change: dict[str, object]) -> None:
+    edit(copy, **change)
+    with pytest.raises(CalibrationError, match="damaged"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize("change", [{"serial": "0008"}, {"held_out": None}, {"created": "today"}])
+def test_an_edited_manifest_is_refused(copy: Path, change: dict[str, object]) -> None:
+    edit(copy, **change)
+    with pytest.raises(CalibrationError, match="edited"):
+        Bundle.load(copy)
+
+
+def test_a_manifest_names_every_other_file_with_its_hash(lab: VirtualLab) -> None:
+    names = Bundle.load(lab.bundle).manifest.files
+    assert set(names) == {"model.npz", "reference.npz", "report.html"}
+    assert all(len(digest) == 64 for digest in names.values())
+
+
+@pytest.mark.parametrize("name", ["model.npz", "reference.npz", "report.html"])
+@pytest.mark.parametrize("gone", [True, False])
+def test_a_named_file_that_is_gone_or_changed_is_refused(copy: Path, name: str, gone: bool) -> None:
+    if gone:
+        (copy / name).unlink()
+    else:
+        (copy / name).write_bytes((copy / name).read_bytes() + b" ")
+    with pytest.raises(CalibrationError, match=f"{name} is not the file that was written"):
+        Bundle.load(copy)
+
+
+def test_an_unnamed_file_beside_does_not_damage_a_bundle(copy: Path) -> None:
+    (copy / "ball.npz").write_bytes(b"somebody's results")
+    Bundle.load(copy)
+
+
+def test_a_text_that_is_not_utf8_is_kept_readable(lab: VirtualLab, tmp_path: Path) -> None:
+    first = Bundle.load(lab.bundle)
+    values = first.manifest.model_dump() | {"revision": os.fsdecode(b"ball\xff")}
+    replace(first, manifest=Manifest.model_validate(values)).save(tmp_path / "b")
+    assert Bundle.load(tmp_path / "b").manifest.revision == r"ball\udcff"
+
+
+def broken(**changes: object) -> Callable[[Path], None]:
+    def damage(bundle: Path) -> None:
+        arrays: dict[str, Any] = dict(read_npz(bundle / "reference.npz"))
+        for name, value in changes.items():
+            if value is None:
+                del arrays[name]
+            else:
+                arrays[name] = value(arrays[name]) if callable(value) else np.asarray(value)
+        write_npz(bundle / "reference.npz", arrays)
+
+    return damage
+
+
+def overwritten(data: bytes) -> Callable[[Path], None]:
+    return lambda bundle: (bundle / "reference.npz").write_bytes(data) and None
+
+
+REFERENCES = {
+    "empty": overwritten(b""),
+    "no archive": overwritten(b"PK\x03\x04" + bytes(100)),
+    "no pixels": broken(pixels=None),
+    "scalar pixels": broken(pixels=1.0),
+    "other size": broken(pixels=lambda a: a[:-1]),
+    "NaN": broken(pixels=lambda a: a * np.float32(np.nan)),
+    "integers": broken(pixels=lambda a: a.astype(np.int32)),
+    "words": broken(pixels="pixels"),
+    "fewer channels": broken(channels=["r", "g"]),
+    "channels as a number": broken(channels=3),
+    "full scale 0": broken(full_scale=0.0),
+    "full scale in words": broken(full_scale="high"),
+    "endless frames": broken(frames=np.inf),
+    "two noises": broken(noise=[1.0, 2.0]),
+    "marks of another size": broken(marks=np.zeros((3, 3), bool)),
+}
+
+
+@pytest.mark.parametrize("damage", REFERENCES.values(), ids=REFERENCES)
+def test_a_damaged_reference_is_refused_in_one_sentence(
+    copy: Path, damage: Callable[[Path], None]
+) -> None:
+    damage(copy)
+    sealed(copy)
+    with pytest.raises(CalibrationError, match="the reference is damaged; calibrate again"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize("error", [TypeError("'NoneType'"), MemoryError(), RecursionError("deep")])
+def test_whatever_a_model_raises_names_the_bundle_and_the_model(
+    copy: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def load(directory: Path) -> None:
+        raise error
+
+    manifest = Bundle.load(copy).manifest
+    monkeypatch.setattr("tactile_core.builtin.mlp.Mlp.load", load)
+    assert manifest.model == "core.mlp"
+    with pytest.raises(
+        CalibrationError, match=rf"bundle {copy}: core\.mlp .*{type(error).__name__}"
+    ):
+        Bundle.load(copy)
+
+
+def test_a_damaged_model_names_the_bundle(copy: Path) -> None:
+    write_npz(copy / "model.npz", {"shape": np.array([1, 2])})
+    sealed(copy)
+    with pytest.raises(CalibrationError, match=f"bundle {copy}: .*does not hold a core.mlp model"):
         Bundle.load(copy)
 
 
@@ -103,10 +275,57 @@ def test_a_folder_without_a_manifest_is_no_bundle(tmp_path: Path) -> None:
 
 
 def test_a_new_bundle_replaces_the_old_one_whole(lab: VirtualLab, copy: Path) -> None:
-    (copy / "leftover.txt").write_text("old")
     Bundle.load(lab.bundle).save(copy)
-    assert not (copy / "leftover.txt").exists()
-    assert [p.name for p in copy.parent.iterdir()] == ["bundle"]
+    assert set(held(copy.parent)) == {
+        "bundle/manifest.json",
+        "bundle/model.npz",
+        "bundle/reference.npz",
+    }
+
+
+@pytest.mark.parametrize("stranger", ["notes.txt", "src/main.py", ".hidden", "manifest.json.old"])
+def test_a_bundle_that_holds_a_file_of_somebody_else_is_left_alone(
+    lab: VirtualLab, copy: Path, stranger: str
+) -> None:
+    (copy / stranger).parent.mkdir(exist_ok=True)
+    (copy / stranger).write_text("mine")
+    before = held(copy.parent)
+    with pytest.raises(InputError, match=rf"holds {stranger}, .* move it away or name another"):
+        Bundle.load(lab.bundle).save(copy)
+    assert held(copy.parent) == before
+
+
+def test_an_empty_folder_of_somebody_else_is_left_alone(lab: VirtualLab, copy: Path) -> None:
+    (copy / "later").mkdir()
+    with pytest.raises(InputError, match="holds later"):
+        Bundle.load(lab.bundle).save(copy)
+    assert (copy / "later").is_dir()
+
+
+@pytest.mark.parametrize("manifest", ["{}", '{"manifest_version": 3, "name": "web app"}', "\0"])
+def test_a_project_with_a_manifest_of_its_own_is_left_alone(
+    lab: VirtualLab, tmp_path: Path, manifest: str
+) -> None:
+    (tmp_path / "app" / "src").mkdir(parents=True)
+    (tmp_path / "app" / "manifest.json").write_text(manifest)
+    (tmp_path / "app" / "src" / "main.py").write_text("years of work")
+    before = held(tmp_path)
+    with pytest.raises(InputError, match="not a calibration bundle"):
+        Bundle.load(lab.bundle).save(tmp_path / "app")
+    assert held(tmp_path) == before
+
+
+def test_a_manifest_that_names_files_elsewhere_deletes_none_of_them(
+    lab: VirtualLab, copy: Path
+) -> None:
+    precious = copy.parent / "precious"
+    precious.write_text("mine")
+    edit(copy, files={"../precious": "", str(precious): "", "model.npz": "", "reference.npz": ""})
+    with pytest.raises(InputError, match=r"holds report\.html"):
+        Bundle.load(lab.bundle).save(copy)
+    (copy / "report.html").unlink()
+    Bundle.load(lab.bundle).save(copy)
+    assert precious.read_text() == "mine"
 
 
 def test_a_folder_of_something_else_is_left_alone(lab: VirtualLab, tmp_path: Path) -> None:
@@ -124,6 +343,85 @@ def test_when_writing_fails_the_previous_bundle_survives(lab: VirtualLab, copy: 
         Bundle.load(lab.bundle).save(copy, report=full_disk)
     assert Bundle.load(copy).manifest == Bundle.load(lab.bundle).manifest
     assert [p.name for p in copy.parent.iterdir()] == ["bundle"]
+
+
+def test_a_file_that_comes_while_a_bundle_is_replaced_is_kept(
+    lab: VirtualLab, copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    change_places = folders._change_places
+
+    def somebody_saves(one: Path, other: Path) -> None:
+        monkeypatch.undo()
+        (other / "notes.txt").write_text("mine")
+        change_places(one, other)
+
+    bundle = Bundle.load(lab.bundle)
+    monkeypatch.setattr(folders, "_change_places", somebody_saves)
+    with pytest.raises(InputError, match=r"holds notes\.txt"):
+        bundle.save(copy)
+    assert (copy / "notes.txt").read_text() == "mine"
+    assert Bundle.load(copy).manifest == Bundle.load(lab.bundle).manifest
+    assert [p.name for p in copy.parent.iterdir()] == ["bundle"]
+
+
+WRITES = """
+import sys
+from pathlib import Path
+from tactile_core.bundle import Bundle
+bundle = Bundle.load(Path(sys.argv[1]))
+for _ in range(int(sys.argv[3])):
+    bundle.save(Path(sys.argv[2]))
+"""
+
+
+def test_while_two_write_a_bundle_readers_always_find_one(lab: VirtualLab, tmp_path: Path) -> None:
+    place = tmp_path / "b"
+    Bundle.load(lab.bundle).save(place)
+    command = [sys.executable, "-c", WRITES, str(lab.bundle), str(place), "40"]
+    writers = [subprocess.Popen(command, stderr=subprocess.PIPE) for _ in range(2)]
+    loads = 0
+    while any(writer.poll() is None for writer in writers):
+        assert (place / "manifest.json").is_file()
+        assert Bundle.load(place).manifest.serial == "0007"
+        loads += 1
+    assert [writer.communicate()[1] for writer in writers] == [b"", b""]
+    assert [writer.returncode for writer in writers] == [0, 0]
+    assert loads > 0
+    assert [p.name for p in tmp_path.iterdir()] == ["b"]
+    Bundle.load(place)
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from tactile_core import bundle
+from tactile_core.formats import folders
+loaded = bundle.Bundle.load(Path(sys.argv[1]))
+def die(*_):
+    os.kill(os.getpid(), signal.SIGKILL)
+if sys.argv[3] == "before":
+    loaded.save(Path(sys.argv[2]), report=die)
+folders._delete = die
+loaded.save(Path(sys.argv[2]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+@pytest.mark.parametrize("moment", ["before", "after"])
+def test_what_a_killed_writer_left_is_removed_by_the_next_and_nothing_else(
+    lab: VirtualLab, copy: Path, moment: str
+) -> None:
+    command = [sys.executable, "-c", KILLED, str(lab.bundle), str(copy), moment]
+    subprocess.run(command, check=False)
+    (left,) = (path for path in copy.parent.iterdir() if path != copy)
+    assert left.name.startswith(".bundle.tactile-")
+    Bundle.load(copy)
+    others = [copy.parent / f".bundle-{name}" for name in ("x1y2z3", "old-abc", "tactile-1")]
+    for other in others:
+        other.mkdir()
+        (other / "mine").write_text("mine")
+    Bundle.load(lab.bundle).save(copy)
+    assert sorted(copy.parent.iterdir()) == sorted([copy, *others])
 
 
 @pytest.mark.parametrize("serial", ["0007", "GS-2.b_1"])

@@ -46,5 +46,5 @@ def test_the_page_leads_from_pictures_to_true_heights(
 
 
 def test_the_links_of_the_page_lead_somewhere() -> None:
-    for link in re.findall(r"\]\((\S+?)\)", TEXT):
+    for link in re.findall(r"\]\(([^)\s#]+)(?:#\S*?)?\)", TEXT):
         assert (PAGE.parent / link).exists(), link

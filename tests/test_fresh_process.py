@@ -27,6 +27,16 @@ def stumble() -> Generator[Any, None, None]:
     yield
 
 
+def run_dry() -> Generator[Any, None, None]:
+    raise EOFError("no data left in file")
+    yield
+
+
+def leave() -> Generator[Any, None, None]:
+    raise SystemExit(0)
+    yield
+
+
 def vanish() -> Generator[Any, None, None]:
     import os
 
@@ -45,6 +55,16 @@ def test_it_answers_each_message_in_turn() -> None:
 
 def test_its_error_is_raised_here() -> None:
     with pytest.raises(InputError, match="of no use"), FreshProcess(stumble) as process:
+        process.receive()
+
+
+def test_an_end_of_file_of_its_own_is_raised_here() -> None:
+    with pytest.raises(EOFError, match="no data left"), FreshProcess(run_dry) as process:
+        process.receive()
+
+
+def test_an_exit_of_its_own_is_told() -> None:
+    with pytest.raises(DeviceError, match="SystemExit: 0"), FreshProcess(leave) as process:
         process.receive()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,8 @@ from tactile_core.formats.images import read_image
 from tactile_core.formats.normals import read_normals
 from tactile_core.formats.npz import read_npz
 from tactile_core.formats.tmd import read_tmd
-from tactile_core.outputs import FORMATS, write_reading
+from tactile_core.output_folder import WRITTEN, OutputFolder
+from tactile_core.outputs import FORMATS, check_names, safe_stem, write_reading
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,
@@ -50,7 +52,7 @@ def test_each_format_writes_its_files_under_the_observation_s_name(tmp_path: Pat
     names = ["npz", "tmd", "png", "ply"]
     expected = {f"press.v1.{name}" for name in names} | {"press.v1_normals.png"}
     assert {path.name for path in written} == expected
-    assert {path.name for path in (tmp_path / "out").iterdir()} == expected
+    assert {path.name for path in (tmp_path / "out").iterdir()} == expected | {WRITTEN}
     assert read_tmd(tmp_path / "out/press.v1.tmd").height_mm == pytest.approx(0.5)
     assert read_image(tmp_path / "out/press.v1.png").ndim == 3
     normals = read_normals(tmp_path / "out/press.v1_normals.png")
@@ -118,6 +120,67 @@ def test_unusable_places_and_formats_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("here already")
     with pytest.raises(InputError, match="is a file"):
         write_reading(reading(), tmp_path / "file", ["npz"])
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "../../escaped",
+        "/tmp/escaped",
+        "..",
+        ".",
+        "a/b",
+        "a\\b",
+        "a\0b",
+        "a\nb\x1b[2J",
+        "x" * 300,
+        "é" * 200,
+        "\ud800",
+        os.fsdecode(b"ball\xff"),
+        os.fsdecode(b"\xff" * 300),
+    ],
+    ids=ascii,
+)
+def test_no_name_of_an_observation_leads_out_of_the_folder(tmp_path: Path, source: str) -> None:
+    full = reading(slopes(), height(), marks(), source=source)
+    written = write_reading(full, tmp_path / "in" / "out", FORMATS)
+    assert len(written) == 5
+    assert {path.parent for path in written} == {tmp_path / "in" / "out"}
+    assert all(path.is_file() for path in written)
+    assert [path.name for path in tmp_path.iterdir()] == ["in"]
+
+
+def test_names_that_had_to_be_changed_stay_apart() -> None:
+    sources = ["a/b", "a_b", "a\\b", "x" * 300, "x" * 301, "..", "."]
+    assert len({safe_stem(source) for source in sources}) == len(sources)
+    assert safe_stem("press.v1") == "press.v1"
+
+
+def test_results_of_two_observations_never_take_one_name(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path / "out")
+    with pytest.raises(InputError, match=r"results of a and of a_normals would both be a_normals"):
+        check_names(folder, ["a", "a_normals"], ["png"])
+    with pytest.raises(InputError, match=r"results of twice and of twice would both be twice.npz"):
+        check_names(folder, ["twice", "twice"], ["npz"])
+    check_names(folder, ["a", "a_normals"], ["npz", "tmd"])
+    assert not folder.path.exists()
+    write_reading(reading(slopes(), source="a"), folder, ["png"])
+    before = (tmp_path / "out" / "a_normals.png").read_bytes()
+    with pytest.raises(InputError, match=r"a_normals.png was written for a in this run .* for a_n"):
+        write_reading(reading(height(), source="a_normals"), folder, ["png"])
+    assert (tmp_path / "out" / "a_normals.png").read_bytes() == before
+
+
+def test_a_reading_is_written_again_over_its_own_files_alone(tmp_path: Path) -> None:
+    for fill in (0.1, 0.2):
+        write_reading(reading(height(fill)), tmp_path, ["npz", "tmd"])
+    assert read_tmd(tmp_path / "press.v1.tmd").height_mm == pytest.approx(0.2)
+    (tmp_path / "press.v1.tmd").write_bytes(b"my own")
+    with pytest.raises(InputError, match=r"press\.v1\.tmd is there already"):
+        write_reading(reading(height()), tmp_path, ["tmd"])
+    with pytest.raises(InputError, match=r"press\.v1\.tmd is there already"):
+        check_names(OutputFolder(tmp_path), ["press.v1"], ["tmd"])
+    assert (tmp_path / "press.v1.tmd").read_bytes() == b"my own"
 
 
 def marks() -> MarkerField:

@@ -13,6 +13,8 @@ from tactile_core.algorithms import kernels
 from tactile_core.errors import InputError
 from tactile_core.sim.ball import BallPress
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 
 

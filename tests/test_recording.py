@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import cv2
@@ -207,3 +208,52 @@ def test_real_recordings_of_every_kind_open(recordings: Path) -> None:
     presses = open_recording(recordings / "three_colour/objectfolder/presses")
     assert names(presses) == [f"press_{i:02d}" for i in range(20)]
     assert open_recording(recordings / "markers/irregular_markers.avi").size_px == (960, 720)
+
+
+def test_linked_scans_keep_the_names_of_their_links(tmp_path: Path) -> None:
+    folder = tmp_path / "all"
+    folder.mkdir()
+    for one in ("a", "b"):
+        (folder / one).symlink_to(scan(tmp_path / one / "scan001", 1, shape=(6, 8, 3)))
+    assert names(open_recording(folder)) == ["a", "b"]
+
+
+def test_a_scan_is_named_by_its_folder_however_it_is_reached(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside = scan(tmp_path / "scan001", 1, shape=(6, 8, 3)) / "deeper"
+    inside.mkdir()
+    for place, path in [(inside.parent, "."), (inside.parent, "scan.yaml"), (inside, "..")]:
+        monkeypatch.chdir(place)
+        assert names(open_recording(path)) == ["scan001"]
+
+
+def test_an_image_outside_the_scan_s_folder_is_refused(tmp_path: Path) -> None:
+    picture(tmp_path / "x.png")
+    folder = scan(tmp_path / "scan", 1)
+    (folder / "scan.yaml").write_text("images: ['../x.png']\n")
+    assert "leads out" in refusal(folder)
+
+
+def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    for name in ("pipe.png", "pipe.avi", "pipe.yaml", "in/pipe.png"):
+        os.mkfifo(tmp_path / name)
+    for path in (tmp_path / "pipe.png", tmp_path / "pipe.avi", tmp_path / "pipe.yaml"):
+        assert "pipe or a device" in refusal(path)
+    assert "pipe or a device" in refusal(Path("/dev/zero"))
+    assert "holds no images" in refusal(tmp_path / "in")
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + ".png", "a\0.png", "absent.png/b.png"])
+def test_a_name_that_no_file_has_is_refused(tmp_path: Path, name: str) -> None:
+    picture(tmp_path / "absent.png")
+    assert refusal(tmp_path / name)
+
+
+def test_a_name_in_no_encoding_is_read_and_its_message_can_be_written(tmp_path: Path) -> None:
+    odd = Path(os.fsdecode(bytes(tmp_path) + b"/\xff.png"))
+    assert names(open_recording(picture(odd, 3))) == ["\udcff"]
+    odd.write_bytes(b"")
+    with pytest.raises(InputError):
+        open_recording(odd)

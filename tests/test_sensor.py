@@ -1,9 +1,16 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
-from tactile_core.errors import CalibrationError, CameraLost, InputError
+from tactile_core.builtin.constant import ConstantIllumination
+from tactile_core.builtin.replay import ReplayCamera
+from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
+from tactile_core.formats.images import write_png
+from tactile_core.profiles.loader import load_profile
+from tactile_core.sensor import played_back
 from tactile_core.sim.ball import BallPress
 
 
@@ -70,3 +77,47 @@ def test_there_is_nothing_to_tare_before_the_first_reading(lab: VirtualLab) -> N
             sensor.tare()
         sensor.read()
         sensor.tare()
+
+
+class Jammed(DeviceError):
+    """A camera that cannot be closed."""
+
+
+@pytest.fixture
+def lights(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is done to the lights of a sensor whose camera fails to close."""
+    done: list[str] = []
+
+    def jam(camera: ReplayCamera) -> None:
+        raise Jammed("the camera is jammed")
+
+    monkeypatch.setattr(ReplayCamera, "_close", jam)
+    monkeypatch.setattr(ConstantIllumination, "_open", lambda self: done.append("open"))
+    monkeypatch.setattr(ConstantIllumination, "_close", lambda self: done.append("closed"))
+    return done
+
+
+def test_the_lights_go_out_even_when_the_camera_fails_to_close(
+    lab: VirtualLab, lights: list[str]
+) -> None:
+    sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
+    with pytest.raises(Jammed):
+        sensor.close()
+    assert lights == ["open", "closed"]
+    sensor.close()
+
+
+def test_why_opening_failed_is_said_and_the_lights_are_out_even_when_closing_fails(
+    lab: VirtualLab, lights: list[str]
+) -> None:
+    with pytest.raises(CalibrationError, match="serial") as caught:
+        open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
+    assert any("jammed" in note for note in caught.value.__notes__)
+    assert lights == ["open", "closed"]
+
+
+def test_a_scan_s_scale_at_which_markers_fill_no_image_is_refused(tmp_path: Path) -> None:
+    write_png(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8))
+    (tmp_path / "scan.yaml").write_text("images: [a.png]\nmmperpixel: 1e-6\n")
+    with pytest.raises(InputError, match=r"gives a scale of .* has markers of .* px"):
+        played_back(load_profile("hex_fingertip"), tmp_path)

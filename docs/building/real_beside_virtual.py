@@ -1,7 +1,8 @@
 """Recorded presses beside virtual ones: python docs/building/real_beside_virtual.py [DATA].
 
-Measures both, writes the tables of docs/real-beside-virtual.md and its curves, and draws the images
-side by side into out/, which is not committed: the recordings are not ours to publish.
+Measures both, writes the table of docs/accuracy.md and the curves of docs/real-beside-virtual.md,
+and draws the images side by side into out/, which is not committed: the recordings are not ours to
+publish.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from tactile_core.sim.optics import RigOptics
 from tactile_core.sim.stage import VirtualStage
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "real-beside-virtual.md"
+PAGE = ROOT / "docs" / "accuracy.md"
 CURVES = ROOT / "docs" / "images" / "real_beside_virtual.svg"
 PICTURES = ROOT / "out"
 BEGIN, END = "<!-- measured: -->\n", "<!-- end -->\n"

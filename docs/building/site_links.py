@@ -114,7 +114,9 @@ def decisions() -> str:
     lines = [
         "# Decisions",
         "",
-        "Each page says what was chosen where somebody could have chosen otherwise, and why.",
+        "Each page says what was chosen where somebody could have chosen otherwise, and why. Where "
+        "a page says so, its figures are those of the decision; today's are in "
+        "[accuracy](../accuracy.md) and [performance](../performance.md).",
         "",
     ]
     for path in decision_files():

@@ -52,6 +52,8 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
     LitArea or None
         None where all is lit, or so little that it cannot be skin.
     """
+    from skimage.measure import label, regionprops  # late: it costs more than all else here
+
     height, width = pixels.shape[:2]
     shrink = max(1.0, max(height, width) / _WORKING_PX)
     size = max(1, round(width / shrink)), max(1, round(height / shrink))
@@ -61,12 +63,13 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
         cv2.GaussianBlur(small, (0, 0), 1.0), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)
     )
     lit = small > DARK_SHARE * np.percentile(small, 90)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(lit.view(np.uint8))
-    if len(stats) < 2:
+    labels = label(lit, connectivity=2)
+    regions = regionprops(labels)
+    if not regions:
         return None
-    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    skin = labels == largest
-    left, top, right, bottom = _shrunk(skin, stats[largest])
+    largest = max(regions, key=lambda region: region.area)
+    skin = labels == largest.label
+    left, top, right, bottom = _shrunk(skin, largest.bbox)
     cut = max(left, top, size[0] - right, size[1] - bottom)
     share = (right - left) * (bottom - top) / (size[0] * size[1])
     if cut < _LEAST_CUT * max(size) or share < _LEAST_LEFT:
@@ -84,10 +87,9 @@ def _taper(skin: NDArray[np.bool_]) -> float:
     return min(ends) / max(ends)
 
 
-def _shrunk(lit: NDArray[np.bool_], stats: NDArray[np.int32]) -> Box:
+def _shrunk(lit: NDArray[np.bool_], bounds: tuple[int, int, int, int]) -> Box:
     """Left, top, right and bottom, the darkest side drawn in until all of them are lit."""
-    left, top = int(stats[cv2.CC_STAT_LEFT]), int(stats[cv2.CC_STAT_TOP])
-    right, bottom = left + int(stats[cv2.CC_STAT_WIDTH]), top + int(stats[cv2.CC_STAT_HEIGHT])
+    top, left, bottom, right = bounds
     while right - left > 2 and bottom - top > 2:
         sides = {
             "left": lit[top:bottom, left].mean(),

@@ -12,6 +12,7 @@ import numpy as np
 from tactile_core.acquisition import Acquisition
 from tactile_core.benching.still import StillCamera
 from tactile_core.benching.unit import VirtualUnit
+from tactile_core.calibration import measured_by
 from tactile_core.drift import DriftFollower
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.marks import MarkFinder
@@ -86,7 +87,7 @@ class Stream:
         calibration = self._bundle.calibration
         with _timed(times, SLOPES):
             lit = frame if calibration.follows_drift else self._drift.followed(frame)
-            measured = calibration.measure(lit, reference)
+            measured = measured_by(calibration, lit, reference)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,
             Reference: reference,
@@ -97,7 +98,8 @@ class Stream:
                 continue
             with _timed(times, step.name):
                 taken = (by_type.get(kind) for kind in step.takes)
-                by_type[step.gives] = step.estimator.estimate(*taken)
+                with step.blamed():
+                    by_type[step.gives] = step.estimator.estimate(*taken)
         return by_type
 
 

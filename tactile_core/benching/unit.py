@@ -11,10 +11,13 @@ import numpy as np
 from tactile_core.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
-from tactile_core.bundle import Bundle, Manifest
-from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.bundle import Bundle
+from tactile_core.calibrating.presses import FoundPress
+from tactile_core.calibration import fitted_by
 from tactile_core.illumination import Illumination
+from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
+from tactile_core.options import options_of
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Component, ImageSection, Profile
@@ -70,6 +73,7 @@ def virtual_unit(
         The presses do not determine the model.
     """
     profile = profile if size_px is None else _resized(profile, size_px)
+    cls = resolve("calibration", profile.calibration.use if model is None else model)
     component = profile.calibration if model is None else Component(use=model)
     image = profile.image
     _, lights = devices(profile)
@@ -91,10 +95,9 @@ def virtual_unit(
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
         frame = seen(ball, seed)
         radius_px = ball_mm / 2 / image.mm_per_px
-        presses.append(FoundPress("", frame, press_image(frame, reference), circle, radius_px))
-    cls = resolve("calibration", component.use)
-    options = cls.Options.model_validate(component.options)
-    fitted = cls.fit([press.training() for press in presses], reference, options)
+        presses.append(FoundPress("", frame, circle, radius_px))
+    options = options_of(cls, component)
+    fitted = fitted_by(cls, [press.training() for press in presses], reference, options)
     manifest = Manifest(
         profile=profile.name,
         model=getattr(type(fitted), "USE", component.use),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, Field, field_validator, model_validator
 
 from tactile_core.device import Options
 from tactile_core.illumination import Exposure, Illumination
@@ -13,10 +13,8 @@ from tactile_core.illumination import Exposure, Illumination
 GREY, COLOUR = 1, 3
 
 
-class Light(BaseModel):
+class Light(Options):
     """One lamp, as seen from the image centre."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = Field(min_length=1, description="The lamp's name.")
     azimuth_deg: float = Field(

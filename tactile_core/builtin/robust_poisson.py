@@ -29,7 +29,9 @@ class RobustPoisson(Estimator):
             "error of a good slope (0.02 for 1°, 0.1 for a coarse fingertip); 0: L1.",
         )
         rounds: PositiveInt = Field(
-            default=8, description="Rounds, each as long as core.poisson or a little longer."
+            default=8,
+            le=1000,
+            description="Rounds, each as long as core.poisson or a little longer.",
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
 

@@ -45,7 +45,7 @@ class Slip(Estimator):
     class Options(device.Options):
         """Options of the step.
 
-        The thresholds' source is ``benchmarks/slip_thresholds.py``.
+        The degrees' source is ``benchmarks/slip_thresholds.py``.
         """
 
         window_mm: PositiveFloat = Field(
@@ -73,8 +73,8 @@ class Slip(Estimator):
         )
         imprint_lost: PositiveFloat = Field(
             default=SLIP_SHARE,
-            description="Share of the imprint that leaves its place on the skin in gross slip; "
-            "its source is benchmarks/slip_recordings.py.",
+            description="Share of the imprint that leaves its place on the gel surface in gross "
+            "slip; chosen on recorded lifts (docs/accuracy.md).",
         )
 
     stateful = True

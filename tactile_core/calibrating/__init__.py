@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundle import Bundle, Manifest, check_serial, now
+from tactile_core.bundle import Bundle, check_serial, now
 from tactile_core.calibrating.height_target import is_height_map
 from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
+from tactile_core.calibrating.preparation import Preparation
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
-from tactile_core.calibration import Calibration, Press
-from tactile_core.drift import followed
+from tactile_core.calibration import Calibration, Press, fitted_by
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
+from tactile_core.inputs import PROFILE, Inputs
+from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
+from tactile_core.options import options_of
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Component, Profile
@@ -30,6 +33,11 @@ from tactile_core.sensor import played_back, read_frames
 
 AZIMUTH_TOLERANCE_DEG = 25.0
 """A profile's azimuths are where a calibration starts; further off, something is mixed up."""
+
+_USELESS = (
+    "on held-out presses this calibration errs by {:.1f}°, no less than 'flat' everywhere would "
+    "({:.1f}°): do not measure with it; check the labels, the ball's diameter and the reference"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +49,21 @@ class Calibrated:
     score: Score | None
     notes: tuple[str, ...] = ()
     basis: str = ""
+    inputs: Inputs = field(default_factory=Inputs)
 
     def save(self, directory: Path) -> None:
-        """Write the bundle with its report, whole or not at all."""
+        """Write the bundle with its report, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The folder holds something of what this was made from, or anything but a bundle.
+        OSError
+            The disk is full or refuses; what was there before is still there.
+        """
         from tactile_core.calibrating.report import write_report
 
+        self.inputs.refuse_whole(directory)
         self.bundle.save(directory, report=lambda folder: write_report(self, folder))
 
     def summary(self, directory: Path) -> dict[str, Any]:
@@ -138,26 +156,25 @@ def calibrate(
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
     _verify(frames, untouched)
-    finder = MarkFinder.of(base, untouched)
-    if finder is not None:
-        untouched = replace(untouched, marks=finder.find(untouched.pixels))
-        frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
+    cls: type[Calibration] = resolve(
+        "calibration", base.calibration.use if model is None else model
+    )
     component = base.calibration if model is None else Component(use=model)
-    cls: type[Calibration] = resolve("calibration", component.use)
-    options = cls.Options.model_validate(component.options)
-    if not cls.follows_drift:
-        frames = [followed(frame, untouched) for frame in frames]
+    options = options_of(cls, component)
+    finder = MarkFinder.of(base, untouched)
+    prepare = Preparation.of(untouched, finder, follows=not cls.follows_drift)
+    untouched = prepare.untouched
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_at = getattr(options, "blur_at", None)
     blur_px = 0.0 if blur_at is None else float(blur_at(base.image.mm_per_px))
     known: Known[Any] = (
-        rows_of_map(target, frames[0], untouched, rows, blur_px)
+        rows_of_map(target, frames[0], prepare, rows, blur_px, stands_in=bool(stand_in))
         if target is not None and is_height_map(target)
         else balls(
             base,
             presses,
             frames,
-            untouched,
+            prepare,
             ball_diameter_mm=ball_diameter_mm,
             labels=labels,
             target=target,
@@ -166,15 +183,15 @@ def calibrate(
     )
     good = [surface for surface in known.surfaces if surface.used]
 
-    def fit(samples: Sequence[Press]) -> Calibration:
-        return cls.fit([*samples, *known.resting], untouched, options)
+    def fit(samples: Sequence[Press], reference: Reference) -> Calibration:
+        return fitted_by(cls, samples, reference, options)
 
     score = None
     if scored:
         progress.stage("scoring on held-out presses", 0.6)
-        score = cross_validate(good, untouched, fit, anew=known.anew, progress=progress)
+        score = cross_validate(known.surfaces, known.without, untouched, fit, progress=progress)
     progress.stage("fitting", 0.15)
-    fitted = fit([press.training() for press in good])
+    fitted = fit([*(surface.training() for surface in good), *known.resting], untouched)
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, untouched)
     if in_turn(frames[0]):
@@ -197,8 +214,30 @@ def calibrate(
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
+    if score is not None and not score.mean_deg < score.predict_flat_deg:
+        notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
     bundle = Bundle(manifest, fitted, untouched)
-    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis)
+    given = inputs_of(profile, presses, reference, labels, target)
+    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis, given)
+
+
+def inputs_of(
+    profile: Profile | str | Path,
+    presses: Path,
+    reference: Path | None,
+    labels: Path | None,
+    target: Path | None,
+) -> Inputs:
+    """What a calibration reads, so that its bundle hits none of it."""
+    return Inputs.of(
+        {
+            PROFILE: None if isinstance(profile, Profile) else profile,
+            "--presses": presses,
+            "--reference": reference,
+            "--labels": labels,
+            "--target": target,
+        }
+    )
 
 
 def _verify(frames: Sequence[Frame], untouched: Reference) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic
@@ -11,18 +11,14 @@ import numpy as np
 
 from tactile_core.acquisition import average
 from tactile_core.algorithms.background import smooth_background
+from tactile_core.calibrating.fold import Fold, SeparatePresses
 from tactile_core.calibrating.height_target import HeightTarget, is_height_map
 from tactile_core.calibrating.map_block import MapBlock, blocks
-from tactile_core.calibrating.presses import (
-    FoundPress,
-    find_grid,
-    find_presses,
-    finder_anew,
-    resting,
-    untouched_press,
-    used,
-)
-from tactile_core.calibrating.scoring import S
+from tactile_core.calibrating.preparation import Preparation
+from tactile_core.calibrating.pressed_grid import PressedGrid
+from tactile_core.calibrating.pressed_map import PressedMap
+from tactile_core.calibrating.presses import FoundPress, find_presses, untouched_press, used
+from tactile_core.calibrating.surface import S
 from tactile_core.calibration import Press
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
@@ -32,10 +28,10 @@ from tactile_core.recording import open_recording
 from tactile_core.sensor import images_per_observation, read_frames
 
 BALL_TOLERANCE = 0.01
-
-RESTING_PIXELS = 300
-"""Beside a height map's rows: enough to hold the model level in places that the rows leave out, and
-too few to draw its slopes towards nought."""
+LARGEST_BALL_MM = 1000.0
+WIDEST_LABEL = 1.25
+"""Radius of a circle drawn by hand, over the ball's: published ones have up to 1.18, for they
+include the dark rim around the ball. What is trusted of a press is limited by the ball itself."""
 
 _STAND_IN = (
     "no picture of the untouched sensor is given, so the press's own large-scale light stands in "
@@ -56,15 +52,15 @@ class Known(Generic[S]):
     ball_diameter_mm : float or None
     resting : tuple of Press
         Samples of skin at rest, to fit on beside them.
-    anew : callable, optional
+    without : callable
         As in :func:`~tactile_core.calibrating.scoring.cross_validate`.
     """
 
     surfaces: Sequence[S]
     basis: str
+    without: Callable[[Collection[int]], Fold[S] | None]
     ball_diameter_mm: float | None = None
     resting: tuple[Press, ...] = ()
-    anew: Callable[[Sequence[S]], Callable[[S], S]] | None = None
 
 
 def untouched_sensor(
@@ -93,21 +89,28 @@ def untouched_sensor(
 
 
 def rows_of_map(
-    target: Path, frame: Frame, untouched: Reference, rows: slice | None, blur_px: float
+    target: Path,
+    frame: Frame,
+    prepare: Preparation,
+    rows: slice | None,
+    blur_px: float,
+    *,
+    stands_in: bool,
 ) -> Known[MapBlock]:
     """Bands of a height map's rows; see :class:`HeightTarget` for what is refused."""
-    read = HeightTarget.read(target, frame, rows=rows, blur_px=blur_px)
+    read = HeightTarget.read(target, prepare(frame), rows=rows, blur_px=blur_px)
     part = target.name
     if rows is not None:
         part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
-    return Known(blocks(read), part, resting=(resting(frame, untouched, RESTING_PIXELS),))
+    pressed = PressedMap(blocks(read), frame, prepare, stands_in)
+    return Known(pressed.bands, part, pressed.without, resting=(pressed.resting(prepare),))
 
 
 def balls(
     profile: Profile,
     presses: Path,
     frames: Sequence[Frame],
-    untouched: Reference,
+    prepare: Preparation,
     *,
     ball_diameter_mm: float | None = None,
     labels: Path | None = None,
@@ -123,24 +126,42 @@ def balls(
     CalibrationError
         None of the presses can be used.
     """
+    if ball_diameter_mm is not None:
+        _check_ball(ball_diameter_mm, profile)
     files = _file_names(profile, presses, frames)
     progress.stage("finding the circles", 0.25)
     if target is None:
+        ready = [prepare(frame) for frame in frames]
         found, radius_mm = _found(
-            profile, files, frames, untouched, ball_diameter_mm, labels, progress
+            profile, files, ready, prepare.untouched, ball_diameter_mm, labels, progress
         )
+        without = SeparatePresses(found, prepare.untouched, given=labels is not None).without
     else:
-        found, radius_mm = _on_target(
-            profile, presses, files, frames, untouched, ball_diameter_mm, target
+        grid, radius_mm = _on_target(
+            profile, presses, files, frames, prepare, ball_diameter_mm, target
         )
+        found, without = grid.found(), grid.without
     good = used(found)
     return Known(
         found,
         f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
+        without,
         ball_diameter_mm=2 * radius_mm,
-        resting=(untouched_press(good, untouched),) if good[0].in_grid else (),
-        anew=finder_anew if labels is None and target is None else None,
+        resting=(untouched_press(good, prepare.untouched),) if good[0].in_grid else (),
     )
+
+
+def _check_ball(diameter_mm: float, profile: Profile) -> None:
+    if not 0 < diameter_mm <= LARGEST_BALL_MM:
+        raise InputError(
+            f"a ball of {diameter_mm:g} mm? --ball-diameter-mm must be positive and at most "
+            f"{LARGEST_BALL_MM:g}"
+        )
+    if diameter_mm / 2 < profile.image.mm_per_px:
+        raise InputError(
+            f"a ball of {diameter_mm:g} mm is smaller than two pixels of "
+            f"{profile.image.mm_per_px:g} mm; correct its diameter or 'image.mm_per_px'"
+        )
 
 
 def _check_single(frames: Sequence[Frame]) -> None:
@@ -171,14 +192,16 @@ def _found(
     scale = profile.image.mm_per_px
     if ball_diameter_mm is None:
         raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
-    if not ball_diameter_mm > 0:
-        raise InputError(f"a ball of {ball_diameter_mm:g} mm? --ball-diameter-mm must be positive")
     radius_mm = ball_diameter_mm / 2
     given: Mapping[str, Any] | None = None
     if labels is not None:
         from tactile_core.formats.labels import read_labels
 
-        given = read_labels(labels)
+        given = read_labels(
+            labels,
+            size_px=(profile.image.width_px, profile.image.height_px),
+            largest_radius_px=WIDEST_LABEL * radius_mm / scale,
+        )
     found = find_presses(
         files,
         frames,
@@ -196,14 +219,15 @@ def _on_target(
     presses: Path,
     files: Sequence[str],
     frames: Sequence[Frame],
-    reference: Reference,
+    prepare: Preparation,
     ball_diameter_mm: float | None,
     target: Path,
-) -> tuple[list[FoundPress], float]:
+) -> tuple[PressedGrid, float]:
     from tactile_core.formats.target import read_target
     from tactile_core.geometry import ImageGeometry
 
     grid = read_target(target)
+    _check_ball(2 * grid.radius_mm, profile)
     if ball_diameter_mm is not None:
         off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
         if off > BALL_TOLERANCE:
@@ -220,8 +244,8 @@ def _on_target(
     centres = geometry.map_points(grid.centres_px, camera_size_px)
     radius_px = grid.radius_mm / profile.image.mm_per_px
     dome_px = _dome_radius_px(profile)
-    found = find_grid(files[0], frames[0], reference, radius_px, centres, dome_px)
-    return found, grid.radius_mm
+    pressed = PressedGrid(files[0], frames[0], prepare, centres, radius_px, dome_px)
+    return pressed, grid.radius_mm
 
 
 def _dome_radius_px(profile: Profile) -> float | None:

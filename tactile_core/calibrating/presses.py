@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,10 @@ from tactile_core.algorithms.circles import (
     Circle,
     Light,
     PressImage,
+    Start,
     find_circles,
     fit_light,
     locate,
-    refine_grid,
 )
 from tactile_core.algorithms.dome import cap, flat_equivalent
 from tactile_core.calibration import Press
@@ -51,15 +51,17 @@ class FoundPress:
         One of many balls in the frame, whose place a target tells.
     dome_radius_px : float or None
         Radius of a domed gel at rest; None for a flat one.
+    start : Start or None
+        What the press alone tells; None where its place is given.
     """
 
     file: str
     frame: Frame
-    image: PressImage
     circle: Circle
     ball_radius_px: float
     in_grid: bool = False
     dome_radius_px: float | None = None
+    start: Start | None = None
 
     @property
     def flat_equivalent_px(self) -> float:
@@ -201,38 +203,37 @@ def find_presses(
     progress: Progress | None = None,
 ) -> list[FoundPress]:
     """Find, in each frame, the circle where the ball touches; labels overrule what is found."""
-    images = [press_image(frame, reference) for frame in frames]
-    if labels is None:
-        circles = find_circles(
-            images,
-            ball_radius_px=flat_equivalent(ball_radius_px, dome_radius_px),
-            progress=progress.fraction if progress else None,
-        )
-    else:
+    if labels is not None:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
-        circles = [labels.get(frame.source, missing) for frame in frames]
-    return [
-        FoundPress(file, frame, image, circle, ball_radius_px, dome_radius_px=dome_radius_px)
-        for file, frame, image, circle in zip(files, frames, images, circles, strict=True)
-    ]
-
-
-def find_grid(
-    file: str,
-    frame: Frame,
-    reference: Reference,
-    ball_radius_px: float,
-    centres_px: np.ndarray,
-    dome_radius_px: float | None = None,
-) -> list[FoundPress]:
-    """Refine the circles of a grid of balls in one frame."""
-    image = press_image(frame, reference)
+        return [
+            FoundPress(
+                file,
+                frame,
+                labels.get(frame.source, missing),
+                ball_radius_px,
+                dome_radius_px=dome_radius_px,
+            )
+            for file, frame in zip(files, frames, strict=True)
+        ]
     touching_px = flat_equivalent(ball_radius_px, dome_radius_px)
-    circles = refine_grid(image, centres_px, touching_px)
+    starts = []
+    for number, frame in enumerate(frames, 1):
+        starts.append(Start.of(press_image(frame, reference), touching_px))
+        if progress:
+            progress.fraction(0.3 * number / len(frames))
+    circles = find_circles(
+        starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
+    )
     return [
-        FoundPress(file, frame, image, circle, ball_radius_px, True, dome_radius_px)
-        for circle in circles
+        FoundPress(file, frame, circle, ball_radius_px, False, dome_radius_px, start)
+        for file, frame, circle, start in zip(files, frames, circles, starts, strict=True)
     ]
+
+
+def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
+    """Find the circles of some presses anew, as if there were no others."""
+    circles = find_circles(_starts(presses))
+    return [replace(press, circle=circle) for press, circle in zip(presses, circles, strict=True)]
 
 
 def untouched_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
@@ -267,23 +268,19 @@ def press_image(frame: Frame, reference: Reference) -> PressImage:
 
 def light_of(presses: Sequence[FoundPress]) -> Light:
     """Fit the forward light of some presses."""
-    return fit_light(
-        [press.image for press in presses],
-        [press.circle for press in presses],
-        presses[0].flat_equivalent_px,
-    )
+    return fit_light(_starts(presses), [press.circle for press in presses])
 
 
 def relocated(press: FoundPress, light: Light) -> FoundPress:
     """Find a held-out press's circle anew, with a light that has never seen it."""
-    circle = locate(press.image, light, press.flat_equivalent_px)
-    return replace(press, circle=circle)
+    (start,) = _starts([press])
+    return replace(press, circle=locate(start, light))
 
 
-def finder_anew(presses: Sequence[FoundPress]) -> Callable[[FoundPress], FoundPress]:
-    """Find circles anew by the light of these presses alone."""
-    light = light_of(presses)
-    return lambda press: relocated(press, light)
+def _starts(presses: Sequence[FoundPress]) -> list[Start]:
+    starts = [press.start for press in presses if press.start is not None]
+    assert len(starts) == len(presses), "a press whose place was given is not searched"
+    return starts
 
 
 def used(presses: Sequence[FoundPress]) -> list[FoundPress]:

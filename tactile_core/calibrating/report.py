@@ -46,6 +46,8 @@ def write_report(result: Calibrated, folder: Path) -> None:
             ],
         )
     ]
+    if result.notes:
+        parts += [html.heading("Notes"), *map(html.paragraph, result.notes)]
     if result.score is not None:
         parts += _score_parts(result.score)
     parts += [html.heading("What was covered"), html.figure(_coverage(good), "coverage")]

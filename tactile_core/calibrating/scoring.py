@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from tactile_core.algorithms.poisson import integrate
+from tactile_core.calibrating.fold import Fold
 from tactile_core.calibrating.presses import angles_deg
-from tactile_core.calibrating.surface import KnownSurface
-from tactile_core.calibration import Calibration, Press
+from tactile_core.calibrating.surface import S
+from tactile_core.calibration import Calibration, Press, measured_by
 from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Gradients, HeightMap, Reference
 
 FOLDS = 5
-
-S = TypeVar("S", bound=KnownSurface)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,57 +62,64 @@ class Score:
 
 
 def cross_validate(
-    presses: Sequence[S],
-    reference: Reference,
-    fit: Callable[[Sequence[Press]], Calibration],
+    surfaces: Sequence[S],
+    without: Callable[[Collection[int]], Fold[S] | None],
+    untouched: Reference,
+    fit: Callable[[Sequence[Press], Reference], Calibration],
     *,
-    anew: Callable[[Sequence[S]], Callable[[S], S]] | None = None,
     progress: Progress | None = None,
 ) -> Score | None:
-    """Score a way of fitting by leaving presses out, fold by fold.
+    """Score a way of fitting by leaving surfaces out, fold by fold.
+
+    Which are scored is decided once, for all of them: those that are used. Places, light and model
+    of a fold are found without those that it holds out.
 
     Parameters
     ----------
-    presses : sequence of KnownSurface
-        Those that are used.
-    reference : Reference
+    surfaces : sequence of KnownSurface
+        All that were found, those of no use too.
+    without : callable
+        From numbers of surfaces that are held out, what the others tell by themselves; None if they
+        tell nothing.
+    untouched : Reference
+        Held-out surfaces are measured against it.
     fit : callable
-        Fits a calibration on some presses.
-    anew : callable, optional
-        From the other presses alone, how to find a held-out one again; None where its place was
-        given, as by labels or a target.
+        Fits a calibration on some samples and a reference.
 
     Returns
     -------
-    Score, or None with fewer than two presses
+    Score, or None with fewer than two surfaces that are used
     """
-    if len(presses) < 2:
+    if sum(surface.used for surface in surfaces) < 2:
         return None
     progress = progress or Silent()
-    folds = min(FOLDS, len(presses))
+    folds = min(FOLDS, len(surfaces))
     errors, flat, slopes, height_errors = [], [], [], []
     for fold in range(folds):
-        train = [press for i, press in enumerate(presses) if i % folds != fold]
-        model = fit([press.training() for press in train])
-        find = None if anew is None else anew(train)
+        progress.fraction(fold / folds)
+        held_out = range(fold, len(surfaces), folds)
+        to_score = [i for i in held_out if surfaces[i].used]
+        known = without(held_out) if to_score else None
+        if known is None:
+            continue
+        model = fit(known.samples, known.reference)
         seen: dict[int, Gradients | HeightMap] = {}
-        for press in presses[fold::folds]:
-            held_out = press if find is None else find(press)
-            key = id(press.frame)
+        for surface in map(known.find, to_score):
+            key = id(surface.frame)
             if key not in seen:
-                seen[key] = model.measure(press.frame, reference)
+                seen[key] = measured_by(model, surface.frame, untouched)
             measured = seen[key]
             if not isinstance(measured, Gradients):
                 continue
-            mask = held_out.scored()
-            rows, columns, true = held_out.true_gradients(mask)
+            mask = surface.scored()
+            rows, columns, true = surface.true_gradients(mask)
             found = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
             errors.append(angles_deg(found, true))
             flat.append(angles_deg(np.zeros_like(true), true))
             slopes.append(np.column_stack([found, true])[:: max(1, len(true) // 200)])
             height_mm = integrate(measured.x, measured.y, mm_per_px=measured.mm_per_px)
-            height_errors.append(held_out.height_errors_mm(height_mm, mask))
-        progress.fraction((fold + 1) / folds)
+            height_errors.append(surface.height_errors_mm(height_mm, mask))
+    progress.fraction(1.0)
     if not errors or not sum(map(len, errors)):
         return None
     all_errors = np.concatenate(errors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -54,3 +54,6 @@ class KnownSurface(Protocol):
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
         """(N, 2) slopes and the (N, K) changes of intensity that they cause, to first order."""
+
+
+S = TypeVar("S", bound=KnownSurface)

@@ -10,6 +10,8 @@ from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate
 from tactile_core.cli.compare import compare
 from tactile_core.cli.demo import demo
+from tactile_core.cli.devices import devices
+from tactile_core.cli.guard import guarded
 from tactile_core.cli.new import new
 from tactile_core.cli.profiles import doctor, plugins, profiles, schema, validate
 from tactile_core.cli.run import run
@@ -50,6 +52,7 @@ COMMANDS = (
     validate,
     schema,
     doctor,
+    devices,
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command()(guarded(command))

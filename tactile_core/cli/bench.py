@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
     from tactile_core.benching import Bench, Benches
@@ -51,12 +52,12 @@ def bench(
             profiles, sizes_px=sizes_px, calibration=calibration, progress=progress
         )
     for line in (*unusable, *result.left_out):
-        typer.echo(f"left out {line}", err=True)
+        tell(f"left out {line}")
     if as_json:
-        typer.echo(json.dumps(result.summary()))
+        say_json(result.summary())
         return
     for line in _lines(result):
-        typer.echo(line)
+        say(line)
 
 
 def _profiles(name: str | None) -> tuple[list[Profile], list[str]]:

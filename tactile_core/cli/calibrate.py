@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 
 def calibrate(
@@ -34,8 +35,9 @@ def calibrate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
-    from tactile_core.bundle import check_serial, default_place
+    from tactile_core.bundle import check_place, check_serial, default_place
     from tactile_core.calibrating import calibrate as fit
+    from tactile_core.calibrating import inputs_of
     from tactile_core.calibrating.height_target import parse_rows
     from tactile_core.cli.progress import Bar
     from tactile_core.profiles.loader import load_profile
@@ -44,6 +46,8 @@ def calibrate(
     if serial:
         check_serial(serial)
     folder = out if out is not None else default_place(loaded, serial or None)
+    inputs_of(profile, presses, reference, labels, target).refuse_whole(folder)
+    check_place(folder)
     with Bar() as progress:
         result = fit(
             loaded,
@@ -59,16 +63,16 @@ def calibrate(
         )
     result.save(folder)
     for note in result.notes:
-        typer.echo(f"note: {note}", err=True)
+        tell(f"note: {note}")
     if as_json:
-        typer.echo(json.dumps(result.summary(folder)))
+        say_json(result.summary(folder))
         return
     for press in result.presses:
         if not press.used:
-            typer.echo(f"left out {press.file}: {press.why}", err=True)
-    typer.echo(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
+            tell(f"left out {press.file}: {press.why}")
+    say(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
     if result.score is not None:
-        typer.echo(
+        say(
             f"held-out normal error: mean {result.score.mean_deg:.2f}°, median "
             f"{result.score.median_deg:.2f}°, 90 % {result.score.p90_deg:.2f}° "
             f"(saying 'flat': {result.score.predict_flat_deg:.1f}°)"

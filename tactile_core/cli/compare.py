@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import json
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 
 def compare(
@@ -52,17 +54,29 @@ def compare(
     from tactile_core.comparing import compare as measure_all
     from tactile_core.comparing.report import page, table
     from tactile_core.comparing.variants import parse_swap
-    from tactile_core.errors import InputError
     from tactile_core.formats.files import write_atomically
+    from tactile_core.inputs import PROFILE, Inputs
+    from tactile_core.output_folder import REPORT, OutputFolder
+    from tactile_core.sensor import FIRST
 
-    if out is not None and out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file; name a folder for the report")
+    swaps = [parse_swap(words) for words in swap or []]
+    given = {
+        PROFILE: profile,
+        "--input": input,
+        "--truth": truth,
+        "--bundle": bundle,
+        "--reference": None if reference == FIRST else reference,
+        **{f"--swap {step}": use for step, use in swaps},
+    }
+    results = None if out is None else OutputFolder(out, Inputs.of(given))
+    if results is not None:
+        results.check([REPORT])
     with Bar() as progress:
         result = measure_all(
             profile,
             input=input,
             truth=truth,
-            swaps=[parse_swap(words) for words in swap or []],
+            swaps=swaps,
             bundle=bundle,
             reference=reference,
             serial=serial,
@@ -70,13 +84,12 @@ def compare(
         )
     for variant in result.variants:
         for note in variant.notes:
-            typer.echo(f"note: {variant.name}: {note}", err=True)
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_atomically(out / "report.html", page(result).encode())
-        typer.echo(f"{out / 'report.html'} shows the pictures", err=True)
+            tell(f"note: {variant.name}: {note}")
+    if results is not None:
+        report = results.write(REPORT, partial(write_atomically, data=page(result).encode()))
+        tell(f"{report} shows the pictures")
     if as_json:
-        typer.echo(json.dumps(result.summary()))
+        say_json(result.summary())
         return
     for line in table_lines(*table(result)):
-        typer.echo(line)
+        say(line)

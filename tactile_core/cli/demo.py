@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, tell
 
 
 def demo(
@@ -16,15 +19,18 @@ def demo(
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import ProfileError
     from tactile_core.formats.files import write_atomically
+    from tactile_core.output_folder import REPORT, OutputFolder
     from tactile_core.profiles.loader import list_rigs, load_profile
     from tactile_core.sim.demo import demonstrate
 
+    results = OutputFolder(out)
+    results.check([REPORT])
     rows, parts = [], []
     for entry in list_rigs():
         try:
             profile = load_profile(entry.name)
         except ProfileError as error:
-            typer.echo(f"skipped {entry.name}: {error}", err=True)
+            tell(f"skipped {entry.name}: {error}")
             continue
         with Bar() as progress:
             measured, figures = demonstrate(profile, progress)
@@ -42,7 +48,6 @@ def demo(
         )
         for row in rows
     ]
-    out.mkdir(parents=True, exist_ok=True)
     told = html.paragraph(
         "Every sensor here is virtual, with the mechanics of its gel and the light of its lamps, "
         "so that the truth is known at each pixel. Normal error: mean angle over the contact. "
@@ -51,9 +56,7 @@ def demo(
     page = html.page(
         "Optical touch, measured against the truth", [told, html.table(header, cells), *parts]
     )
-    write_atomically(out / "report.html", page.encode())
+    report = results.write(REPORT, partial(write_atomically, data=page.encode()))
     for line in [header, *cells]:
-        typer.echo(
-            "  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line))
-        )
-    typer.echo(f"{out / 'report.html'} shows the pictures", err=True)
+        say("  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line)))
+    tell(f"{report} shows the pictures")

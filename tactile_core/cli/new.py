@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.output import say, tell
+
 
 def new(
     name: Annotated[str, typer.Argument(help="Name of the new profile: letters, digits and _.")],
@@ -74,8 +76,8 @@ def new(
     made = new_package(profile) if plugin else profile
     made.write(place, force=force)
     for note in profile.notes:
-        typer.echo(f"note: {note}", err=True)
-    typer.echo(place)
+        tell(f"note: {note}")
+    say(str(place))
     ball = f"--ball-diameter-mm {'D' if ball_diameter_mm is None else f'{ball_diameter_mm:g}'}"
     if target is not None:
         ball = f"--target {target}"
@@ -89,10 +91,10 @@ def new(
             f"tactile run {place} --bundle BUNDLE --input RECORDING --out RESULTS --save png,npz",
         ]
     for step in steps:
-        typer.echo(f"next: {step}", err=True)
+        tell(f"next: {step}")
 
 
 def _ask(question: str) -> str:
     # not typer.prompt, which writes a part of the question to stdout
-    typer.echo(f"{question} ", nl=False, err=True)
+    tell(question, end=" ")
     return sys.stdin.readline()

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
@@ -26,10 +27,10 @@ def profiles(as_json: AsJson = False) -> None:
             }
             for entry in entries
         ]
-        typer.echo(json.dumps({"profiles": rows}))
+        say_json({"profiles": rows})
         return
     for entry in entries:
-        typer.echo(f"{entry.name:<28}{entry.origin:<16}{_description(entry.path)}")
+        say(f"{entry.name:<28}{entry.origin:<16}{_description(entry.path)}")
 
 
 def _description(path: Path) -> str:
@@ -41,7 +42,7 @@ def _description(path: Path) -> str:
         said = load_source(path).settings.get("description")
     except ProfileError:
         return ""
-    return "" if said is None else str(said.value)
+    return "" if said is None else " ".join(str(said.value).split())
 
 
 def plugins(as_json: AsJson = False) -> None:
@@ -60,15 +61,15 @@ def plugins(as_json: AsJson = False) -> None:
             }
             for p in found
         ]
-        typer.echo(json.dumps({"plugins": rows}))
+        say_json({"plugins": rows})
         return
     for plugin in found:
-        typer.echo(f"{plugin.name}  ({plugin.distribution} {plugin.version})")
+        say(f"{plugin.name}  ({plugin.distribution} {plugin.version})")
         for kind, names in plugin.components.items():
             for name in sorted(names):
-                typer.echo(f"    {kind:<14}{plugin.name}.{name}")
+                say(f"    {kind:<14}{plugin.name}.{name}")
         for problem in plugin.problems:
-            typer.echo(f"    problem: {problem}")
+            say(f"    problem: {problem}")
 
 
 def validate(
@@ -84,9 +85,9 @@ def validate(
             load_profile(path)
         except TactileError as error:
             failed = True
-            typer.echo(f"tactile: {error}", err=True)
+            tell(f"tactile: {error}")
         else:
-            typer.echo(f"{path}: valid")
+            say(f"{path}: valid")
     if failed:
         raise typer.Exit(2)
 
@@ -95,7 +96,7 @@ def schema() -> None:
     """Print the JSON schema of profiles, for editors."""
     from tactile_core.profiles.schema import profile_schema
 
-    typer.echo(json.dumps(profile_schema(), indent=2))
+    say_json(profile_schema(), indent=2)
 
 
 def doctor(
@@ -112,16 +113,16 @@ def doctor(
         raise InputError("--sim opens the virtual twin of a profile; name one")
     sound = True
     for plugin in list_plugins(import_components=True):
-        typer.echo(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
+        say(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
         for problem in plugin.problems:
             sound = False
-            typer.echo(f"         {problem}")
+            say(f"         {problem}")
     if profile is not None:
         load_profile(profile)
-        typer.echo(f"{'ok':<9}profile {profile}")
+        say(f"{'ok':<9}profile {profile}")
     if profile is not None and sim:
         with open_sensor(profile, sim=True) as sensor:
             height, width, channels = sensor.read().frame.pixels.shape
-        typer.echo(f"{'ok':<9}twin of {profile}: {width} × {height}, {channels} channels")
+        say(f"{'ok':<9}twin of {profile}: {width} × {height}, {channels} channels")
     if not sound:
         raise typer.Exit(2)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
+import sys
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
     from tactile_core.reading import Reading
@@ -36,24 +38,31 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
 ) -> None:
     """Measure: height, contact and all that the profile's steps give."""
+    from tactile_core.bundle import default_place
     from tactile_core.errors import InputError
-    from tactile_core.outputs import FORMATS, write_reading
-    from tactile_core.sensor import open_sensor
+    from tactile_core.inputs import PROFILE, Inputs
+    from tactile_core.output_folder import OutputFolder
+    from tactile_core.outputs import FORMATS, check_names, write_reading
+    from tactile_core.sensor import FIRST, observation_names, open_sensor
 
+    if frames is not None and frames > sys.maxsize:
+        raise InputError(f"--frames {frames}: no sensor delivers so many; leave the option out")
     formats = [word for word in save.split(",") if word]
     unknown = sorted(set(formats) - set(FORMATS))
     if unknown:
         raise InputError(f"--save {unknown[0]}: choose among {', '.join(FORMATS)}")
+    if not formats:
+        raise InputError(f"--save names nothing to write; choose among {', '.join(FORMATS)}")
     if input is not None and sim:
         raise InputError("--input is measured in place of the camera that --sim opens; give one")
-    if (
-        out is not None
-        and input is not None
-        and out.resolve() in (input.resolve(), input.parent.resolve())
-    ):
-        raise InputError(
-            f"--out {out} holds the input, which results could overwrite; name another"
-        )
+    given = {
+        PROFILE: profile,
+        "--input": input,
+        "--reference": None if reference == FIRST else reference,
+        "--bundle": bundle,
+        "--script": script,
+    }
+    results = None if out is None else OutputFolder(out, Inputs.of(given))
     with open_sensor(
         profile,
         serial=serial,
@@ -63,15 +72,24 @@ def run(
         sim=sim,
         script=script,
     ) as sensor:
+        if results is not None:
+            if bundle is None:
+                place = default_place(sensor.profile, serial)
+                Inputs.of({"the bundle": place}).refuse_shared(results.path)
+            if input is not None:
+                check_names(results, observation_names(sensor.profile, input), formats)
         for note in sensor.notes:
-            typer.echo(f"note: {note}", err=True)
+            tell(f"note: {note}")
         tared = tare_frame is None
         for reading in islice(sensor.stream(tare_frame=tare_frame), frames):
             tared |= reading.frame.sequence == tare_frame
-            if out is not None:
-                write_reading(reading, out, formats)
+            if results is not None:
+                write_reading(reading, results, formats)
             line = reading.summary()
-            typer.echo(json.dumps(line) if as_json else _words(reading, line))
+            if as_json:
+                say_json(line)
+            else:
+                say(_words(reading, line))
     if not tared:
         raise InputError(
             f"--tare-frame {tare_frame}: no frame of this number was measured, so nothing was "

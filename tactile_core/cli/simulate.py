@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from tactile_core.cli.output import say, say_json
 
 
 def simulate(
@@ -35,6 +36,6 @@ def simulate(
     with Bar() as progress:
         count = play(stage, scene, out, progress=progress)
     if as_json:
-        typer.echo(json.dumps({"out": str(out), "frames": count, "profile": stage.profile.name}))
+        say_json({"out": str(out), "frames": count, "profile": stage.profile.name})
         return
-    typer.echo(f"{out}: {count} frames of {stage.profile.name}, with the truth of each")
+    say(f"{out}: {count} frames of {stage.profile.name}, with the truth of each")

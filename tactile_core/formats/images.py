@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import zlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,17 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes, write_atomically
+from tactile_core.formats.files import read_bytes, read_start, write_atomically
+from tactile_core.formats.headers import MOST_PIXELS, Header, header, is_whole
 
 IMAGE_SUFFIXES = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".ppm", ".tif", ".tiff", ".webp"}
 )
 
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG = b"\xff\xd8\xff"
-_PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 1, 6: 3}
-_SOF = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-_SOS = 0xDA
+_SILENT = frozenset({"OFF", "SILENT", "0"})
 _HEADER_BYTES = 1 << 16
 
 
@@ -62,12 +61,12 @@ def image_kind(path: Path) -> ImageKind:
     InputError
         The file is missing or no image.
     """
-    try:
-        with Path(path).open("rb") as file:
-            head = file.read(_HEADER_BYTES)
-    except OSError:
-        head = read_bytes(path)
-    return _kind(head) or ImageKind.of(read_image(path))
+    path = Path(path)
+    found = header(read_start(path, _HEADER_BYTES))
+    if found is None or not found.channels:
+        return ImageKind.of(read_image(path))
+    _check(path, found)
+    return ImageKind(found.width_px, found.height_px, found.channels, found.bits)
 
 
 def read_image(path: Path) -> NDArray[Any]:
@@ -83,20 +82,26 @@ def read_image(path: Path) -> NDArray[Any]:
     Raises
     ------
     InputError
-        The file is missing, no image, truncated or damaged, or of an unsupported type.
+        The file is missing, no image, truncated or damaged, too large, of an unsupported type, or
+        holds several pictures.
     """
     path = Path(path)
     data = read_bytes(path)
-    # checked before decoding: the decoders print to stderr, or return an image with a grey rest
-    if not _whole(data):
+    # checked before decoding: that may take all memory, print to stderr or leave a grey rest
+    found = header(data)
+    if found is not None:
+        _check(path, found)
+    if not is_whole(data):
         raise InputError(f"{path} is truncated or damaged; copy or record it again")
-    pixels = _decode(data)
-    if pixels is None:
-        raise InputError(f"{path} is no image that can be read, whatever its name says")
+    pixels = None if found is None else _decode(data)
+    if found is None or pixels is None:
+        raise InputError(
+            f"{path} is no image that can be read, whatever its name says; save it as PNG, JPEG, "
+            f"BMP, TIFF, WebP, PGM or PPM"
+        )
     if pixels.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{path} holds {pixels.dtype} values; save it with 8 or 16 bits")
-    kind = _kind(data)
-    if pixels.ndim == 3 and (pixels.shape[2] < 3 or (kind is not None and kind.channels == 1)):
+    if pixels.ndim == 3 and (pixels.shape[2] < 3 or found.channels == 1):
         return np.ascontiguousarray(pixels[..., 0])
     return pixels if pixels.ndim == 2 else np.ascontiguousarray(pixels[..., 2::-1])
 
@@ -123,68 +128,49 @@ def write_png(path: Path, pixels: NDArray[Any]) -> None:
     write_atomically(path, encoded.data)
 
 
+def _check(path: Path, found: Header) -> None:
+    """Refuse what must not be decoded."""
+    if found.frames > 1:
+        raise InputError(
+            f"{path} holds several pictures, and only one could be measured; save each as a file "
+            f"of its own, or all as a video"
+        )
+    if min(found.width_px, found.height_px) < 1:
+        raise InputError(f"{path} has no pixels; record or save it again")
+    if found.width_px * found.height_px > MOST_PIXELS:
+        raise InputError(
+            f"{path} has {found.width_px} × {found.height_px} pixels, more than the "
+            f"{MOST_PIXELS / 1e6:.0f} megapixels that are read; crop it or make it smaller"
+        )
+
+
 def _decode(data: bytes) -> NDArray[Any] | None:
     import cv2
 
-    if not data:
-        return None
     try:
-        pixels: NDArray[Any] | None = cv2.imdecode(
-            np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
-        )
+        with _silenced():
+            pixels: NDArray[Any] | None = cv2.imdecode(
+                np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
+            )
     except cv2.error:
         return None
     return pixels
 
 
-def _kind(data: bytes) -> ImageKind | None:
-    """Kind by the header of a PNG or JPEG; None for other formats and headers beyond the data."""
-    if data.startswith(_PNG) and len(data) > 25:
-        width, height = (int.from_bytes(data[i : i + 4], "big") for i in (16, 20))
-        return ImageKind(width, height, _PNG_CHANNELS.get(data[25], 3), max(8, data[24]))
-    if data.startswith(_JPEG):
-        for marker, at in _jpeg_segments(data):
-            if marker in _SOF and at + 10 <= len(data):
-                height, width = (int.from_bytes(data[at + i : at + i + 2], "big") for i in (5, 7))
-                return ImageKind(width, height, 1 if data[at + 9] == 1 else 3, 8)
-    return None
-
-
-def _whole(data: bytes) -> bool:
-    if data.startswith(_PNG):
-        return _whole_png(memoryview(data))
-    if data.startswith(_JPEG):
-        scan = next((at for marker, at in _jpeg_segments(data) if marker == _SOS), None)
-        # within the coded data a true end marker cannot occur by chance: 0xFF is stuffed there
-        return scan is not None and data.find(b"\xff\xd9", scan) >= 0
-    return True
-
-
-def _whole_png(data: memoryview) -> bool:
-    at = len(_PNG)
-    while at + 12 <= len(data):
-        length = int.from_bytes(data[at : at + 4], "big")
-        end = at + 8 + length
-        if end + 4 > len(data) or zlib.crc32(data[at + 4 : end]) != int.from_bytes(
-            data[end : end + 4], "big"
-        ):
-            return False
-        if bytes(data[at + 4 : at + 8]) == b"IEND":
-            return True
-        at = end + 4
-    return False
-
-
-def _jpeg_segments(data: bytes) -> list[tuple[int, int]]:
-    """(marker, offset of the marker) of each segment up to the coded data."""
-    segments, at = [], 2
-    while at + 4 <= len(data) and data[at] == 0xFF:
-        marker = data[at + 1]
-        if marker == 0xFF:  # padding
-            at += 1
-            continue
-        segments.append((marker, at))
-        if marker == _SOS:
-            break
-        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-    return segments
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Silence the libraries that decode, too, where OpenCV's own log is switched off."""
+    try:
+        kept = os.dup(2) if os.environ.get("OPENCV_LOG_LEVEL") in _SILENT else None
+    except OSError:  # there is no such stream
+        kept = None
+    if kept is None:
+        yield
+        return
+    try:
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)

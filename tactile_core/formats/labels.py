@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes
+from tactile_core.formats.files import read_text
 from tactile_core.formats.images import IMAGE_SUFFIXES
+from tactile_core.formats.shown import printable, shown
 
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle
@@ -17,8 +18,21 @@ if TYPE_CHECKING:
 _NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")
 
 
-def read_labels(path: Path) -> dict[str, Circle]:
+def read_labels(
+    path: Path,
+    *,
+    size_px: tuple[int, int] | None = None,
+    largest_radius_px: float | None = None,
+) -> dict[str, Circle]:
     """Read one circle per press.
+
+    Parameters
+    ----------
+    path : Path
+    size_px : (width, height), optional
+        Of the image in which the circles lie.
+    largest_radius_px : float, optional
+        No circle of this ball is wider.
 
     Returns
     -------
@@ -29,15 +43,13 @@ def read_labels(path: Path) -> dict[str, Circle]:
     Raises
     ------
     InputError
-        The file is missing or a line cannot be used; the message names it.
+        The file is missing, or a line cannot be used or shows no circle of this ball in this image;
+        the message names it.
     """
     from tactile_core.algorithms.circles import Circle
 
     path = Path(path)
-    try:
-        text = read_bytes(path).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is no text file in UTF-8") from None
+    text = read_text(path)
     reader = csv.DictReader(text.splitlines(), skipinitialspace=True, strict=True)
     circles: dict[str, Circle] = {}
     try:
@@ -56,11 +68,34 @@ def read_labels(path: Path) -> dict[str, Circle]:
                 what = "contact_radius_px must be positive" if name else "'file' is empty"
                 raise InputError(f"{where}: {what}")
             if name in circles:
-                raise InputError(f"{where}: {cells['file']} has a circle already; keep one line")
+                raise InputError(
+                    f"{where}: {printable(cells['file'][:80])} has a circle already; keep one line"
+                )
+            _check_circle(x, y, radius, size_px, largest_radius_px, where)
             circles[name] = Circle((x, y), radius, True, "", 1.0)
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: this is not CSV: {error}") from None
     return circles
+
+
+def _check_circle(
+    x: float,
+    y: float,
+    radius: float,
+    size_px: tuple[int, int] | None,
+    largest_radius_px: float | None,
+    where: str,
+) -> None:
+    if size_px is not None and not (0 <= x + 0.5 <= size_px[0] and 0 <= y + 0.5 <= size_px[1]):
+        raise InputError(
+            f"{where}: the circle's centre ({x:g}, {y:g}) lies outside of the image of "
+            f"{size_px[0]} × {size_px[1]} px; give it in the pixels of the profile's image"
+        )
+    if largest_radius_px is not None and radius > largest_radius_px:
+        raise InputError(
+            f"{where}: contact_radius_px {radius:g} is more than this ball's circle can have, "
+            f"{largest_radius_px:.4g} px; correct it, --ball-diameter-mm or the profile's mm_per_px"
+        )
 
 
 def _observation(file: str) -> str:
@@ -74,5 +109,5 @@ def _number(text: str, column: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{where}: {column} must be a number, not {text!r}")
+        raise InputError(f"{where}: {column} must be a number, not {shown(text)}")
     return value

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
+import math
 import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
+from tactile_core.formats.shown import printable
+
+MOST_ARRAY_BYTES = 1 << 30
+"""Of one array: twice as much as three of them for each pixel of the largest image."""
 
 
 def write_npz(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
@@ -51,10 +55,30 @@ def read_npz(path: Path) -> dict[str, NDArray[Any]]:
     if not data.startswith(b"PK"):
         raise InputError(f"{path} is no .npz file; write it again or restore it from a copy")
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            for entry in archive.infolist():
+                _check(archive, entry)
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
+    except Exception as error:  # numpy and zipfile raise almost anything at damaged bytes
         raise InputError(
-            f"{path} is corrupt or holds something else than arrays ({error}); write it again or "
-            f"restore it from a copy"
+            f"{path} is corrupt or holds something else than arrays ({_words(error)}); write it "
+            f"again or restore it from a copy"
         ) from error
+
+
+def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
+    """Refuse an array that would take more memory than what is stored of it."""
+    if entry.file_size > MOST_ARRAY_BYTES:
+        raise ValueError(f"{printable(entry.filename)} has {entry.file_size / 1e9:.3g} GB")
+    with archive.open(entry) as file:
+        version = np.lib.format.read_magic(file)
+        read = np.lib.format.read_array_header_1_0
+        shape, _, dtype = (read if version == (1, 0) else np.lib.format.read_array_header_2_0)(file)
+        stored = entry.file_size - file.tell()
+    if not dtype.hasobject and math.prod(shape) * dtype.itemsize != stored:
+        raise ValueError(f"{printable(entry.filename)} is not of the size that it says")
+
+
+def _words(error: Exception) -> str:
+    return printable(str(error).splitlines()[0] if str(error) else type(error).__name__)

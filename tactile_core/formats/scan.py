@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from tactile_core.errors import InputError
+from tactile_core.formats.shown import shown
 from tactile_core.formats.yaml import number, read_mapping, write_mapping
 
 SCAN_FILE = "scan.yaml"
 Crop = tuple[int, int, int, int]
+
+_SMALLEST_MM, _LARGEST_MM = 1e-6, 100.0
+"""A pixel on the gel."""
+_MOST_PX = 100_000
 
 _OURS = frozenset({"images", "guid", "mmperpixel", "crop", "calib", "annotations", "metadata"})
 
@@ -60,12 +65,19 @@ def read_scan(path: Path) -> Scan:
     images = content.get("images")
     if not isinstance(images, list) or not images or not all(isinstance(i, str) for i in images):
         raise InputError(f"{path}: 'images' must list the scan's image files")
+    images = [image.replace("\\", "/") for image in images]
+    outside = next((image for image in images if _leaves(image)), None)
+    if outside is not None:
+        raise InputError(
+            f"{path}: images must lie in the scan's folder, and {shown(outside)} leads out of it; "
+            f"bring the file there"
+        )
     annotations = content.get("annotations") or []
     if not isinstance(annotations, list) or not all(isinstance(a, dict) for a in annotations):
         raise InputError(f"{path}: 'annotations' must be a list of mappings")
     metadata = content.get("metadata") or {}
     return Scan(
-        images=tuple(image.replace("\\", "/") for image in images),
+        images=tuple(images),
         mm_per_px=_scale(content.get("mmperpixel"), path),
         crop=_crop(content.get("crop"), path),
         guid=str(content.get("guid") or ""),
@@ -97,10 +109,22 @@ def write_scan(path: Path, scan: Scan) -> None:
     write_mapping(path, {**content, **scan.extra})
 
 
+def _leaves(image: str) -> bool:
+    """Whether a path leads out of the folder that it is relative to."""
+    return (
+        PurePosixPath(image).is_absolute()
+        or PureWindowsPath(image).anchor != ""
+        or ".." in PurePosixPath(image).parts
+    )
+
+
 def _scale(value: object, path: Path) -> float | None:
     scale = 0.0 if value is None else number(value, path, "mmperpixel")
-    if scale < 0:
-        raise InputError(f"{path}: mmperpixel must be positive, or 0 for unknown, not {scale:g}")
+    if scale and not _SMALLEST_MM <= scale <= _LARGEST_MM:
+        raise InputError(
+            f"{path}: mmperpixel must be positive, from {_SMALLEST_MM:g} to {_LARGEST_MM:g}, or 0 "
+            f"for unknown, not {scale:g}"
+        )
     return scale or None
 
 
@@ -108,10 +132,10 @@ def _crop(value: object, path: Path) -> Crop | None:
     if value is None or value == []:
         return None
     if not isinstance(value, list) or len(value) != 4:
-        raise InputError(f"{path}: crop must be [x, y, width, height], not {value!r}")
-    x, y, width, height = (round(number(part, path, "crop")) for part in value)
+        raise InputError(f"{path}: crop must be [x, y, width, height], not {shown(value)}")
+    x, y, width, height = (round(number(part, path, "crop", high=_MOST_PX)) for part in value)
     if not any((x, y, width, height)):
         return None
     if min(x, y) < 0 or min(width, height) < 1:
-        raise InputError(f"{path}: crop {value} is empty or begins outside the image")
+        raise InputError(f"{path}: crop {shown(value)} is empty or begins outside the image")
     return (x, y, width, height)

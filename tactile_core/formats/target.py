@@ -11,9 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
+from tactile_core.formats.shown import shown
 from tactile_core.formats.yaml import number, read_mapping
 
 _RESOLUTION_TOLERANCE = 0.05
+_MOST_CIRCLES = 10_000
+_LARGEST_MM = 1000.0
+_FARTHEST_PX = 1e6
+"""A target may be drawn on a larger picture than the one that is measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +84,15 @@ def read_target(path: Path) -> BallGrid:
     told: Mapping[str, Any] = target if isinstance(target, dict) else {}
     radius = told.get("radius", content.get("radius", content.get("calibradius")))
     pitch = told.get("pitch", content.get("pitch", content.get("calibspacing")))
-    if radius is None or not number(radius, path, "radius") > 0:
+    if radius is None or not number(radius, path, "radius", high=_LARGEST_MM) > 0:
         raise InputError(f"{path}: a ball target needs 'radius', the balls' radius in mm")
     shapes = _circles(content.get("shapes", content.get("annotations")), told.get("circles"), path)
     if not shapes:
         raise InputError(f"{path} shows no circles: 'shapes' must list them with x and y in px")
+    if len(shapes) > _MOST_CIRCLES:
+        raise InputError(f"{path} has {len(shapes)} circles; {_MOST_CIRCLES} are read at most")
     centres = np.array([[_coordinate(shape, key, path) for key in ("x", "y")] for shape in shapes])
-    pitch_mm = number(pitch, path, "pitch") if pitch is not None else 0.0
+    pitch_mm = number(pitch, path, "pitch", high=_LARGEST_MM) if pitch is not None else 0.0
     return BallGrid(float(radius), centres, _scale(shapes, centres, pitch_mm))
 
 
@@ -100,8 +107,8 @@ def _circles(shapes: object, ids: object, path: Path) -> Sequence[Mapping[str, A
 
 def _coordinate(shape: Mapping[str, Any], key: str, path: Path) -> float:
     if key not in shape:
-        raise InputError(f"{path}: circle {shape.get('name', '')!s} has no {key!r}")
-    return number(shape[key], path, key)
+        raise InputError(f"{path}: circle {shown(shape.get('name', ''))} has no {key!r}")
+    return number(shape[key], path, key, low=-_FARTHEST_PX, high=_FARTHEST_PX)
 
 
 def _scale(

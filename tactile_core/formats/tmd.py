@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
+from tactile_core.formats.headers import MOST_PIXELS
 
 _HEADER = b"Binary TrueMap Data File v2.0\r\n\0"
 _SIZES = struct.Struct("<II4f")
@@ -66,6 +67,16 @@ def read_tmd(path: Path) -> Tmd:
         raise InputError(
             f"{path} is truncated: it promises {columns} × {rows} heights and holds {held}; copy "
             f"or export it again"
+        )
+    if columns * rows < held:
+        raise InputError(
+            f"{path} is corrupt: it promises {columns} × {rows} heights and holds {held}; copy or "
+            f"export it again"
+        )
+    if held > MOST_PIXELS:
+        raise InputError(
+            f"{path} has {columns} × {rows} heights, more than the {MOST_PIXELS / 1e6:.0f} million "
+            f"that are read; export a part of it"
         )
     lengths = np.array([length_x, length_y, *offset])
     if columns * rows == 0 or not np.isfinite(lengths).all() or not lengths[:2].min() > 0:

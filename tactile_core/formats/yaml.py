@@ -9,7 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes, write_atomically
+from tactile_core.formats.files import read_text, write_atomically
+from tactile_core.formats.shown import shown
+
+MOST_BYTES = 1_000_000
+"""Reading takes some 10 s for these; a scan with a thousand circles drawn in it has a tenth."""
+
+_HUGE = 1e30
+
+_MOST_EXPANDED = 10 * MOST_BYTES
+"""Characters, had every alias been written out."""
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
@@ -18,26 +27,31 @@ def read_mapping(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file is missing, no text, no YAML (with line and column) or no mapping.
+        The file is missing, too large, no text, no YAML (with line and column), nested too deeply,
+        grows by aliases, or is no mapping.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     path = Path(path)
-    try:
-        text = read_bytes(path).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is no text file in UTF-8") from None
+    text = read_text(path, MOST_BYTES)
     yaml = YAML(typ="safe", pure=True)
     yaml.allow_duplicate_keys = True
     try:
-        content = yaml.load(text)
+        constructor, _ = yaml.get_constructor_parser(text)
+        tree = constructor.composer.get_single_node()
+        if _expanded(tree, {}) > _MOST_EXPANDED:
+            raise InputError(f"{path} grows without limit by its aliases (*); write the values out")
+        content = None if tree is None else constructor.construct_document(tree)
     except MarkedYAMLError as error:
         mark = error.problem_mark
         where = f":{mark.line + 1}:{mark.column + 1}" if mark is not None else ""
         raise InputError(f"{path}{where}: this is not YAML: {error.problem}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: this is not YAML: {str(error).splitlines()[0]}") from None
+    except RecursionError:
+        raise InputError(f"{path}: this is not YAML that can be read: nested too deeply") from None
+    except (YAMLError, ValueError, OverflowError, TypeError) as error:
+        words = (str(error) or "a value cannot be read").splitlines()[0]
+        raise InputError(f"{path}: this is not YAML: {words}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path} is no mapping of keys to values")
     return {str(key): value for key, value in content.items()}
@@ -61,14 +75,36 @@ def write_mapping(path: Path, content: Mapping[str, Any]) -> None:
     write_atomically(path, buffer.getvalue())
 
 
-def number(value: object, path: Path, key: str) -> float:
-    """Return a finite number.
+def number(
+    value: object, path: Path, key: str, *, low: float = -math.inf, high: float = math.inf
+) -> float:
+    """Return a finite number from ``low`` to ``high``.
 
     Raises
     ------
     InputError
         It is something else.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{path}: {key} must be a number, not {value!r}")
+    # the limits are far beyond any number here, and below those that float() cannot take
+    good = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _HUGE
+    if not good:
+        raise InputError(f"{path}: {key} must be a number, not {shown(value)}")
+    assert isinstance(value, int | float)
+    if not low <= value <= high:
+        raise InputError(f"{path}: {key} must be from {low:g} to {high:g}, not {shown(value)}")
     return float(value)
+
+
+def _expanded(node: Any, known: dict[int, int]) -> int:
+    """Characters of a tree of nodes, had every alias been written out."""
+    if id(node) in known:
+        return known[id(node)]
+    known[id(node)] = _MOST_EXPANDED + 1  # should it hold itself
+    inside = getattr(node, "value", None) or ()
+    if isinstance(inside, str):
+        count = len(inside)
+    else:
+        flat = (part for item in inside for part in (item if isinstance(item, tuple) else (item,)))
+        count = sum(_expanded(part, known) for part in flat)
+    known[id(node)] = count + 1
+    return count + 1

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
@@ -10,7 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.errors import PluginError
+from tactile_core.blame import blame
+from tactile_core.errors import InputError, PluginError, PluginFault
+from tactile_core.formats.files import expanded
 from tactile_core.profiles.nodes import Keys, Node, Problem
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
@@ -62,22 +65,43 @@ def check_components(source: Source) -> Checked:
                     f"none; say pitch and size there (or auto), or remove the step",
                 )
             )
-        options = {
-            key: _with_paths(value, _declared(model, key))
-            for key, value in node.value.items()
-            if key != "use"
-        }
+        given = node.without("use")
+        found = []
         try:
-            model.model_validate(options)
-        except ValidationError as error:
-            problems += problems_of(error, tree, model, keys)
-        _at(settings, keys).update(options)
+            options = {
+                key: _with_paths(value, _declared(model, key)) for key, value in given.value.items()
+            }
+            mistakes = _mistakes(part, use.value, options)
+        except PluginFault as error:
+            problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
+            continue
+        except InputError as error:
+            found = [Problem.at(node.place, keys, str(error))]
+        else:
+            if mistakes is not None:
+                found = problems_of(mistakes, tree, model, keys)
+            _at(settings, keys).update(options)
+        said = {problem.key for problem in found}
+        problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in said)]
     return Checked(tuple(problems), settings)
 
 
 def validate_components(source: Source) -> list[Problem]:
     """Return what is wrong with the components that a profile names; see check_components."""
     return list(check_components(source).problems)
+
+
+def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
+    """Yield the options that are no number or endless, whatever a component's model thinks."""
+    if isinstance(node.value, float) and not math.isfinite(node.value):
+        yield Problem.at(node.place, keys, f"should be a finite number, not {node.value}")
+    inside: Iterable[tuple[str | int, Node]] = ()
+    if isinstance(node.value, dict):
+        inside = node.value.items()
+    elif isinstance(node.value, tuple):
+        inside = enumerate(node.value)
+    for key, child in inside:
+        yield from _not_finite(child, (*keys, key))
 
 
 def _named(tree: Node) -> Iterator[tuple[Keys, Kind, Node]]:
@@ -104,6 +128,16 @@ def _component(kind: Kind, use: str) -> Any:
     return resolve(kind, use)
 
 
+def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError | None:
+    """What a component's own ``Options`` say against these options."""
+    with blame(f"the options of {use}", part):
+        try:
+            part.Options.model_validate(options)
+        except ValidationError as error:
+            return error
+    return None
+
+
 def _lacks_marks(source: Source, use: Node, part: Any) -> bool:
     """Whether a step needs marks and was named where there are none; one inherited is left out."""
     if not getattr(part, "needs_marks", False):
@@ -125,7 +159,7 @@ def _with_paths(node: Node, annotation: Any) -> Any:
         args = get_args(annotation)
         return [_with_paths(item, args[0] if args else None) for item in node.value]
     if isinstance(node.value, str) and _is_path(annotation, node.value):
-        return str(node.place.file.parent.resolve() / Path(node.value).expanduser())
+        return str(node.place.file.parent.resolve() / expanded(node.value))
     return node.plain()
 
 

@@ -25,32 +25,45 @@ from pydantic import (
     model_validator,
 )
 
+from tactile_core.formats.headers import MOST_PIXELS
+from tactile_core.formats.shown import shown
 from tactile_core.profiles.optics import Optics
 from tactile_core.profiles.section import Section
 
 Point = tuple[float, float]
 Quad = tuple[Point, Point, Point, Point]
 Point3 = tuple[float, float, float]
+Crop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
 
-_NAME = r"^[A-Za-z0-9_.-]+$"
+_NAME = r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$"
 _USE = r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$"
 _MOST_PX = 32_766
 """OpenCV addresses pixels by 16 bits."""
+_FINEST_MM = 1e-6
+"""A pixel of a nanometre, a thousandth of what light can resolve."""
 _WIDEST_MM = 1000.0
+_DENSEST_PX = 2.0
+"""Pitch of marks that can still be distinguished."""
+_SMALLEST_PX = 0.5
+"""Diameter of a mark that can still be seen."""
+_MOST_TERMS = 20
 _FLATTEST = 1e-3
 """Least area of a triangle of corners, over that of the box around them."""
 _DISTORTIONS = (4, 5, 8, 12, 14)
 
 
 def _named(text: str) -> str:
-    if not re.match(_NAME, text):
-        raise ValueError(f"should have letters, digits, '.', '_' and '-' only, not {text!r}")
+    if not re.fullmatch(_NAME, text):
+        raise ValueError(
+            f"should be up to 100 letters, digits, '_', '.' and '-', and not begin with '.' or "
+            f"'-', not {shown(text)}"
+        )
     return text
 
 
 def _component_named(text: str) -> str:
-    if not re.match(_USE, text):
-        raise ValueError(f"should be plugin.name, for example 'core.poisson', not {text!r}")
+    if not re.fullmatch(_USE, text):
+        raise ValueError(f"should be plugin.name, for example 'core.poisson', not {shown(text)}")
     return text
 
 
@@ -121,7 +134,7 @@ class ImageSection(Section):
     width_px: PositiveInt = Field(le=_MOST_PX, description="Width of the resulting image.")
     height_px: PositiveInt = Field(le=_MOST_PX, description="Height of the resulting image.")
     mm_per_px: PositiveFloat = Field(description="Scale of the resulting image on the gel.")
-    crop: tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt] | None = Field(
+    crop: Crop | None = Field(
         default=None, description="[x, y, width, height] in the camera's pixels."
     )
     flip: Literal["none", "horizontal", "vertical", "both"] = Field(
@@ -140,9 +153,34 @@ class ImageSection(Section):
         default=8, description="Bits per intensity as the camera delivers them."
     )
 
+    @field_validator("height_px")
+    @classmethod
+    def _fits_memory(cls, height_px: int, info: ValidationInfo) -> int:
+        width_px = info.data.get("width_px", 0)
+        if width_px * height_px > MOST_PIXELS:
+            raise ValueError(
+                f"makes an image of {width_px} × {height_px}; at most {MOST_PIXELS / 1e6:.0f} "
+                f"megapixels are measured"
+            )
+        return height_px
+
+    @field_validator("crop")
+    @classmethod
+    def _lies_in_an_image(cls, crop: Crop | None) -> Crop | None:
+        if crop is not None and (max(crop) > _MOST_PX or crop[2] * crop[3] > MOST_PIXELS):
+            raise ValueError(
+                f"should lie within {_MOST_PX} px and have at most {MOST_PIXELS / 1e6:.0f} "
+                f"megapixels"
+            )
+        return crop
+
     @field_validator("mm_per_px")
     @classmethod
     def _not_px_per_mm(cls, mm_per_px: float, info: ValidationInfo) -> float:
+        if mm_per_px < _FINEST_MM:
+            raise ValueError(
+                f"should be {_FINEST_MM:g} at least, not {mm_per_px:g}, which no camera resolves"
+            )
         width_mm = mm_per_px * info.data.get("width_px", 0)
         if width_mm > _WIDEST_MM:
             raise ValueError(
@@ -204,6 +242,7 @@ class Gel(Section):
     )
     prony: list[Relaxation] | None = Field(
         default=None,
+        max_length=_MOST_TERMS,
         description="How stress relaxes towards shear_modulus_mpa, its value in the end.",
     )
     size_mm: tuple[PositiveFloat, PositiveFloat] | None = Field(
@@ -236,6 +275,21 @@ class Gel(Section):
         if crown_mm and info.data.get("size_mm") is None:
             raise ValueError("tells how low the edges are, and needs size_mm; add it")
         return crown_mm
+
+
+def markers_misfit(gel: Gel, image: ImageSection) -> str | None:
+    """Say why an image cannot show the gel's markers; None where it can."""
+    if not isinstance(gel.markers, Markers):
+        return None
+    pitch_px = gel.markers.pitch_mm / image.mm_per_px
+    diameter_px = gel.markers.diameter_mm / image.mm_per_px
+    widest_px = image.width_px + image.height_px
+    if _DENSEST_PX <= pitch_px <= widest_px and diameter_px >= _SMALLEST_PX:
+        return None
+    return (
+        f"has markers of {diameter_px:.3g} px every {pitch_px:.3g} px in an image of "
+        f"{image.width_px} × {image.height_px}; correct gel.markers or image.mm_per_px"
+    )
 
 
 class Component(BaseModel):
@@ -291,6 +345,15 @@ class Profile(Section):
     sim: dict[str, Any] = Field(
         default_factory=dict, description="Overlay of this profile for its virtual twin."
     )
+
+    @field_validator("gel")
+    @classmethod
+    def _marks_fit_the_image(cls, gel: Gel, info: ValidationInfo) -> Gel:
+        image = info.data.get("image")
+        misfit = None if image is None else markers_misfit(gel, image)
+        if misfit is not None:
+            raise ValueError(misfit)
+        return gel
 
     @property
     def components(self) -> Mapping[str, Component]:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-from tactile_core.errors import ProfileError
+from tactile_core.errors import InputError, ProfileError
+from tactile_core.formats.files import expanded, is_file
+from tactile_core.formats.shown import shown
 from tactile_core.profiles.nodes import Place, Problem
 from tactile_core.profiles.yaml_tree import read_yaml
 
@@ -66,7 +68,10 @@ def find_profile(name_or_path: str | Path) -> Path:
         There is no profile of this name, or two plugins bring one.
     """
     if isinstance(name_or_path, Path) or is_path(name_or_path):
-        return Path(name_or_path).expanduser()
+        try:
+            return expanded(name_or_path)
+        except InputError as error:
+            raise ProfileError(str(error)) from None
     for entry in shipped_profiles():
         if entry.name == name_or_path:
             return entry.path
@@ -92,7 +97,7 @@ def find_extended(name_or_path: str, place: Place) -> Path:
         found = find_profile(name_or_path)
         if is_path(name_or_path):
             found = place.file.parent / found
-            if not found.is_file():
+            if not is_file(found):
                 raise ProfileError(f"there is no file {found}")
     except ProfileError as error:
         problem = Problem.at(place, ("extends",), str(error))
@@ -106,14 +111,14 @@ def is_path(text: str) -> bool:
 
 
 def _unknown(name: str, known: Sequence[str]) -> str:
-    file = next((name + suffix for suffix in _SUFFIXES if Path(name + suffix).is_file()), None)
+    file = next((name + suffix for suffix in _SUFFIXES if is_file(Path(name + suffix))), None)
     close = get_close_matches(name, known, 1)
     if file is not None:
         hint = f"for the file here write {file!r}. "
     else:
         hint = f"did you mean {close[0]!r}? " if close else ""
     return (
-        f"there is no profile {name!r}; {hint}There are {', '.join(known)}, and a file is "
+        f"there is no profile {shown(name)}; {hint}There are {', '.join(known)}, and a file is "
         f"named by its path (ending in .yaml)"
     )
 

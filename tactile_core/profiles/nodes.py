@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tactile_core.formats.shown import printable
+
+_LONGEST_KEY = 60
+
 Keys = tuple[str | int, ...]
 """A path in the tree: the keys of mappings and the indices of lists."""
 
@@ -54,7 +58,8 @@ class Problem:
     @classmethod
     def at(cls, place: Place, keys: Keys, message: str) -> Problem:
         """Make a problem of the value at ``keys``."""
-        return cls(place.file, place.line, place.column, ".".join(map(str, keys)), message)
+        key = printable(".".join(str(key)[:_LONGEST_KEY] for key in keys))
+        return cls(place.file, place.line, place.column, key, message)
 
     def __str__(self) -> str:
         place = Place(self.file, self.line, self.column)

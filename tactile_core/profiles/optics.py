@@ -11,6 +11,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from tactile_core.profiles.section import Section
 
+Leds = Annotated[PositiveInt, Field(le=100)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -22,7 +23,7 @@ class Lamps(Section):
         description="From the image centre to the lamp; four fifths of the view's diagonal if "
         "left out.",
     )
-    array: tuple[PositiveInt, PositiveInt] = Field(
+    array: tuple[Leds, Leds] = Field(
         default=(1, 1), description="LEDs of a lamp: rows up from the gel, columns along it."
     )
     pitch_mm: PositiveFloat = Field(default=2.0, description="Distance of neighbouring LEDs.")
@@ -53,7 +54,7 @@ class Coat(Section):
         default=0.015, description="Relative standard deviation of the skin's brightness."
     )
     grain_mm: PositiveFloat | None = Field(
-        default=None, description="Size of the grain; a pixel if left out."
+        default=None, le=10, description="Size of the grain; a pixel if left out."
     )
     ink: Share = Field(default=0.06, description="What a printed mark reflects, of the skin's.")
 

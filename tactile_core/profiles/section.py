@@ -6,6 +6,11 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, field_validator
 
+from tactile_core.formats.shown import shown
+
+MOST = 1e9
+"""No number of a profile is larger, whatever its unit."""
+
 
 class Section(BaseModel):
     """A mapping whose unknown keys are errors."""
@@ -14,8 +19,25 @@ class Section(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
+    def _a_number_of_this_world(cls, value: Any) -> Any:
+        # and one that any arithmetic with it can hold
+        if _largest(value) > MOST:
+            raise ValueError(f"should be at most {MOST:g}, not {shown(value)}")
+        return value
+
+    @field_validator("*", mode="before")
+    @classmethod
     def _no_switch(cls, value: Any) -> Any:
         # No key of a section is a switch, and the validator would take true for 1.
         if isinstance(value, bool):
             raise ValueError(f"should not be {str(value).lower()}; there is nothing to switch here")
         return value
+
+
+def _largest(value: Any) -> float:
+    """Return the largest magnitude among finite numbers, also those of lists in lists."""
+    if isinstance(value, list | tuple):
+        return max(map(_largest, value), default=0.0)
+    if isinstance(value, int | float) and value - value == 0:
+        return abs(value)
+    return 0.0

@@ -12,6 +12,9 @@ from tactile_core.profiles.nodes import Keys, Node, Place
 from tactile_core.profiles.nodes import Problem as Problem
 from tactile_core.profiles.yaml_tree import read_yaml
 
+DEEPEST = 20
+"""Profiles that extend each other, one after another."""
+
 Find = Callable[[str, Place], Path]
 """Turns what ``extends`` names, and the place where it does, into a file.
 
@@ -97,6 +100,11 @@ def _read(path: Path, find: Find, below: tuple[Path, ...]) -> Source:
 def _parent(extends: Node, find: Find, chain: tuple[Path, ...]) -> Path:
     if not isinstance(extends.value, str):
         raise _refused(extends, "name one profile, or the path of one file")
+    if len(chain) > DEEPEST:
+        raise _refused(
+            extends,
+            f"more than {DEEPEST} profiles extend each other; say it in fewer files",
+        )
     parent = find(extends.value, extends.place)
     if parent.resolve() in [path.resolve() for path in chain]:
         circle = " → ".join(path.name for path in (*chain, parent))

@@ -7,6 +7,7 @@ key keeps its line and column.
 from __future__ import annotations
 
 import re
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ from tactile_core.profiles.nodes import Keys, Node, Place, Problem
 MOST_BYTES = 200_000
 """A long profile has a few thousand; this many take a second to read."""
 DEEPEST = 50
+
+_LONGEST_NUMBER = 100
+"""Digits; what is longer is a serial at best, and Python writes out only so many again."""
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
@@ -85,7 +89,10 @@ def _text(path: Path) -> str:
         return refusal([Problem.at(Place(path), (), message)])
 
     try:
-        if path.stat().st_size > MOST_BYTES:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise refused("cannot be read (a folder, a pipe or a device); name a YAML file")
+        if status.st_size > MOST_BYTES:
             raise refused("too large for a profile; is this the right file?")
         return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
@@ -94,6 +101,8 @@ def _text(path: Path) -> str:
         raise refused("not text in UTF-8; is this the right file?") from None
     except OSError as error:
         raise refused(f"cannot be read ({error.strerror})") from error
+    except ValueError as error:  # NUL in the name
+        raise refused(f"no name of a file ({error})") from error
 
 
 def _words(error: Any) -> str:
@@ -195,11 +204,10 @@ def scalar(text: str) -> Any:
     """
     if text in _WORDS:
         return _WORDS[text]
-    try:
-        if _INTEGER.fullmatch(text):
-            return int(text)
-        if _BASED.fullmatch(text):
-            return int(text, 0)
-    except ValueError:  # more digits than Python turns into a number
+    if len(text) > _LONGEST_NUMBER:
         return text
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if _BASED.fullmatch(text):
+        return int(text, 0)
     return float(text) if _FLOAT.fullmatch(text) else text

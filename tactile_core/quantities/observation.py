@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 Pixels = NDArray[Any]
 """uint8, uint16 or float32 intensities."""
 
+CEILING = 0.988
+"""Intensities from this share of the full scale on are saturated."""
+
 _SHARE_ROWS = 60
 """Shares of a frame are told from so many of its rows."""
 
@@ -85,12 +88,12 @@ class Frame(Quantity):
     @cached_property
     def saturated(self) -> Bool:
         """(H, W, K) bool: the intensity is at the sensor's ceiling and only a lower bound."""
-        return np.asarray(self.pixels >= 0.988 * self.full_scale)
+        return np.asarray(self.pixels >= CEILING * self.full_scale)
 
     @cached_property
     def saturated_share(self) -> float:
         """Share of the frame's intensities at the ceiling, from some of its rows."""
-        return _share(_some(self.pixels) >= 0.988 * self.full_scale)
+        return _share(_some(self.pixels) >= CEILING * self.full_scale)
 
     @cached_property
     def too_dark_share(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ from tactile_core.acquisition import average
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
 from tactile_core.geometry import ImageGeometry, Size
-from tactile_core.profiles.loader import load_profile
+from tactile_core.inputs import Inputs
+from tactile_core.profiles.loader import load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
 from tactile_core.progress import Progress
@@ -144,7 +145,14 @@ def new_profile(
     extends = _extends(parent, out)
     text = render_profile(name, extends, base, picture.name, found)
     notes = tuple(finding.comment for finding in found if finding.noted)
-    return NewProfile(name, text, (*notes, unseen_note(base)), extends_path=extends != parent)
+    inputs = _inputs(parent, {"--image": image, "--target": target, "--presses": presses})
+    return NewProfile(name, text, (*notes, unseen_note(base)), extends != parent, inputs)
+
+
+def _inputs(parent: str | Path, given: Mapping[str, Path | None]) -> Inputs:
+    *older, file = load_source(parent).lineage
+    older_ones = {f"{path.name}, which --from extends": path for path in older}
+    return Inputs.of({"--from": file, **older_ones, **given})
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from tactile_core.calibrating import AZIMUTH_TOLERANCE_DEG, channel_azimuths
 from tactile_core.calibrating.known import balls
+from tactile_core.calibrating.preparation import Preparation
 from tactile_core.marks import MarkFinder
 from tactile_core.profiles.model import Profile
 from tactile_core.progress import Progress, Silent
@@ -51,15 +51,13 @@ def find_lights(
         The presses cannot be read, or none shows a ball of this size at this scale.
     """
     frames = list(read_frames(profile, presses))
-    finder = MarkFinder.of(profile, untouched)
-    if finder is not None:
-        untouched = replace(untouched, marks=finder.find(untouched.pixels))
-        frames = [replace(frame, marks=finder.find(frame.pixels)) for frame in frames]
+    prepare = Preparation.of(untouched, MarkFinder.of(profile, untouched), follows=False)
+    untouched = prepare.untouched
     known = balls(
         profile,
         presses,
         frames,
-        untouched,
+        prepare,
         ball_diameter_mm=ball_diameter_mm,
         target=target,
         progress=progress or Silent(),

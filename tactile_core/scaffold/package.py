@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import mkdtemp
 
 from tactile_core.errors import InputError
+from tactile_core.formats.files import write_together
+from tactile_core.formats.folders import fresh_folder, make_folder, move_in
+from tactile_core.formats.leftovers import remove_leftovers
+from tactile_core.inputs import Inputs
 from tactile_core.scaffold.place import refuse_existing
 from tactile_core.scaffold.profile import NewProfile
 
@@ -171,10 +173,13 @@ class NewPackage:
         The plugin's, and the profile's.
     files : mapping of str to str
         Text of each file, by its path in the package's folder.
+    inputs : Inputs
+        What it was made from, which it does not replace.
     """
 
     name: str
     files: Mapping[str, str]
+    inputs: Inputs = field(default_factory=Inputs)
 
     def write(self, folder: Path, *, force: bool = False) -> None:
         """Write the package, whole or not at all.
@@ -187,20 +192,31 @@ class NewPackage:
         """
         folder = Path(folder)
         refuse_existing(folder, force=force, folder=True)
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-        try:
-            fresh.chmod(0o755)
-            for name, text in self.files.items():
-                path = fresh / name
+        if folder.is_dir():
+            self._write_over(folder)
+            return
+        with fresh_folder(folder) as fresh:
+            for path, data in self._placed(fresh).items():
                 path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text, encoding="utf-8")
-            if folder.exists():
-                shutil.copytree(fresh, folder, dirs_exist_ok=True)
-            else:
-                fresh.rename(folder)
-        finally:
-            shutil.rmtree(fresh, ignore_errors=True)
+                path.write_bytes(data)
+            move_in(fresh, folder)
+
+    def _placed(self, folder: Path) -> dict[Path, bytes]:
+        return {folder / name: text.encode("utf-8") for name, text in self.files.items()}
+
+    def _write_over(self, folder: Path) -> None:
+        placed = self._placed(folder)
+        for path in placed:
+            if path.is_dir() or not path.parent.resolve().is_relative_to(folder.resolve()):
+                raise InputError(
+                    f"{path} is a folder or leads out of {folder}; move it away or give another "
+                    f"--out"
+                )
+            self.inputs.refuse_file(path)
+        remove_leftovers(folder)
+        for path in placed:
+            make_folder(path.parent)
+        write_together(placed)
 
 
 def profile_path(folder: Path, name: str) -> Path:
@@ -241,4 +257,4 @@ def new_package(profile: NewProfile) -> NewPackage:
         f"\nestimators:\n  # The package's own step; remove it with '{STEP}: null'.\n"
         f"  {STEP}: {{use: {profile.name}.{STEP}}}\n"
     )
-    return NewPackage(profile.name, files)
+    return NewPackage(profile.name, files, profile.inputs)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tactile_core.formats.files import write_atomically
+from tactile_core.formats.files import plain_text, write_atomically
+from tactile_core.formats.folders import make_folder
+from tactile_core.formats.leftovers import remove_leftovers
+from tactile_core.formats.shown import printable
+from tactile_core.inputs import Inputs
 from tactile_core.profiles.model import Profile
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.place import refuse_existing
@@ -38,12 +42,15 @@ class NewProfile:
         What was not found but taken from the parent.
     extends_path : bool
         Whether the parent is a file and no name.
+    inputs : Inputs
+        What it was made from, which it does not replace.
     """
 
     name: str
     text: str
     notes: tuple[str, ...] = ()
     extends_path: bool = False
+    inputs: Inputs = field(default_factory=Inputs)
 
     def write(self, path: Path, *, force: bool = False) -> None:
         """Write the file, whole or not at all.
@@ -51,12 +58,14 @@ class NewProfile:
         Raises
         ------
         InputError
-            There is such a file, and not ``force``.
+            There is such a file, and not ``force``; or it is one that this was made from.
         """
         path = Path(path)
         refuse_existing(path, force=force)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, self.text.encode())
+        self.inputs.refuse_file(path)
+        make_folder(path.parent)
+        remove_leftovers(path.parent)
+        write_atomically(path, plain_text(self.text).encode("utf-8"))
 
 
 def render_profile(
@@ -149,4 +158,6 @@ def _flow(value: Any) -> str:
 
 
 def _comment(text: str) -> list[str]:
-    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH - 4, break_on_hyphens=False)]
+    # a line that ends where YAML sees an end, and Python none, would be no comment any more
+    lines = textwrap.wrap(printable(text), _WIDTH - 4, break_on_hyphens=False)
+    return [f"# {line}" for line in lines]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import ClassVar, Self
@@ -12,6 +11,7 @@ from pydantic import BaseModel, Field
 
 from tactile_core.camera import Camera
 from tactile_core.device import Options
+from tactile_core.formats.video import NOMINAL_FPS
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Image
 from tactile_core.sim.script import Scene
@@ -36,7 +36,8 @@ class VirtualCamera(Camera):
     """Photographs a virtual stage on which a script is played, then delivers None.
 
     Each read is the next exposure of the rig's sequence, so lights and camera keep step as long as
-    every exposure is read.
+    every exposure is read. Times are the stage's own, so that the same script gives the same
+    readings on any machine: a step that is given no seconds takes one frame's at the nominal rate.
 
     Parameters
     ----------
@@ -71,15 +72,19 @@ class VirtualCamera(Camera):
 
 
 def _photographed(stage: VirtualStage, scene: Scene, *, loop: bool) -> Iterator[Image]:
-    shot = 0
+    shot, time_s = 0, 0.0
     while True:
+        staged_s = 0.0
         for number, _ in enumerate(scene.played(stage)):
+            if shot:
+                elapsed_s = stage.time_s - staged_s
+                time_s += elapsed_s if elapsed_s > 0 else 1 / NOMINAL_FPS
+            staged_s = stage.time_s
             for pixels in stage.exposures():
                 shown = pixels[..., 0] if pixels.shape[2] == 1 else pixels
                 yield Image(
                     np.ascontiguousarray(shown),
-                    timestamp_s=time.monotonic(),
-                    wall_time_s=time.time(),
+                    timestamp_s=time_s,
                     sequence=shot,
                     source=f"{number:06d}",
                 )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
+from tactile_core.formats.folders import fresh_folder, move_in
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
 from tactile_core.progress import Progress, Silent
@@ -25,7 +26,7 @@ _COLOURS = 3
 def simulate(
     stage: VirtualStage, scene: Scene, out: Path, *, progress: Progress | None = None
 ) -> int:
-    """Play a scene on a stage and write what the camera sees and what is true.
+    """Play a scene on a stage and write what the camera sees and what is true, all or nothing.
 
     ``out/frames`` is a recording, ``out/reference`` one of the untouched sensor, and
     ``out/truth/NAME.npz`` holds the truth of each frame under the names that ``tactile run`` uses,
@@ -49,21 +50,32 @@ def simulate(
     ------
     InputError
         A step of the script is impossible, or there is something in the folder.
+    OSError
+        The disk is full or refuses; nothing is left.
     """
     progress = progress or Silent()
-    out = Path(out)
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError(f"{out} is there already; give another --out, or empty it")
+    place = Path(out).resolve()
+    if place.exists() and (not place.is_dir() or any(place.iterdir())):
+        raise _taken(out)
     progress.stage("simulating", 1.0)
-    stage.reset()
-    (out / TRUTH).mkdir(parents=True, exist_ok=True)
-    write_frame(out / REFERENCE, stage.frame(), "untouched")
-    for number, _ in enumerate(scene.played(stage)):
-        name = f"{number:06d}"
-        write_frame(out / FRAMES, stage.frame(), name)
-        write_npz(out / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
-        progress.fraction((number + 1) / scene.frames)
+    with fresh_folder(place) as fresh:
+        stage.reset()
+        (fresh / TRUTH).mkdir()
+        write_frame(fresh / REFERENCE, stage.frame(), "untouched")
+        for number, _ in enumerate(scene.played(stage)):
+            name = f"{number:06d}"
+            write_frame(fresh / FRAMES, stage.frame(), name)
+            write_npz(fresh / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
+            progress.fraction((number + 1) / scene.frames)
+        try:
+            move_in(fresh, place)
+        except FileExistsError:
+            raise _taken(out) from None
     return scene.frames
+
+
+def _taken(out: Path) -> InputError:
+    return InputError(f"{out} is there already; give another --out, or empty it")
 
 
 def truth_arrays(truth: Truth) -> Mapping[str, NDArray[Any]]:

@@ -166,6 +166,11 @@ class VirtualStage:
         """Normal force on the skin."""
         return float(self._skin.wrench[2])
 
+    @property
+    def time_s(self) -> float:
+        """Simulated time; it passes only where a move is given seconds."""
+        return self._skin.time_s
+
     def frame(self) -> Frame:
         """Take a frame, every exposure of the rig's sequence."""
         height_mm, displacement_mm = self._skin.seen(kernels.load_for(self._shot))

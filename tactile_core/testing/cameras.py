@@ -8,6 +8,7 @@ import numpy as np
 
 from tactile_core.camera import Camera
 from tactile_core.errors import CameraTimeout, DeviceError
+from tactile_core.form import image_fault
 from tactile_core.quantities import Image
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
@@ -167,12 +168,10 @@ class CameraChecks(Suite):
 
 
 def _what_is_wrong_with(image: Image, first: Image) -> str:
+    wrong = image_fault(image)
+    if wrong:
+        return f"it {wrong}"
     pixels = image.pixels
-    if not isinstance(pixels, np.ndarray) or pixels.dtype not in (np.uint8, np.uint16):
-        kind = getattr(pixels, "dtype", type(pixels).__name__)
-        return f"its pixels are {kind}, neither uint8 nor uint16"
-    if not (pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] == 3)) or not pixels.size:
-        return f"its pixels have the shape {pixels.shape}, neither (H, W) nor (H, W, 3)"
     if pixels.shape != first.pixels.shape:
         return f"its images change size, from {first.pixels.shape} to {pixels.shape}"
     if pixels.flags.writeable:

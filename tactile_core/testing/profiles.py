@@ -13,9 +13,10 @@ from itertools import islice
 
 import numpy as np
 
-from tactile_core.bundle import Bundle, Manifest
+from tactile_core.bundle import Bundle
 from tactile_core.calibration import Calibration
 from tactile_core.errors import PluginError, ProfileError
+from tactile_core.manifest import Manifest
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash

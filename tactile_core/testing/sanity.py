@@ -12,16 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.form import form_fault as array_fault
 from tactile_core.quantities import ContactMask, Gradients, HeightMap, Quantity
 from tactile_core.testing.comparing import arrays_in
 from tactile_core.testing.scenes import Scene
-
-DTYPES: Mapping[type[Quantity], Mapping[str, Any]] = {
-    Gradients: {"x": np.float32, "y": np.float32, "valid": np.bool_},
-    HeightMap: {"mm": np.float32, "valid": np.bool_},
-    ContactMask: {"mask": np.bool_},
-}
-"""The (H, W) arrays of quantities, as their docstrings say."""
 
 _FACTOR = 3.0
 """A measurement of a ball this much too high or too low has another unit, or another model."""
@@ -35,7 +29,7 @@ def form_fault(result: Quantity, scene: Scene) -> str:
     name = type(result).__name__
     if not (is_dataclass(result) and type(result).__dataclass_params__.frozen):  # type: ignore[attr-defined]
         return f"{name} is no frozen dataclass, so that a result can be changed by whoever reads it"
-    wrong = _array_fault(result, scene)
+    wrong = array_fault(result, scene.height_mm.shape)
     if wrong:
         return wrong
     writable = [field for field, array in arrays_in(result) if array.flags.writeable]
@@ -54,24 +48,9 @@ def form_fault(result: Quantity, scene: Scene) -> str:
 def truth_fault(result: Quantity, scene: Scene) -> str:
     """Say how a result of sound form contradicts the press; empty where it does not."""
     judge = _JUDGES.get(type(result))
-    return "" if judge is None or _array_fault(result, scene) else judge(result, scene)
-
-
-def _array_fault(result: Quantity, scene: Scene) -> str:
-    name = type(result).__name__
-    for field, dtype in DTYPES.get(type(result), {}).items():
-        found = getattr(result, field)
-        if not isinstance(found, np.ndarray) or found.dtype != dtype:
-            kind = getattr(found, "dtype", type(found).__name__)
-            return f"{name}.{field} is {kind} where it must be {np.dtype(dtype)}"
-        if found.shape != scene.height_mm.shape:
-            return (
-                f"{name}.{field} has the shape {found.shape} where the image has "
-                f"{scene.height_mm.shape}"
-            )
-        if found.dtype.kind == "f" and not np.isfinite(found).all():
-            return f"{name}.{field} holds values that are no numbers"
-    return ""
+    return (
+        "" if judge is None or array_fault(result, scene.height_mm.shape) else judge(result, scene)
+    )
 
 
 def _height(result: Any, scene: Scene) -> str:

@@ -9,6 +9,7 @@ from virtual_lab import BALL_MM, VirtualLab
 from tactile_core.algorithms.circles import (
     Circle,
     PressImage,
+    Start,
     find_circles,
     fit_light,
     locate,
@@ -42,8 +43,11 @@ class Bench:
         true = [ball.contact_radius_mm / scale for ball in self.balls]
         return np.abs(np.array([circle.contact_radius_px for circle in circles]) - true)
 
+    def starts(self, images: list[PressImage]) -> list[Start]:
+        return [Start.of(image, self.ball_px) for image in images]
+
     def find(self, images: list[PressImage]) -> list[Circle]:
-        return find_circles(images, ball_radius_px=self.ball_px)
+        return find_circles(self.starts(images))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +86,7 @@ def test_a_larger_image_gives_the_same_circles(bench: Bench, circles: list[Circl
         return np.repeat(np.repeat(pixels, 2, axis=0), 2, axis=1)
 
     images = [PressImage(twice(p.pixels), twice(p.reference)) for p in bench.presses()]
-    found = find_circles(images, ball_radius_px=2 * bench.ball_px)
+    found = find_circles([Start.of(image, 2 * bench.ball_px) for image in images])
     centres = (np.array([c.centre_px for c in found]) - 0.5) / 2
     assert np.abs(centres - [c.centre_px for c in circles]).max() < 0.2
 
@@ -90,9 +94,8 @@ def test_a_larger_image_gives_the_same_circles(bench: Bench, circles: list[Circl
 def test_a_press_left_out_is_found_by_the_light_of_the_others(
     bench: Bench, circles: list[Circle]
 ) -> None:
-    images = bench.presses()
-    light = fit_light(images[1:], circles[1:], bench.ball_px)
-    found = locate(images[0], light, bench.ball_px)
+    left_out, *others = bench.starts(bench.presses())
+    found = locate(left_out, fit_light(others, circles[1:]))
     assert np.hypot(*np.subtract(found.centre_px, bench.balls[0].centre_px)) < 0.3
 
 
@@ -151,7 +154,7 @@ def test_a_grid_is_refined_from_rough_centres(
     spots = np.column_stack([x.ravel(), y.ravel()]) + rng.uniform(-0.5, 0.5, (x.size, 2))
     rough = spots + rng.uniform(-wrong_px, wrong_px, spots.shape)
     ball_px = ball_mm / 2 / bench.lab.profile.image.mm_per_px
-    circles = refine_grid(grid_of(bench, spots, ball_mm), rough, ball_px)
+    circles, _ = refine_grid(grid_of(bench, spots, ball_mm), rough, ball_px)
     off = np.hypot(*(np.array([c.centre_px for c in circles]) - spots).T)
     true_px = BallPress((0, 0), ball_mm, 0.18 * ball_mm).contact_radius_mm / ball_mm * 2 * ball_px
     assert all(circle.used for circle in circles)
@@ -163,7 +166,7 @@ def test_a_ball_that_is_not_in_the_frame_is_left_out_of_the_grid(bench: Bench) -
     spots = np.array([(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 60.0, 90.0, 120.0)])
     frame = grid_of(bench, spots, 0.5 * BALL_MM)
     told = np.concatenate([spots, [(400.0, 50.0)]])
-    *circles, absent = refine_grid(frame, told, 0.5 * bench.ball_px)
+    (*circles, absent), _ = refine_grid(frame, told, 0.5 * bench.ball_px)
     assert all(circle.used for circle in circles)
     assert not absent.used
     assert "outside" in absent.why

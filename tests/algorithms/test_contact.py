@@ -19,6 +19,8 @@ from tactile_core.sim.ball import BallPress
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

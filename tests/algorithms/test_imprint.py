@@ -23,6 +23,8 @@ from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
 from tactile_core.sim import VirtualStage
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 
 def follow(
     frames: Iterable[tuple[NDArray[np.uint8], NDArray[np.float64]]], step_s: float = 1 / 30

@@ -21,6 +21,8 @@ from tactile_core.algorithms.poisson.laplacian import (
 )
 from tactile_core.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

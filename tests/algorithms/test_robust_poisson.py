@@ -14,6 +14,8 @@ from tactile_core.algorithms.poisson import integrate, integrate_robustly
 from tactile_core.errors import InputError
 from tactile_core.sim.ball import BallPress
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

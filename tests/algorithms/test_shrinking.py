@@ -9,6 +9,8 @@ from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.photometric import fill_marks
 from tactile_core.algorithms.shrinking import repeated, shrunk
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 sides = st.integers(1, 8)
 SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
 

@@ -7,6 +7,8 @@ from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.colour_table import Axis, bake
 from tactile_core.algorithms.slope_field import SlopeField, coarse_size
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 
 def model(features: np.ndarray) -> np.ndarray:
     """Smooth in colour, and its gain varies over the image."""

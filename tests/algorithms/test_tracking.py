@@ -15,6 +15,8 @@ from tactile_core.algorithms.tracking import MarkTracker, shows_contact
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import paired
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 PITCH = 30.0
 seeds = st.integers(0, 2**32 - 1)
 

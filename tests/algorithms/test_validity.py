@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.validity import two_within
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 FLOOR, CEILING = 3.06, 251.94
 
 

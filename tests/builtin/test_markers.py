@@ -16,6 +16,8 @@ from tactile_core.profiles.model import Gel, Profile
 from tactile_core.quantities import Frame, MarkerDetections, Reference
 from tactile_core.sim.optics import RigOptics
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 CHAIN = {"estimators": {"markers": {"use": "core.markers"}, "height": None, "contact": None}}
 
 

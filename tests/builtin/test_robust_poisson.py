@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from tactile_core.builtin.poisson import Poisson
@@ -12,6 +13,8 @@ from tactile_core.plugins import resolve
 from tactile_core.profiles.model import Gel, ImageSection
 from tactile_core.quantities import Gradients
 from tactile_core.sim.ball import BallPress
+
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(

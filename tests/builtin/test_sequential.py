@@ -15,6 +15,8 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sensor import read_frames
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 LAMPS = 6
 HEIGHT, WIDTH = 512, 612
 
@@ -50,6 +52,19 @@ def test_the_dark_exposure_is_subtracted_and_never_below_zero(tmp_path: Path) ->
     np.testing.assert_array_equal(frame.pixels[10:], np.dstack(lamps)[10:])
     assert not frame.pixels[:10].any()
     assert len(frame.exposure_times_s) == LAMPS
+
+
+def test_what_is_saturated_stays_so_when_the_dark_exposure_is_subtracted(tmp_path: Path) -> None:
+    lamps = [lit(k) + 20 for k in range(LAMPS)]
+    for image in lamps:
+        image[100:200, 100:300] = 255
+    ambient = np.full((HEIGHT, WIDTH), 20.0)
+    profile = rig(dark=True)
+    (frame,) = read_frames(profile, record(tmp_path / "seven", [*lamps, ambient]))
+    assert frame.saturated[100:200, 100:300].all()
+    assert np.count_nonzero(frame.saturated) == 100 * 200 * LAMPS
+    reading = Pipeline(profile, reference=average([frame])).process(frame)
+    assert any("saturated" in warning for warning in reading.warnings)
 
 
 def test_a_swapped_exposure_is_named_and_not_measured(tmp_path: Path) -> None:

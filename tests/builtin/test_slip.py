@@ -24,6 +24,8 @@ from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
 from tactile_core.sim.stage import VirtualStage
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 DISC = Plan(
     "disc",
     "flat",
@@ -55,7 +57,7 @@ PLANS = {
 
 
 @pytest.fixture(scope="module")
-def runs() -> dict[str, Judged]:
+def runs(kernels_or_numpy: str) -> dict[str, Judged]:
     return {name: judged(plan) for name, plan in PLANS.items()}
 
 

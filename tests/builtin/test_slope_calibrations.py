@@ -16,11 +16,13 @@ from tactile_core.builtin.lookup_table import LookupTable
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibrating.presses import FoundPress, press_image
+from tactile_core.calibrating.presses import FoundPress
 from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.ball import BallPress
+
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 MODELS: tuple[type[SlopeCalibration], ...] = (Polynomial, Mlp, LookupTable)
 
@@ -51,8 +53,7 @@ class Bench:
     def found(self, lab: VirtualLab, ball: BallPress, seed: int) -> FoundPress:
         frame = self.frame(lab, ball, seed)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / self.scale)
-        image = press_image(frame, self.reference)
-        return FoundPress("ball", frame, image, circle, BALL_MM / 2 / self.scale)
+        return FoundPress("ball", frame, circle, BALL_MM / 2 / self.scale)
 
     def samples(self) -> list[Press]:
         return [press.training() for press in self.presses]
@@ -73,7 +74,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(lab: VirtualLab) -> Bench:
+def bench(lab: VirtualLab, kernels_or_numpy: str) -> Bench:
     return Bench(lab, 9)
 
 

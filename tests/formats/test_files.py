@@ -9,7 +9,14 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes, write_atomically
+from tactile_core.formats.files import (
+    expanded,
+    plain_text,
+    read_bytes,
+    read_text,
+    write_atomically,
+    write_together,
+)
 
 # A file system that takes no file above 1000 bytes, as a full one takes none. In a process of its
 # own, whose output goes to a pipe: the limit would hold for a log of the tests as well.
@@ -48,8 +55,53 @@ def test_a_full_disk_leaves_what_was_there_and_nothing_else(tmp_path: Path) -> N
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_of_several_files_all_are_written_or_none(tmp_path: Path) -> None:
+    a, b = tmp_path / "a", tmp_path / "gone" / "b"
+    a.write_bytes(b"before")
+    with pytest.raises(FileNotFoundError):
+        write_together({a: b"after", b: b"after"})
+    assert a.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [a]
+    b.parent.mkdir()
+    write_together({a: b"after", b: b"after"})
+    assert a.read_bytes() == b.read_bytes() == b"after"
+
+
+def test_names_as_long_as_the_disk_takes_are_written(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 255)
+    write_atomically(path, b"one")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_text_that_utf8_cannot_hold_is_made_readable() -> None:
+    assert plain_text("ball \udcff ² \ud800") == r"ball \udcff ² \ud800"
+
+
 def test_a_missing_file_and_a_folder_are_told_apart(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_bytes(tmp_path / "absent")
     with pytest.raises(InputError, match="is a folder"):
         read_bytes(tmp_path)
+
+
+def test_a_file_beyond_the_limit_is_refused_unread(tmp_path: Path) -> None:
+    with (tmp_path / "a.bin").open("wb") as file:
+        file.truncate(1 << 40)  # takes no room on the disk
+    with pytest.raises(InputError, match="too large"):
+        read_bytes(tmp_path / "a.bin")
+
+
+def test_a_file_of_the_system_that_never_ends_is_not_read_to_its_end() -> None:
+    assert read_bytes(Path("/proc/self/maps")) == b""
+
+
+def test_text_in_another_encoding_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match="UTF-8"):
+        read_text(tmp_path / "a.txt")
+
+
+def test_the_home_of_nobody_is_refused() -> None:
+    assert expanded("~") == Path.home()
+    with pytest.raises(InputError, match="home folder"):
+        expanded("~no_such_user/x.yaml")

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import struct
+import subprocess
+import sys
+import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -115,6 +121,152 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     assert "no such file" in refusal(tmp_path / "absent.png")
     with pytest.raises(InputError, match="no such file"):
         image_kind(tmp_path / "absent.png")
+
+
+def chunk(name: bytes, content: bytes) -> bytes:
+    whole = name + content
+    return struct.pack(">I", len(content)) + whole + struct.pack(">I", zlib.crc32(whole))
+
+
+def png(width: int, height: int, *more: bytes) -> bytes:
+    """A PNG of one grey level, whatever its size."""
+    start = b"\x89PNG\r\n\x1a\n" + chunk(
+        b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    )
+    packer, rows = zlib.compressobj(9), bytes(width + 1)
+    data = b"".join(packer.compress(rows) for _ in range(height)) + packer.flush()
+    return start + b"".join(more) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def header_only(name: str, width: int, height: int) -> bytes:
+    """The beginning of an image of some size, as its format writes it."""
+    data = bytearray(cv2.imencode(name, noise((4, 4), np.uint8))[1].tobytes())
+    if name == ".jpg":
+        at = data.index(b"\xff\xc0")
+        data[at + 5 : at + 9] = struct.pack(">HH", height, width)
+    elif name == ".bmp":
+        data[18:26] = struct.pack("<ii", width, -height)
+    elif name == ".webp":
+        data[21:25] = struct.pack("<I", (width - 1) | (height - 1) << 14)
+    elif name == ".pgm":
+        data = bytearray(b"P5 # said so\n%d %d\n255\n" % (width, height))
+    else:
+        (at,) = struct.unpack_from("<I", data, 4)
+        for entry in range(at + 2, len(data) - 12, 12):
+            tag = struct.unpack_from("<H", data, entry)[0]
+            if tag in (256, 257):
+                data[entry + 2 : entry + 12] = struct.pack("<HII", 4, 1, (width, height)[tag - 256])
+    return bytes(data)
+
+
+def test_a_bomb_is_refused_before_it_is_decoded(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.png"
+    path.write_bytes(png(10_001, 5000))
+    assert path.stat().st_size < 100_000
+    assert "10001 × 5000 pixels" in refusal(path)
+    with pytest.raises(InputError, match="megapixels"):
+        image_kind(path)
+
+
+@pytest.mark.parametrize("name", [".jpg", ".bmp", ".tif", ".webp", ".pgm"])
+def test_a_header_that_promises_too_much_is_refused_in_every_format(
+    tmp_path: Path, name: str
+) -> None:
+    path = tmp_path / f"a{name}"
+    path.write_bytes(header_only(name, 16_000, 15_999))
+    assert "16000 × 15999" in refusal(path)
+
+
+@pytest.mark.parametrize(("width", "height"), [(0, 0), (0, 5), (5, 0)])
+def test_an_image_without_pixels_is_refused(tmp_path: Path, width: int, height: int) -> None:
+    path = tmp_path / "a.png"
+    path.write_bytes(png(width, height))
+    assert "no pixels" in refusal(path)
+    with pytest.raises(InputError, match="no pixels"):
+        image_kind(path)
+
+
+def test_several_pictures_in_one_file_are_refused(tmp_path: Path) -> None:
+    frames = [noise((8, 8, 3), np.uint8) for _ in range(3)]
+    assert cv2.imwritemulti(str(tmp_path / "a.tif"), frames)
+    assert "several pictures" in refusal(tmp_path / "a.tif")
+    moving = tmp_path / "a.png"
+    moving.write_bytes(png(8, 8, chunk(b"acTL", struct.pack(">II", 3, 0))))
+    assert "several pictures" in refusal(moving)
+    with pytest.raises(InputError, match="several pictures"):
+        image_kind(moving)
+    webp = tmp_path / "a.webp"
+    body = b"WEBP" + b"VP8X" + struct.pack("<II", 10, 2) + bytes([7, 0, 0, 7, 0, 0])
+    webp.write_bytes(b"RIFF" + struct.pack("<I", len(body)) + body)
+    assert "several pictures" in refusal(webp)
+    gif = tmp_path / "a.gif"
+    gif.write_bytes(b"GIF89a" + struct.pack("<HHBBB", 8, 8, 0, 0, 0) + b";")
+    assert "save it as PNG" in refusal(gif)
+
+
+@pytest.mark.parametrize("name", ["a.bmp", "a.tif", "a.webp", "a.ppm"])
+def test_truncations_of_formats_without_checksums_are_refused(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    cv2.imwrite(str(path), noise((9, 11, 3), np.uint8))
+    data = path.read_bytes()
+    for length in range(0, len(data) - 1, 7):
+        path.write_bytes(data[:length])
+        refusal(path)
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a.bmp", "a.tif", "a.webp", "a.ppm"])
+def test_flipped_bits_give_an_image_or_a_refusal(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    cv2.imwrite(str(path), noise((9, 11, 3), np.uint8))
+    data = path.read_bytes()
+    for at in range(0, len(data), max(1, len(data) // 90)):
+        flipped = bytearray(data)
+        flipped[at] ^= 1 << at % 8
+        path.write_bytes(flipped)
+        with suppress(InputError):
+            assert read_image(path).size > 0
+
+
+def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.png")
+    (tmp_path / "folder.png").mkdir()
+    for path, words in [
+        (tmp_path / "pipe.png", "a pipe or a device"),
+        (Path("/dev/zero"), "a pipe or a device"),
+        (tmp_path / "folder.png", "is a folder"),
+        (tmp_path / f"{'x' * 300}.png", "too long"),
+        (tmp_path / "a\0.png", "no name of a file"),
+    ]:
+        assert words in refusal(path)
+        with pytest.raises(InputError, match=words):
+            image_kind(path)
+
+
+SILENT = """
+import sys
+from pathlib import Path
+from tactile_core.formats.images import read_image
+print(read_image(Path(sys.argv[1])).shape)
+print("still heard", file=sys.stderr)
+"""
+
+
+def test_decoders_are_silent_where_opencv_is(tmp_path: Path) -> None:
+    path = tmp_path / "a.jpg"
+    cv2.imwrite(str(path), noise((64, 64, 3), np.uint8))
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2] + data[-2:])  # the decoder warns, and goes on
+    for level, heard in [("OFF", False), ("WARNING", True)]:
+        done = subprocess.run(
+            [sys.executable, "-c", SILENT, path],
+            capture_output=True,
+            text=True,
+            check=True,
+            env=os.environ | {"OPENCV_LOG_LEVEL": level},
+        )
+        assert done.stdout == "(64, 64, 3)\n"
+        assert ("Corrupt JPEG" in done.stderr) == heard
+        assert done.stderr.endswith("still heard\n")
 
 
 def test_every_kind_of_real_image_is_read(recordings: Path) -> None:

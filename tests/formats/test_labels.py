@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tactile_core.calibrating.known import WIDEST_LABEL
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import read_labels
 
@@ -54,4 +55,32 @@ def test_a_mistake_is_named_with_its_line(tmp_path: Path) -> None:
 def test_real_labels_are_read(recordings: Path) -> None:
     circles = read_labels(recordings / "three_colour/objectfolder/presses.csv")
     assert len(circles) == 20
+    widest = max(circle.contact_radius_px for circle in circles.values())
+    assert widest < WIDEST_LABEL * 2.0 / 0.1245  # they are drawn around a ball of 4 mm
     assert tuple(circles["press_01"].centre_px) == (74.5, 99.0)
+
+
+def test_a_circle_that_cannot_be_the_ball_s_is_named_with_its_line(tmp_path: Path) -> None:
+    def refused(line: str) -> str:
+        path = tmp_path / "labels.csv"
+        path.write_text(f"{HEADER}a.png,159.4,-0.5,20\n{line}\n")
+        with pytest.raises(InputError) as caught:
+            read_labels(path, size_px=(160, 120), largest_radius_px=20.0)
+        return str(caught.value).removeprefix(str(path))
+
+    assert refused("b.png,80,60,20.1").startswith(":3: contact_radius_px 20.1 is more than")
+    for centre in ("160,60", "80,120", "-1,60", "1e300,60"):
+        assert refused(f"b.png,{centre},9").startswith(":3: the circle's centre"), centre
+
+
+def test_values_in_messages_are_short_and_harmless_to_a_terminal(tmp_path: Path) -> None:
+    said = refusal(tmp_path, f"{HEADER}a.png,\x1b[31m{'x' * 9000},2,3\n")
+    assert "\x1b" not in said
+    assert len(said) < 300
+    twice = f"\x1b[31m{'x' * 9000}.png,1,2,3\n"
+    assert len(refusal(tmp_path, HEADER + twice + twice)) < 300
+
+
+def test_zero_bytes_and_endless_tables_are_refused(tmp_path: Path) -> None:
+    assert ":2: centre_x_px" in refusal(tmp_path, f"{HEADER}a.png,1\0,2,3\n")
+    assert "too large" in refusal(tmp_path, HEADER + "\n" * 10_000_000)

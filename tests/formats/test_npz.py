@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import pickle
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -62,3 +64,36 @@ def test_pickles_are_neither_read_nor_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="'a' holds Python objects"):
         write_npz(path, {"a": np.array([None])})
     assert not list(tmp_path.iterdir())
+
+
+def zipped(path: Path, entry: bytes, name: str = "a.npy") -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, entry)
+    return path
+
+
+def with_shape(shape: tuple[int, ...], data: bytes) -> bytes:
+    buffer = io.BytesIO()
+    header = {"descr": "<f8", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(buffer, header)
+    return buffer.getvalue() + data
+
+
+@pytest.mark.parametrize("shape", [(10**9,), (10**15, 10**9), (2**64,), (3,)])
+def test_an_array_is_not_given_more_memory_than_is_stored_of_it(
+    tmp_path: Path, shape: tuple[int, ...]
+) -> None:
+    assert "size" in refusal(zipped(tmp_path / "a.npz", with_shape(shape, bytes(16))))
+
+
+def test_an_archive_that_would_unpack_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    path = zipped(tmp_path / "a.npz", with_shape((1 << 28,), bytes(1 << 20)))
+    data = bytearray(path.read_bytes())
+    place = data.rindex(b"PK\x01\x02") + 24  # the size that the directory says
+    data[place : place + 4] = (1 << 31).to_bytes(4, "little")
+    path.write_bytes(data)
+    assert "2.15 GB" in refusal(path)
+
+
+def test_a_terminal_s_orders_in_a_name_are_escaped(tmp_path: Path) -> None:
+    assert "\x1b" not in refusal(zipped(tmp_path / "a.npz", with_shape((9,), b""), "\x1b[31m.npy"))

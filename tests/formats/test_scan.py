@@ -12,6 +12,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.scan import Scan, read_scan, write_scan
 
 WORDS = st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), min_size=1, max_size=12)
+NAMES = WORDS.filter(lambda w: not set(w) & set("/\\:") and w != "..")
 
 
 def scan_of(tmp_path: Path, text: str) -> Scan:
@@ -30,7 +31,7 @@ def refusal(tmp_path: Path, text: str) -> str:
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    images=st.lists(WORDS.map(lambda w: w.replace("\\", "/")), min_size=1, max_size=6),
+    images=st.lists(NAMES, min_size=1, max_size=6),
     scale=st.none() | st.floats(1e-4, 10),
     crop=st.none() | st.tuples(*[st.integers(1, 5000)] * 4),
     guid=WORDS,
@@ -98,11 +99,52 @@ def test_binary_rubbish_is_refused(tmp_path: Path) -> None:
         read_scan(path)
 
 
-def test_an_alias_bomb_does_no_harm(tmp_path: Path) -> None:
-    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
-    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 30)]
-    assert scan_of(tmp_path, "\n".join(["images: [a.png]", *lines])).images == ("a.png",)
-    assert "images" in refusal(tmp_path, "\n".join([*lines, "images: *a29"]))
+BOMB = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+BOMB += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 30)]
+
+
+@pytest.mark.parametrize(
+    "last",
+    ["images: [a.png]", "images: *a29", "images: [a.png]\ncrop: *a29", "guid: *a29"],
+)
+def test_an_alias_bomb_is_refused_before_it_grows(tmp_path: Path, last: str) -> None:
+    assert "aliases" in refusal(tmp_path, "\n".join([*BOMB, last]))
+
+
+def test_a_list_that_holds_itself_is_refused(tmp_path: Path) -> None:
+    assert "aliases" in refusal(tmp_path, "images: [a.png]\ncrop: &a [1, 2, 3, *a]\n")
+
+
+def test_a_bomb_of_merge_keys_is_refused_before_it_grows(tmp_path: Path) -> None:
+    lines = ["a0: &a0 {x: 1, y: 2}"]
+    lines += [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 9)]
+    assert "aliases" in refusal(tmp_path, "\n".join(["images: [a.png]", *lines]))
+
+
+def test_an_alias_that_stays_small_is_understood(tmp_path: Path) -> None:
+    assert scan_of(tmp_path, "mine: &m [a.png, b.png]\nimages: *m\n").images == ("a.png", "b.png")
+
+
+@pytest.mark.parametrize(
+    "image", ["../../x.png", "sub/../../x.png", "/etc/x.png", "..\\x.png", "C:\\x.png", "//h/x.png"]
+)
+def test_an_image_outside_the_scan_s_folder_is_refused(tmp_path: Path, image: str) -> None:
+    assert "leads out" in refusal(tmp_path, f"images: [a.png, '{image}']\n")
+
+
+@pytest.mark.parametrize("scale", [".inf", "1e-300", "1e300", f"{10**400}", "-0.1"])
+def test_a_scale_that_no_pixel_has_is_refused(tmp_path: Path, scale: str) -> None:
+    assert "mmperpixel" in refusal(tmp_path, f"images: [a.png]\nmmperpixel: {scale}\n")
+
+
+def test_a_long_value_is_shortened_and_what_a_terminal_obeys_is_escaped(tmp_path: Path) -> None:
+    said = refusal(tmp_path, f'images: [a.png]\ncrop: "\\e[31m{"x" * 9000}"\n')
+    assert "\x1b" not in said
+    assert len(said) < 300 + len(str(tmp_path))
+
+
+def test_a_file_that_is_too_large_is_refused_unread(tmp_path: Path) -> None:
+    assert "too large" in refusal(tmp_path, "images: [a.png]\n" + "#" * 1_000_001)
 
 
 def test_real_scans_are_read(recordings: Path) -> None:

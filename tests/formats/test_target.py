@@ -83,3 +83,25 @@ def test_a_real_scan_with_drawn_circles_is_a_target_too(recordings: Path) -> Non
     assert grid.centres_px.shape == (23, 2)
     assert grid.mm_per_px == pytest.approx(0.0292, rel=0.01)
     assert grid.at_scale(0.0295297735479) is grid
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "words"),
+    [
+        ("radius: 0.25", "radius: .inf", "radius"),
+        ("radius: 0.25", "radius: 1e9", "radius"),
+        ("pitch: 1", "pitch: 1e300", "pitch"),
+        ("x: 60", "x: 1e300", "x must be"),
+        ("x: 60", f"x: {10**400}", "x must be"),
+        ("x: 60", "x: .nan", "x must be"),
+    ],
+)
+def test_numbers_that_nothing_has_are_refused(
+    tmp_path: Path, was: str, now: str, words: str
+) -> None:
+    assert words in refusal(tmp_path, GRID.replace(was, now))
+
+
+def test_more_circles_than_any_target_has_are_refused(tmp_path: Path) -> None:
+    circles = ",".join(["{x: 1, y: 1}"] * 10_001)
+    assert "10001 circles" in refusal(tmp_path, f"radius: 0.25\nshapes: [{circles}]\n")

@@ -70,6 +70,10 @@ def test_an_oversized_header_is_refused_without_trying(tmp_path: Path, good: byt
     assert "promises" in refusal(tmp_path, good[:at] + sizes + good[at + 8 :])
 
 
+def test_more_heights_than_promised_are_refused(tmp_path: Path, good: bytes) -> None:
+    assert "promises 4 × 3 heights and holds 13" in refusal(tmp_path, good + bytes(4))
+
+
 def test_a_header_that_contradicts_itself_is_refused(tmp_path: Path, good: bytes) -> None:
     at = good.index(b"words\0") + 6
     empty = good[:at] + struct.pack("<II", 0, 0) + good[at + 8 :]

@@ -59,7 +59,8 @@ calibration: {use: core.automatic, presses_for_network: few}
 """
 
 TWELVE_SAID = [
-    "2:1: name: should have letters, digits, '.', '_' and '-' only, not 'my bench'",
+    "2:1: name: should be up to 100 letters, digits, '_', '.' and '-', and not begin with '.' or "
+    "'-', not 'my bench'",
     '3:1: revision: should be text, not 2017; write it in quotes: "2017"',
     "5:3: image.width_px: should be a whole number, not 'wide'",
     "7:3: image.mm_per_px: should be greater than 0, not -0.05",

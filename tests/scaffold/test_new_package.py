@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -76,6 +77,29 @@ def test_what_is_there_is_replaced_only_by_force(package: NewPackage, tmp_path: 
     assert (folder / "notes.md").read_text() == "mine"
     assert profile_path(folder, "ourtip").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["tactile-ourtip"]
+
+
+def test_force_follows_no_link_out_of_the_folder(package: NewPackage, tmp_path: Path) -> None:
+    folder, elsewhere = tmp_path / "tactile-ourtip", tmp_path / "elsewhere"
+    package.write(folder)
+    shutil.rmtree(folder / "tests")
+    elsewhere.mkdir()
+    (elsewhere / "test_conformance.py").write_text("mine")
+    (folder / "tests").symlink_to(elsewhere)
+    (folder / "README.md").write_text("edited")
+    with pytest.raises(InputError, match="leads out of"):
+        package.write(folder, force=True)
+    assert (elsewhere / "test_conformance.py").read_text() == "mine"
+    assert (folder / "README.md").read_text() == "edited"
+
+
+def test_force_replaces_no_folder_by_a_file(package: NewPackage, tmp_path: Path) -> None:
+    folder = tmp_path / "tactile-ourtip"
+    (folder / "README.md").mkdir(parents=True)
+    (folder / "README.md" / "notes").write_text("mine")
+    with pytest.raises(InputError, match=r"README\.md is a folder"):
+        package.write(folder, force=True)
+    assert [path.name for path in folder.iterdir()] == ["README.md"]
 
 
 def test_a_package_extends_a_profile_by_name(package: NewPackage, tmp_path: Path) -> None:

@@ -235,6 +235,20 @@ def test_what_is_there_is_replaced_only_by_force(picture: Path, tmp_path: Path) 
         made.write(tmp_path, force=True)
 
 
+def test_not_even_force_replaces_what_it_was_made_from(picture: Path, tmp_path: Path) -> None:
+    first = tmp_path / "first.yaml"
+    new_profile("first", UNMARKED, picture).write(first)
+    new_profile("second", first, picture, out=tmp_path / "second.yaml").write(
+        tmp_path / "second.yaml"
+    )
+    third = new_profile("third", tmp_path / "second.yaml", picture)
+    before = first.read_bytes(), picture.read_bytes()
+    for place in (first, picture):
+        with pytest.raises(InputError, match="name another --out"):
+            third.write(place, force=True)
+    assert (first.read_bytes(), picture.read_bytes()) == before
+
+
 @pytest.mark.parametrize(
     "name", ["", "my-tip", "my tip", "../x", "9lives", "hex_fingertip", "täst"]
 )
@@ -313,3 +327,10 @@ def test_a_grid_of_balls_gives_the_scale(recordings: Path, tmp_path: Path) -> No
 
 def _says(line: str) -> bool:
     return bool(line.strip()) and not line.strip().startswith("#")
+
+
+@pytest.mark.parametrize("odd", ["\u2028", "\u2029", "\x85", "\x1b[31m", "\udcff"])
+def test_a_picture_of_any_name_makes_a_profile_that_is_read(tmp_path: Path, odd: str) -> None:
+    picture = photograph(sensor(), tmp_path / "untouched.png")
+    picture = picture.rename(tmp_path / f"a{odd}name: broken.png")
+    assert saved(new_profile("mine", UNMARKED, picture, mm_per_px=0.125), tmp_path).name == "mine"

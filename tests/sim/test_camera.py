@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import islice
 from pathlib import Path
+from time import sleep
 
 import numpy as np
 import pytest
@@ -73,3 +74,28 @@ def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
         first = list(islice(iter(camera.read, None), 4 * exposures))
     np.testing.assert_array_equal(first[0].pixels, first[3 * exposures].pixels)
     assert [image.sequence for image in first] == list(range(4 * exposures))
+
+
+@pytest.mark.parametrize("pause_s", [0.0, 0.05])
+def test_times_are_the_simulations_own_however_slow_the_machine_is(
+    tmp_path: Path, pause_s: float
+) -> None:
+    script = tmp_path / "timed.yaml"
+    script.write_text(SCRIPT + "  - shear: {dx_mm: 0.2, frames: 2, seconds: 1.0}\n")
+    times = []
+    with open_sensor("hex_fingertip", sim=True, script=script, reference="first") as sensor:
+        for reading in sensor.stream():
+            times.append((reading.frame.timestamp_s, reading.frame.wall_time_s))
+            sleep(pause_s)
+    stamps, walls = zip(*times, strict=True)
+    assert stamps == pytest.approx([0, 1 / 30, 2 / 30, 2 / 30 + 0.5, 2 / 30 + 1.0])
+    assert set(walls) == {0.0}
+
+
+def test_time_goes_on_when_the_script_begins_again(profile: Path) -> None:
+    camera, lights = devices(load_profile(profile, sim=True, overrides={"camera": {"loop": True}}))
+    with camera:
+        seen = [image.timestamp_s for image in islice(iter(camera.read, None), 8 * 7)]
+    assert len(lights.exposures()) == 7
+    assert sorted(set(seen)) == pytest.approx([shot / 30 for shot in range(8)])
+    assert seen == sorted(seen)

@@ -1,4 +1,8 @@
+import pytest
+
 from tactile_core.testing import PluginConformance
+
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 
 class TestDesktopSixLed(PluginConformance):

@@ -20,6 +20,8 @@ from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.photometric_stereo import PhotometricStereo
 from tactile_desktop_six_led.redundancy import fit_redundancy
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 SHAPE = (120, 160)
 
 BALL_PX = 22.0
@@ -105,7 +107,7 @@ def rig() -> Rig:
 
 
 @pytest.fixture(scope="module")
-def fitted(rig: Rig) -> PhotometricStereo:
+def fitted(rig: Rig, kernels_or_numpy: str) -> PhotometricStereo:
     return fit(rig.presses(), rig.reference())
 
 

@@ -13,7 +13,7 @@ Float = NDArray[np.float64]
 LARGEST = 0.98
 _SMALLEST, _STEP = 0.25, 0.03
 _DECAYS = (0.2, 0.3, 0.45, 0.7)
-_SLOPES = 26
+_STEEPEST = 0.999
 _MOST_PIXELS = 1500
 
 
@@ -32,21 +32,20 @@ def contact_radius(change: Change, light: Light, centre: Float, ball_radius: flo
     r = np.hypot(*offset.T)
     direction = offset / np.maximum(r, 1e-6)[:, None]
     colour, full = change.values[y[keep], x[keep]], change.full[y[keep], x[keep]]
-    # The colour of each pixel for a grid of slopes; any profile is then a look-up.
-    sines = np.linspace(0, 1, _SLOPES)
-    table = np.stack([light(xy, sine * direction) for sine in sines], 1)
-    rows = np.arange(len(xy))
+    # In its direction the light of each pixel is a polynomial of the sine of the slope.
+    powers = light.at(xy).along(direction)
+    inside = r / ball_radius
+    unit = max(light.residual, 1.0) ** 2
 
     def cost(border: float, decay: float) -> float:
-        inside = r / ball_radius
         outside = border * np.exp(-np.maximum(inside - border, 0) / decay)
-        position = np.clip(np.where(inside < border, inside, outside), 0, 0.999) * (_SLOPES - 1)
-        below = position.astype(np.intp)
-        part = (position - below)[:, None]
-        error = table[rows, below] * (1 - part) + table[rows, below + 1] * part - colour
+        sine = np.minimum(np.where(inside < border, inside, outside), _STEEPEST)[:, None]
+        predicted = powers[-1] * sine
+        for coefficients in powers[-2::-1]:
+            predicted = (predicted + coefficients) * sine
+        error = predicted - colour
         error[full & (error > 0)] = 0
-        square = (error * error).sum(1)
-        return float(np.mean(np.sqrt(1 + square / max(light.residual, 1.0) ** 2)))
+        return float(np.mean(np.sqrt(1 + np.einsum("nk,nk->n", error, error) / unit)))
 
     borders = np.arange(_SMALLEST, LARGEST + 1e-9, _STEP)
     costs = np.array([min(cost(border, decay) for decay in _DECAYS) for border in borders])

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +16,7 @@ from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
 
 Float = NDArray[np.float64]
 Float32 = NDArray[np.float32]
+Bool = NDArray[np.bool_]
 
 _BLUR_BALLS, _LEAST_BLUR_PX = 0.1, 1.2
 _SAMPLES = 12_000
@@ -27,7 +32,55 @@ _FALLEN = 0.88
 """Beyond the contact the slope falls behind the ball's by more than this."""
 
 
-def refine_grid(image: PressImage, centres_px: Float, ball_radius_px: float) -> list[Circle]:
+@dataclass(frozen=True, eq=False)
+class GridLight:
+    """The light of the balls of a grid: how others in the same frame are found by it.
+
+    Attributes
+    ----------
+    steps : sequence of (PolynomialFit, float)
+        Sines as a polynomial of colour and perhaps place, and the reach in ball radii within which
+        it is used, from rough to fine.
+    misfit : float
+        Usual for a ball.
+    contact : float
+        Radius to which the skin follows the balls, in theirs.
+    with_place : bool
+        Whether the polynomials are of the place, too.
+    """
+
+    steps: Sequence[tuple[PolynomialFit, float]]
+    misfit: float
+    contact: float
+    with_place: bool
+
+    def locate(self, image: PressImage, centres_px: Float, ball_radius_px: float) -> list[Circle]:
+        """Refine the circles of balls that this light was not fitted to."""
+        balls = _Balls.of(image, centres_px, ball_radius_px, self.with_place)
+        misfits = np.full(len(balls.centres), np.inf)
+        for light, reach in self.steps:
+            misfits = balls.move(light, reach)
+        return self.circles(balls.centres, misfits, ball_radius_px)
+
+    def circles(self, centres_px: Float, misfits: Float, ball_radius_px: float) -> list[Circle]:
+        """Circles of balls that were moved by this light, or why they are of no use."""
+        found = []
+        for (x, y), misfit in zip(centres_px, misfits, strict=True):
+            why = ""
+            if not np.isfinite(misfit):
+                why = "it lies outside the image"
+            elif misfit > MOST_MISFIT * self.misfit:
+                why = "its colours are not those of the other balls"
+            elif self.contact < SMALLEST_CONTACT:
+                why = "the contact is too small to calibrate on; press deeper"
+            radius_px = self.contact * ball_radius_px
+            found.append(Circle((float(x), float(y)), radius_px, not why, why, float(not why)))
+        return found
+
+
+def refine_grid(
+    image: PressImage, centres_px: Float, ball_radius_px: float
+) -> tuple[list[Circle], GridLight]:
     """Refine the circles of many balls in one frame, from centres good to a fifth of the radius.
 
     One polynomial of colour and place is fitted to the sines (p − c) / R of all balls together, and
@@ -44,53 +97,46 @@ def refine_grid(image: PressImage, centres_px: Float, ball_radius_px: float) -> 
 
     Returns
     -------
-    list of Circle, in the order of the centres
+    circles : list of Circle, in the order of the centres
+    light : GridLight
+        Finds others in the same frame.
     """
-    grid = _Grid(image, np.asarray(centres_px, float), ball_radius_px)
+    many = len(centres_px) >= _MANY_BALLS
+    balls = _Balls.of(image, centres_px, ball_radius_px, many)
     contact = 1.0
+    steps = []
+    misfits = np.full(len(balls.centres), np.inf)
     for planned in _REACHES:
         reach = min(planned, max(contact, SMALLEST_CONTACT))
-        light = grid.fitted(reach)
-        misfits = grid.move(light, reach)
-        contact = grid.contact(light, reach)
-    usual = float(np.median(misfits[np.isfinite(misfits)])) if np.isfinite(misfits).any() else 0.0
-    circles = []
-    for centre, misfit in zip(grid.centres, misfits, strict=True):
-        why = ""
-        if not np.isfinite(misfit):
-            why = "it lies outside the image"
-        elif misfit > MOST_MISFIT * usual:
-            why = "its colours are not those of the other balls"
-        elif contact < SMALLEST_CONTACT:
-            why = "the contact is too small to calibrate on; press deeper"
-        circles.append(
-            Circle(
-                (float(centre[0]), float(centre[1])),
-                contact * ball_radius_px,
-                not why,
-                why,
-                0.0 if why else 1.0,
-            )
-        )
-    return circles
+        light = balls.fitted(reach, many)
+        misfits = balls.move(light, reach)
+        contact = balls.contact(light, reach)
+        steps.append((light, reach))
+    seen = misfits[np.isfinite(misfits)]
+    common = GridLight(tuple(steps), float(np.median(seen)) if len(seen) else 0.0, contact, many)
+    return common.circles(balls.centres, misfits, ball_radius_px), common
 
 
-class _Grid:
-    """The balls of a frame while their centres are refined."""
+class _Balls:
+    """Balls of a frame while their centres are refined."""
 
-    def __init__(self, image: PressImage, centres: Float, radius: float) -> None:
-        smoothing = Smoothing.of(image.marks, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius))
-        change = relative_change(
+    def __init__(self, features: Float32, skin: Bool, centres: Float, radius: float) -> None:
+        self._features, self._skin, self._radius = features, skin, radius
+        self.centres = centres
+
+    @classmethod
+    def of(cls, image: PressImage, centres_px: Float, radius_px: float, with_place: bool) -> Self:
+        """Prepare a frame: its relative change, and perhaps the place."""
+        smoothing = Smoothing.of(image.marks, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius_px))
+        features = relative_change(
             smoothing.apply(image.pixels, image.marks),
             np.asarray(smoothing.apply(image.reference, image.marks), np.float32),
             full_scale=image.full_scale,
         )
-        self._features = change
-        if len(centres) >= _MANY_BALLS:
-            self._features = np.concatenate([change, place(change.shape[:2])], axis=2)
-        self._skin = np.ones(change.shape[:2], bool) if image.marks is None else ~image.marks
-        self._radius = radius
-        self.centres = centres.copy()
+        if with_place:
+            features = np.concatenate([features, place(features.shape[:2])], axis=2)
+        skin = np.ones(features.shape[:2], bool) if image.marks is None else ~image.marks
+        return cls(features, skin, np.array(centres_px, float), radius_px)
 
     def _disc(self, centre: Float, reach: float) -> tuple[Float32, Float]:
         """Features and (N, 2) place in ball radii of the skin within ``reach`` of a centre."""
@@ -104,14 +150,14 @@ class _Grid:
         inside = (np.hypot(offset[..., 0], offset[..., 1]) < reach) & self._skin[y, x]
         return self._features[y[inside], x[inside]], offset[inside]
 
-    def fitted(self, reach: float) -> PolynomialFit:
+    def fitted(self, reach: float, many: bool) -> PolynomialFit:
         """Sines as a polynomial of colour and, for many balls, place."""
         discs = [self._disc(centre, reach) for centre in self.centres]
         features = np.concatenate([f for f, _ in discs])
         offsets = np.concatenate([o for _, o in discs])
         pick = np.random.default_rng(0).permutation(len(features))[:_SAMPLES]
         seen, sines = features[pick], offsets[pick].astype(np.float32)
-        if len(self.centres) >= _MANY_BALLS:
+        if many:
             return fit_polynomial(seen, sines, order=2, ridge=1e-3)
         # Seen from the other side of its centre a ball changes the other way.
         return fit_polynomial(

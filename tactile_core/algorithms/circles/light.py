@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,12 +52,37 @@ class Light:
     scale: float
     residual: float = 1.0
 
-    def __call__(self, xy: Float, normal: Float) -> Float:
-        """(N, K) change at working places (N, 2) for normals (N, 2), the sines of the slope."""
-        return self._terms(xy, normal) @ self.coefficients
+    def at(self, xy: Float) -> LocalLight:
+        """Light at working places (N, 2), for many normals there."""
+        places = _places(xy, self.shape, self.place_order)
+        by_slope = self.coefficients.reshape(-1, places.shape[1], self.coefficients.shape[1])
+        return LocalLight(np.einsum("np,spk->nsk", places, by_slope), self.slope_order)
 
-    def _terms(self, xy: Float, normal: Float) -> Float:
-        return _terms(xy, normal, self.shape, self.slope_order, self.place_order)
+
+@dataclass(frozen=True, eq=False)
+class LocalLight:
+    """The light at some places.
+
+    Attributes
+    ----------
+    coefficients : (N, S, K) float64
+        Of the products of nx and ny, by their degree.
+    slope_order : int
+    """
+
+    coefficients: Float
+    slope_order: int
+
+    def __call__(self, normal: Float) -> Float:
+        """(N, K) change for normals (N, 2), the sines of the slope."""
+        terms = _slopes(normal, self.slope_order)
+        return np.asarray(np.einsum("ns,nsk->nk", terms, self.coefficients))
+
+    def along(self, direction: Float) -> Float:
+        """(T, N, K) coefficients of the powers of the sine, from the first on, in directions."""
+        terms = _slopes(direction, self.slope_order)[:, :, None] * self.coefficients
+        ends = np.cumsum([0, *(degree + 1 for degree in range(1, self.slope_order + 1))])
+        return np.stack([terms[:, a:b].sum(1) for a, b in pairwise(ends)])
 
 
 def orders_for(presses: int) -> tuple[int, int]:
@@ -90,11 +116,14 @@ def fit(
     penalty = RIDGE * len(terms) * np.eye(terms.shape[1])
     residual = 1.0
     for _ in range(_ROUNDS):
+        weighted = terms * weight[:, None]
+        square, mixed = weighted.T @ terms + penalty, weighted.T @ change
         for k in range(change.shape[1]):
-            counts = weight * (~full[:, k] | (terms @ coefficients[:, k] < change[:, k]))
-            weighted = terms * counts[:, None]
+            # Few pixels are saturated: what they take away is less work than what the others give.
+            out = full[:, k] & (terms @ coefficients[:, k] >= change[:, k])
+            without = weighted[out].T
             coefficients[:, k] = np.linalg.solve(
-                weighted.T @ terms + penalty, weighted.T @ change[:, k]
+                square - without @ terms[out], mixed[:, k] - without @ change[out, k]
             )
         misfit = misfits(terms @ coefficients, change, full)
         residual = float(np.median(misfit))
@@ -112,13 +141,26 @@ def misfits(predicted: Float, change: Float, full: NDArray[np.bool_]) -> Float:
 def _terms(
     xy: Float, normal: Float, shape: tuple[int, int], slope_order: int, place_order: int
 ) -> Float:
+    slopes, places = _slopes(normal, slope_order), _places(xy, shape, place_order)
+    return (slopes[:, :, None] * places[:, None, :]).reshape(len(xy), -1)
+
+
+def _slopes(normal: Float, order: int) -> Float:
+    """(N, S) products of nx and ny, by their degree from 1 on."""
+    x, y = (_powers(component, order) for component in normal.T)
+    return np.stack([x[a] * y[t - a] for t in range(1, order + 1) for a in range(t + 1)], 1)
+
+
+def _places(xy: Float, shape: tuple[int, int], order: int) -> Float:
+    """(N, P) products of the place, which runs from −1 to 1 across."""
     h, w = shape
-    u, v = (xy[:, 0] - w / 2) / (w / 2), (xy[:, 1] - h / 2) / (w / 2)
-    nx, ny = normal[:, 0], normal[:, 1]
-    slope = np.stack(
-        [nx**a * ny ** (t - a) for t in range(1, slope_order + 1) for a in range(t + 1)], 1
-    )
-    place = np.stack(
-        [u**a * v**b for a in range(place_order + 1) for b in range(place_order + 1 - a)], 1
-    )
-    return (slope[:, :, None] * place[:, None, :]).reshape(len(xy), -1)
+    u = _powers((xy[:, 0] - w / 2) / (w / 2), order)
+    v = _powers((xy[:, 1] - h / 2) / (w / 2), order)
+    return np.stack([u[a] * v[b] for a in range(order + 1) for b in range(order + 1 - a)], 1)
+
+
+def _powers(values: Float, highest: int) -> list[Float]:
+    powers = [np.ones_like(values)]
+    for _ in range(highest):
+        powers.append(powers[-1] * values)
+    return powers

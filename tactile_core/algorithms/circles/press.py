@@ -81,6 +81,12 @@ class Change:
     noise: float
     scale: float
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the working image."""
+        rows, columns = self.weight.shape
+        return rows, columns
+
     def between_channels(self) -> Change:
         """The same without what brightens or darkens all channels alike."""
         return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))

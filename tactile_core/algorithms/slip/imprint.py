@@ -20,9 +20,12 @@ Array = NDArray[Any]
 Float32 = NDArray[np.float32]
 
 SLIP_SHARE = 0.4
-"""Slip is where this much of the imprint has left its place within about a second: the most, to
-one digit, that virtual contacts lose of which half or more sticks; made by
-``benchmarks/slip_imprint_threshold.py``."""
+"""Slip is where this much of the imprint has left its place within about a second.
+
+Chosen on recorded lifts, between those that held and those that slipped. Virtual contacts of which
+half or more sticks lose up to 0.466 (``benchmarks/slip_imprint_threshold.py``); at 0.5 slips are
+missed. Margin and control: ``docs/accuracy.md``.
+"""
 
 _MEMORY_S = 1.0
 """What was lost is forgotten: a grasp that held again is no longer slipping."""

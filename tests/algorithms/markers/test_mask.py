@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

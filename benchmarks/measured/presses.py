@@ -1,0 +1,168 @@
+"""Presses of a ball: one half is calibrated on and the other measured, and the other way round."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from measured.row import Row, command
+from measured.sphere import radius_px
+from tactile_core.calibrating import Calibrated, calibrate
+from tactile_core.calibrating.presses import (
+    FoundPress,
+    angles_deg,
+    find_presses,
+    light_of,
+    relocated,
+)
+from tactile_core.pipeline import Pipeline
+from tactile_core.quantities import Gradients, HeightMap
+from tactile_core.sensor import read_frames
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = ROOT / "benchmarks"
+
+
+@dataclass(frozen=True)
+class Presses:
+    """Recordings of presses of one ball on one sensor."""
+
+    name: str
+    profile: Path
+    folder: str
+    pattern: str
+    reference: str
+    ball_mm: float
+    what: str
+
+
+SETS = (
+    Presses(
+        "objectfolder",
+        ROOT / "examples" / "objectfolder.yaml",
+        "three_colour/objectfolder",
+        "presses/*.png",
+        "reference.png",
+        4.0,
+        "three colours at once, no marks",
+    ),
+    Presses(
+        "wedge",
+        ROOT / "examples" / "wedge" / "wedge.yaml",
+        "three_colour/wedge",
+        "ball-*.jpg",
+        "bg-0.jpg",
+        4.84,
+        "three colours at once, marks",
+    ),
+    Presses(
+        "gelsight_mini",
+        HERE / "gelsight_mini.yaml",
+        "gelsight_mini/ball_presses",
+        "press_*.png",
+        "background.png",
+        6.31,
+        "three colours at once, no marks",
+    ),
+    Presses(
+        "hex_fingertip",
+        HERE / "hex_recorded.yaml",
+        "three_colour/hex_fingertip",
+        "Im_*.jpg",
+        "frame0.jpg",
+        3.96,
+        "three colours at once, marks",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Half:
+    """What was measured on presses by a calibration on the others."""
+
+    errors_deg: NDArray[np.float64]
+    flat_deg: NDArray[np.float64]
+    sphere: NDArray[np.float64]
+    """Radius of the sphere through the height map of each press, over the ball's."""
+
+
+def rows(data: Path, chosen: Presses, *, folds: bool = True, model: str | None = None) -> list[Row]:
+    """Measure each half of the presses by the other; with ``folds`` cross-validate on all, too."""
+    folder = data / chosen.folder
+    files = sorted(folder.glob(chosen.pattern))
+    halves = {
+        "even → odd": half(folder, chosen, files[::2], files[1::2], model),
+        "odd → even": half(folder, chosen, files[1::2], files[::2], model),
+    }
+    values = {way: float(h.errors_deg.mean()) for way, h in halves.items()}
+    control = {f"predict flat, {way}": float(h.flat_deg.mean()) for way, h in halves.items()}
+    also = {f"sphere radius / ball's, {w}": float(np.median(h.sphere)) for w, h in halves.items()}
+    if folds:
+        also["five folds over all"] = folded_deg(folder, chosen, files, model)
+    return [
+        Row(
+            chosen.name,
+            "mean error of the normal within 0.8 of the contact, degrees",
+            f"{chosen.folder}: {chosen.what}, ball of {chosen.ball_mm:g} mm",
+            f"{len(files)} presses, {len(files[::2])} against {len(files[1::2])}",
+            "out of sample: other presses of the same ball on the same unit",
+            values,
+            max(values.values()),
+            control,
+            command(chosen.name),
+            also,
+        )
+    ]
+
+
+def half(
+    folder: Path, chosen: Presses, seen: Sequence[Path], unseen: Sequence[Path], model: str | None
+) -> Half:
+    """Calibrate on some presses, as a user would, and measure the others with the bundle."""
+    made = calibrated(folder, chosen, seen, model, scored=False)
+    pipeline = Pipeline(chosen.profile, made.bundle)
+    train = [press for press in made.presses if isinstance(press, FoundPress) and press.used]
+    light = light_of(train)
+    errors, flat, spheres = [], [], []
+    for file in unseen:
+        (frame,) = read_frames(pipeline.profile, file)
+        reading = pipeline.process(frame)
+        (start,) = find_presses(
+            [file.name], [reading.frame], made.bundle.reference, train[0].ball_radius_px
+        )
+        press = relocated(start, light)
+        slopes = reading[Gradients]
+        *_, true = press.true_gradients(press.scored())
+        errors.append(press.normal_errors_deg(slopes))
+        flat.append(angles_deg(np.zeros_like(true), true))
+        spheres.append(radius_px(reading[HeightMap], press) / press.ball_radius_px)
+    return Half(np.concatenate(errors), np.concatenate(flat), np.array(spheres))
+
+
+def folded_deg(folder: Path, chosen: Presses, files: Sequence[Path], model: str | None) -> float:
+    """Score that a calibration on all presses tells its user."""
+    score = calibrated(folder, chosen, files, model, scored=True).score
+    return float("nan") if score is None else score.mean_deg
+
+
+def calibrated(
+    folder: Path, chosen: Presses, files: Sequence[Path], model: str | None, *, scored: bool
+) -> Calibrated:
+    """Calibrate on some of the files."""
+    with tempfile.TemporaryDirectory() as copies:
+        for file in files:
+            shutil.copy(file, copies)
+        return calibrate(
+            chosen.profile,
+            Path(copies),
+            folder / chosen.reference,
+            ball_diameter_mm=chosen.ball_mm,
+            model=model,
+            scored=scored,
+        )

@@ -1,0 +1,176 @@
+"""What is followed in time: printed marks, and slip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import marker_tracking
+import numpy as np
+import slip_recordings
+from numpy.typing import NDArray
+from slip_recordings import LIFT_FRAME, Trial, area, area_within
+
+from measured.row import Row, command
+
+Bools = NDArray[np.bool_]
+
+GRIPPER = Path(__file__).resolve().parents[1] / "gripper_finger.yaml"
+
+
+def markers(data: Path) -> list[Row]:
+    """Follow marks from the first frame on."""
+    fields = marker_tracking.followed(data / marker_tracking.MINI, marker_tracking.MINI_SIZE)
+    off_px, swapped = marker_tracking.against_labels(data, fields)
+    resting_px = np.hypot(*np.moveaxis(np.array([f.px - fields[0].px for f in fields]), -1, 0))
+    kept = {"mini": float(100 * marker_tracking.through(fields).mean())}
+    irregular = marker_tracking.followed(
+        data / marker_tracking.IRREGULAR, marker_tracking.IRREGULAR_SIZE
+    )
+    kept["irregular_markers"] = float(100 * marker_tracking.through(irregular).mean())
+    return [
+        Row(
+            "markers_distance",
+            "95 % of marks are nearer to their labels than, px",
+            "markers/mini: a GelSight Mini; labels of another tracker, itself about 0.25 px",
+            f"{off_px.shape[1]} marks in {off_px.shape[0]} frames",
+            "nothing is fitted",
+            {"mini": float(np.percentile(off_px, 95))},
+            float(np.percentile(off_px, 95)),
+            {"say that no mark moves": float(np.percentile(resting_px[-len(off_px) :], 95))},
+            command("markers"),
+            {"mean, px": float(off_px.mean()), "swapped": float(swapped)},
+        ),
+        Row(
+            "markers_kept",
+            "marks seen in every frame, %",
+            "markers/mini and markers/irregular_markers.avi",
+            f"{len(fields[0].px)} and {len(irregular[0].px)} marks in {len(fields)} and "
+            f"{len(irregular)} frames",
+            "nothing is fitted",
+            kept,
+            min(kept.values()),
+            {},
+            command("markers"),
+        ),
+    ]
+
+
+def lifts(data: Path) -> list[Row]:
+    """Slip of every lift through the whole chain."""
+    trials = slip_recordings.lifts(data / "slip" / "grasp_lift", "hex_fingertip")
+    slipped: Bools = np.array([trial.slipped for trial in trials], bool)
+    objects = np.array([trial.object for trial in trials])
+    degrees = np.array([trial.degrees for trial in trials])
+    alarms = np.array([trial.alarms for trial in trials])
+    weakness = np.array([trial.weakness for trial in trials])
+    told: Bools = np.asarray(alarms.any(axis=1), bool)
+    early = alarms[:, : LIFT_FRAME + 1].any(axis=1)
+    first = alarms.argmax(axis=1)[told & slipped]
+    what = (
+        "slip/grasp_lift: a hexagonal fingertip with marks, not calibrated, 640 × 480; "
+        f"{len(set(objects.tolist()))} objects"
+    )
+    how_many = f"{len(trials)} lifts, {slipped.sum()} of them slips"
+    sample = (
+        "the chain sees no label; its thresholds come of virtual slips, and the imprint's was "
+        "chosen with 28 of these lifts at hand"
+    )
+    end = degrees[:, -1]
+    return [
+        Row(
+            "slip_lifts_found",
+            "slips reported, %",
+            what,
+            how_many,
+            sample,
+            _found(slipped, told, objects),
+            float(100 * told[slipped].mean()),
+            {
+                "strength of the first imprint, without a false alarm": _without_false(
+                    slipped, weakness
+                )
+            },
+            command("slip_lifts"),
+            {
+                "false alarms on held lifts, %": float(100 * told[~slipped].mean()),
+                "reported before the lift": float(early.sum()),
+                "slips": float(slipped.sum()),
+                "slips reported": float(told[slipped].sum()),
+                "frames before the end, median": float(degrees.shape[1] - 1 - np.median(first)),
+            },
+        ),
+        Row(
+            "slip_lifts_area",
+            "area under the curve of the degree in the last frame",
+            what,
+            how_many,
+            sample,
+            {"all": area(slipped, end), "within objects": area_within(slipped, end, objects)},
+            min(area(slipped, end), area_within(slipped, end, objects)),
+            {
+                "strength of the first imprint": area(slipped, weakness),
+                "the same within objects": area_within(slipped, weakness, objects),
+                "degree before the lift": area(slipped, degrees[:, LIFT_FRAME]),
+            },
+            command("slip_lifts"),
+            {f"frame {frame}": area(slipped, degrees[:, frame]) for frame in (9, 10)},
+        ),
+    ]
+
+
+def gripper(data: Path) -> list[Row]:
+    """Slip of every grasp of a pair of fingers through the whole chain."""
+    pairs = slip_recordings.grasps(data / "slip" / "gripper_pair", str(GRIPPER))
+    slipped: Bools = np.array([pair[0].slipped for pair in pairs], bool)
+    objects = np.array([pair[0].object for pair in pairs])
+    degrees = _by_finger(pairs, lambda trial: float(trial.degrees.max()))
+    told: Bools = _by_finger(pairs, lambda trial: float(trial.alarms.any())).max(axis=1) > 0
+    weakness = _by_finger(pairs, lambda trial: trial.weakness).max(axis=1)
+    frames = _by_finger(pairs, lambda trial: float(trial.alarms.mean())).max(axis=1)
+    areas = {"larger of both fingers": degrees.max(axis=1), "mean of both": degrees.mean(axis=1)}
+    values = {name: area(slipped, told_) for name, told_ in areas.items()}
+    window = slip_recordings.WINDOW
+    return [
+        Row(
+            "slip_gripper_area",
+            "area under the curve of the largest degree",
+            "slip/gripper_pair: two GelSight Minis on a gripper, not calibrated, 320 × 240; "
+            f"{len(set(objects.tolist()))} objects",
+            f"{len(pairs)} grasps of at least {window.stop} frames, {slipped.sum()} of them slips, "
+            f"frames {window.start} to {window.stop}",
+            "the chain sees no label and nothing was chosen on these",
+            values,
+            min(values.values()),
+            {
+                "strength of the first imprint": area(slipped, weakness),
+                "the same within objects": area_within(slipped, weakness, objects),
+            },
+            command("slip_gripper"),
+            {
+                f"{name}, within objects": area_within(slipped, told_, objects)
+                for name, told_ in areas.items()
+            }
+            | {
+                "slips reported, %": float(100 * told[slipped].mean()),
+                "false alarms on held grasps, %": float(100 * told[~slipped].mean()),
+                "frames of held grasps called slip, %": float(100 * frames[~slipped].mean()),
+            },
+        )
+    ]
+
+
+def _by_finger(pairs: list[list[Trial]], of: Callable[[Trial], float]) -> NDArray[np.float64]:
+    return np.array([[of(trial) for trial in pair] for pair in pairs])
+
+
+def _found(slipped: Bools, told: Bools, objects: NDArray[np.str_]) -> dict[str, float]:
+    return {
+        name: float(100 * told[slipped & (objects == name)].mean())
+        for name in sorted(set(objects.tolist()))
+    }
+
+
+def _without_false(slipped: Bools, weakness: NDArray[np.float64]) -> float:
+    """Slips, in %, that are weaker than every hold: a threshold that knows the labels."""
+    return float(100 * (weakness[slipped] > weakness[~slipped].max()).mean())

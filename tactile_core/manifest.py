@@ -1,0 +1,210 @@
+"""A bundle's ``manifest.json``: what the bundle belongs to, and exactly which files it has."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.files import plain_text, write_atomically
+from tactile_core.formats.shown import printable
+
+FORMAT = 2
+MANIFEST = "manifest.json"
+
+_LARGEST_BYTES = 4 << 20
+
+Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Pixels = Annotated[int, Field(gt=0)]
+
+
+class _Versioned(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+    format: int
+
+
+class Manifest(BaseModel):
+    """What a bundle belongs to and how good it is; stored as ``manifest.json``.
+
+    Attributes
+    ----------
+    files : dict
+        SHA-256 of every other file of the bundle, by its path in the folder.
+    content_hash : str
+        SHA-256 of all other fields, and thereby of everything.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+
+    format: int = Field(default=FORMAT, ge=FORMAT, le=FORMAT)
+    profile: Text
+    revision: Text = ""
+    serial: Text = ""
+    gel_id: Text = ""
+    model: Text
+    image_size_px: tuple[Pixels, Pixels]
+    crop: tuple[int, int, int, int] | None = None
+    channels: tuple[Text, ...]
+    channel_azimuth_deg: tuple[float, ...] = ()
+    mm_per_px: Positive
+    bit_depth: int = Field(default=8, ge=1, le=16)
+    exposure: dict[str, Any] | None = None
+    created: Text = ""
+    ball_diameter_mm: Positive | None = None
+    presses_used: int = Field(default=0, ge=0)
+    held_out: dict[str, Any] | None = None
+    versions: dict[str, Text] = {}
+    profile_hash: str = ""
+    files: dict[str, str] = {}
+    content_hash: str = ""
+
+    def fingerprint(self) -> str:
+        """SHA-256 of every field but ``content_hash``, as JSON with sorted keys."""
+        plain = json.loads(self.model_dump_json(exclude={"content_hash"}))
+        return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Read a bundle's manifest; its files are not looked at.
+
+    Raises
+    ------
+    CalibrationError
+        There is none, it is damaged or edited, or of another format.
+    """
+    manifest = _parsed(folder)
+    if manifest.content_hash != manifest.fingerprint():
+        raise _damaged(folder)
+    return manifest
+
+
+def _parsed(folder: Path) -> Manifest:
+    try:
+        text = _read(folder / MANIFEST)
+        written = _Versioned.model_validate_json(text).format
+        if written == FORMAT:
+            return Manifest.model_validate_json(text)
+    except (FileNotFoundError, NotADirectoryError):
+        raise CalibrationError(
+            f"{folder} is no calibration bundle (it has no {MANIFEST}); "
+            f"'tactile calibrate … --out {folder}' makes one"
+        ) from None
+    except (ValueError, OSError) as error:
+        raise _damaged(folder) from error
+    if written > FORMAT:
+        raise CalibrationError(
+            f"bundle {folder}: format {written} is newer than this version reads ({FORMAT}); "
+            f"upgrade tactile-core"
+        )
+    raise CalibrationError(
+        f"bundle {folder}: format {written} is older than this version reads ({FORMAT}); move the "
+        f"folder away and calibrate again"
+    )
+
+
+def _damaged(folder: Path) -> CalibrationError:
+    return CalibrationError(
+        f"bundle {folder}: {MANIFEST} is damaged or was edited; calibrate again, or restore the "
+        f"bundle from a copy"
+    )
+
+
+def write_manifest(folder: Path, manifest: Manifest) -> None:
+    """Write the manifest of all files that the folder holds."""
+    files = {name: _hash(folder / name) for name in sorted(_held(folder)) if name != MANIFEST}
+    # as it will be read: what JSON cannot hold is not the same afterwards
+    update: dict[str, Any] = {"format": FORMAT, "files": files, "content_hash": ""}
+    whole = Manifest.model_validate_json(manifest.model_copy(update=update).model_dump_json())
+    whole = whole.model_copy(update={"content_hash": whole.fingerprint()})
+    text = whole.model_dump_json(indent=2) + "\n"
+    write_atomically(folder / MANIFEST, text.encode("utf-8"))
+
+
+def check_files(folder: Path, manifest: Manifest) -> None:
+    """Refuse a bundle that lacks a file that its manifest names, or has another one instead.
+
+    Raises
+    ------
+    CalibrationError
+        With the file's name.
+    """
+    for name, written in manifest.files.items():
+        try:
+            whole = _hash(folder / name) == written
+        except (OSError, ValueError):
+            whole = False
+        if not whole:
+            raise CalibrationError(
+                f"bundle {folder}: {name} is not the file that was written (damaged, edited or "
+                f"missing); calibrate again or restore the bundle from a copy"
+            )
+
+
+def bundle_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that is a bundle and holds nothing else; none of an empty one.
+
+    The manifest is the last.
+
+    Raises
+    ------
+    InputError
+        It is no bundle, or holds something that its manifest does not name.
+    """
+    if not folder.exists():
+        return []
+    if not folder.is_dir():
+        raise InputError(f"{folder} is a file; name a folder for the bundle")
+    if not any(folder.iterdir()):
+        return []
+    try:
+        named = {*_parsed(folder).files, MANIFEST}
+    except CalibrationError as error:
+        raise InputError(
+            f"{folder} exists and is not a calibration bundle that may be replaced; move it away "
+            f"or name another --out folder"
+        ) from error
+    held = set(_held(folder))
+    for name in sorted(held):
+        if name not in named:
+            raise InputError(
+                f"{folder} holds {printable(name)}, which is not of the calibration bundle there; "
+                f"move it away or name another --out folder"
+            )
+    return [*(folder / name for name in held - {MANIFEST}), folder / MANIFEST]
+
+
+def _held(folder: Path, below: str = "") -> Iterator[str]:
+    """Paths of all files and of all folders that are empty, ``/`` between their parts."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            name = below + entry.name
+            if not entry.is_dir(follow_symlinks=False):
+                yield name
+                continue
+            inside = list(_held(Path(entry.path), f"{name}/"))
+            yield from inside or [name]
+
+
+def _read(path: Path) -> bytes:
+    if path.exists() and not path.is_file():
+        raise ValueError("not a file")
+    with path.open("rb") as file:
+        text = file.read(_LARGEST_BYTES + 1)
+    if len(text) > _LARGEST_BYTES:
+        raise ValueError("too long")
+    return text
+
+
+def _hash(path: Path) -> str:
+    if not path.is_file():
+        raise FileNotFoundError(path)
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

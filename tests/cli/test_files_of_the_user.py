@@ -1,0 +1,206 @@
+"""No command replaces or deletes what it did not write, run as a user runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core.bundle import Bundle
+from tactile_core.sim.ball import BallPress
+
+LIMIT_BYTES = 60_000
+
+
+def tactile(
+    *words: object, full_disk: bool = False, **environment: str
+) -> subprocess.CompletedProcess[bytes]:
+    """Run the command in a process of its own; on a full disk no file gets above a size."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT_BYTES, LIMIT_BYTES))
+
+    return subprocess.run(
+        [sys.executable, "-m", "tactile_core.cli", *map(os.fspath, map(_word, words))],
+        capture_output=True,
+        check=False,
+        env=os.environ | environment,
+        preexec_fn=limit if full_disk else None,
+    )
+
+
+def _word(word: object) -> str | Path:
+    return word if isinstance(word, Path) else str(word)
+
+
+def held(folder: Path) -> dict[str, bytes | None]:
+    """Everything in a folder, empty folders and hidden files too."""
+    return {
+        str(path.relative_to(folder)): None if path.is_dir() else path.read_bytes()
+        for path in folder.rglob("*")
+    }
+
+
+def refused(folder: Path, *words: object) -> str:
+    """Run a command that must refuse, leave the folder as it was and say why in one sentence."""
+    before = held(folder)
+    done = tactile(*words)
+    said = done.stderr.decode()
+    assert (done.returncode, done.stdout) == (2, b""), said
+    assert said.startswith("tactile: ")
+    assert said.count("\n") == 1, said
+    assert held(folder) == before
+    return said
+
+
+@pytest.fixture
+def mine(lab: VirtualLab, tmp_path: Path) -> Path:
+    """A user's folder: a recording, a reference, presses and a bundle."""
+    lab.save(tmp_path / "in" / "ball.png", BallPress((70.0, 62.0), BALL_MM, 0.8))
+    lab.save(tmp_path / "in" / "rest.png", None)
+    lab.save(tmp_path / "ref" / "ball.png", None)
+    shutil.copytree(lab.bundle, tmp_path / "b")
+    return tmp_path
+
+
+def run(lab: VirtualLab, mine: Path, *words: object) -> tuple[object, ...]:
+    return ("run", lab.profile_path, "--bundle", mine / "b", "--input", mine / "in", *words)
+
+
+def calibrate(lab: VirtualLab, *words: object) -> tuple[object, ...]:
+    how = ("--ball-diameter-mm", BALL_MM, "--model", "core.polynomial")
+    return ("calibrate", lab.profile_path, "--reference", lab.reference, *how, *words)
+
+
+@pytest.mark.parametrize("manifest", ["{}", '{"name": "web app", "manifest_version": 3}'])
+def test_calibrating_into_somebody_s_project_deletes_nothing(
+    lab: VirtualLab, tmp_path: Path, manifest: str
+) -> None:
+    (tmp_path / "app" / "src").mkdir(parents=True)
+    (tmp_path / "app" / "src" / "main.py").write_text("years of work")
+    (tmp_path / "app" / "manifest.json").write_text(manifest)
+    words = calibrate(lab, "--presses", lab.presses, "--out", tmp_path / "app")
+    assert "not a calibration bundle" in refused(tmp_path, *words)
+
+
+def test_calibrating_into_a_bundle_with_notes_names_them(lab: VirtualLab, mine: Path) -> None:
+    (mine / "b" / "notes.txt").write_text("mine")
+    said = refused(mine, *calibrate(lab, "--presses", lab.presses, "--out", mine / "b"))
+    assert "holds notes.txt" in said
+    assert "move it away" in said
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_presses_inside_of_the_bundle_s_folder_are_refused(
+    lab: VirtualLab, mine: Path, linked: bool
+) -> None:
+    presses = Path(shutil.copytree(lab.presses, mine / "b" / "presses"))
+    if linked:
+        (mine / "linked").symlink_to(presses)
+        presses = mine / "linked"
+    said = refused(mine, *calibrate(lab, "--presses", presses, "--out", mine / "b"))
+    assert "holds --presses" in said
+
+
+def test_a_bundle_is_no_place_for_results(lab: VirtualLab, mine: Path) -> None:
+    (mine / "also_b").symlink_to(mine / "b")
+    for out in (mine / "b", mine / "also_b"):
+        assert "is --bundle" in refused(mine, *run(lab, mine, "--out", out))
+
+
+def test_results_do_not_replace_the_reference(lab: VirtualLab, mine: Path) -> None:
+    words = run(lab, mine, "--reference", mine / "ref" / "ball.png", "--out", mine / "ref")
+    assert "holds --reference" in refused(mine, *words, "--save", "png")
+
+
+def test_results_of_one_name_are_refused_before_anything_is_measured(
+    lab: VirtualLab, mine: Path
+) -> None:
+    shutil.copy(mine / "in" / "rest.png", mine / "in" / "ball_normals.png")
+    said = refused(mine, *run(lab, mine, "--out", mine / "out", "--save", "png"))
+    assert "results of ball and of ball_normals would both be ball_normals.png" in said
+
+
+def test_a_run_is_repeated_over_its_own_results_and_nobody_else_s(
+    lab: VirtualLab, mine: Path
+) -> None:
+    words = run(lab, mine, "--out", mine / "out", "--save", "npz,png")
+    for _ in range(2):
+        done = tactile(*words)
+        assert done.returncode == 0, done.stderr
+    (mine / "out" / "rest.png").write_bytes(b"my own picture")
+    assert "rest.png is there already" in refused(mine, *words)
+
+
+def test_a_report_of_somebody_else_is_refused_before_anything_is_measured(
+    lab: VirtualLab, mine: Path
+) -> None:
+    (mine / "out").mkdir()
+    (mine / "out" / "report.html").write_text("mine")
+    (mine / "truth").mkdir()
+    compare = ("compare", lab.profile_path, "--input", mine / "in", "--truth", mine / "truth")
+    assert "report.html is there already" in refused(mine, *compare, "--out", mine / "out")
+    assert "report.html is there already" in refused(mine, "demo", "--out", mine / "out")
+    assert "is --truth" in refused(mine, *compare, "--out", mine / "truth")
+
+
+def test_save_that_names_nothing_is_refused(lab: VirtualLab, mine: Path) -> None:
+    assert "npz, tmd" in refused(mine, *run(lab, mine, "--out", mine / "out", "--save", ""))
+
+
+def test_an_impossible_step_leaves_nothing_and_the_corrected_script_works(tmp_path: Path) -> None:
+    script, out = tmp_path / "script.yaml", tmp_path / "deep" / "er"
+    steps = (
+        "steps:\n- indenter: {kind: sphere, diameter_mm: 4}\n- press: {depth_mm: 0.1, frames: 1}\n"
+    )
+    script.write_text(steps + "- press: {depth_mm: 90}\n")
+    words = ("simulate", "hex_fingertip", "--mode", "fast", "--script", script, "--out", out)
+    refused(tmp_path, *words)
+    script.write_text(steps)
+    done = tactile(*words)
+    assert done.returncode == 0, done.stderr
+    assert len(list((out / "truth").iterdir())) == 2
+    assert [path.name for path in out.parent.iterdir()] == ["er"]
+
+
+def test_a_full_disk_leaves_what_was_there_and_exits_1(lab: VirtualLab, mine: Path) -> None:
+    words = run(lab, mine, "--out", mine / "out")
+    assert tactile(*words).returncode == 0
+    before = held(mine)
+    calibrated = calibrate(lab, "--presses", lab.presses, "--out", mine / "b")
+    for command in (words, calibrated):
+        done = tactile(*command, full_disk=True)
+        assert done.returncode == 1
+        assert done.stderr.startswith(b"tactile: File too large")
+        assert held(mine) == before
+
+
+def test_names_that_are_not_utf8_lose_no_work(lab: VirtualLab, mine: Path) -> None:
+    name = os.fsdecode(b"ball\xff.png")
+    (mine / "in" / "ball.png").rename(mine / "in" / name)
+    words = run(lab, mine, "--out", mine / "out", "--save", "npz,png,tmd,ply")
+    done = tactile(*words, "--json")
+    assert done.returncode == 0, done.stderr
+    assert [json.loads(line)["source"] for line in done.stdout.splitlines()][1] == "rest"
+    assert (mine / "out" / name).is_file()
+    for encoding in ("utf-8", "latin-1"):
+        done = tactile(*words, PYTHONIOENCODING=encoding)
+        assert done.returncode == 0, done.stderr
+        assert rb"ball\udcff" in done.stdout
+
+
+def test_presses_whose_names_are_not_utf8_make_a_bundle(lab: VirtualLab, mine: Path) -> None:
+    presses = Path(shutil.copytree(lab.presses, mine / "presses"))
+    (presses / "press_3.png").rename(presses / os.fsdecode(b"press_\xff.png"))
+    lab.save(presses / "rest.png", None).rename(presses / os.fsdecode(b"rest\xff.png"))
+    words = calibrate(lab, "--presses", presses, "--out", mine / os.fsdecode(b"new\xff"))
+    done = tactile(*words, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
+    assert done.returncode == 0, done.stderr
+    Bundle.load(mine / os.fsdecode(b"new\xff"))

@@ -1,0 +1,213 @@
+"""stdout is for data alone, and its end, signals and odd names end a command quietly or clearly."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from unruly_sensor import FAKES, profile
+
+from tactile_core.cli.output import printable
+from tactile_core.quantities import ContactMask, Frame, HeightMap
+from tactile_core.reading import Reading
+
+COMMAND = [sys.executable, "-m", "tactile_core.cli"]
+
+
+def environment(**more: str) -> dict[str, str]:
+    """Where the unruly plugin is installed."""
+    return os.environ | {"PYTHONPATH": str(FAKES)} | more
+
+
+def tactile(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own."""
+    command = [*COMMAND, *map(str, words)]
+    return subprocess.run(
+        command, capture_output=True, text=True, check=False, env=environment(**more)
+    )
+
+
+def with_closed_stdout(*words: object) -> tuple[int, str]:
+    """Exit code and stderr of a command whose stdout nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [*COMMAND, *map(str, words)],
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        env=environment(),
+    )
+    os.close(writing)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("words", [("profiles",), ("schema",), ("--help",), ("--version",)])
+def test_a_closed_stdout_is_a_quiet_end(words: tuple[str, ...]) -> None:
+    assert with_closed_stdout(*words) == (0, "")
+
+
+def test_a_closed_stdout_ends_a_stream_and_closes_the_sensor(tmp_path: Path) -> None:
+    code, said = with_closed_stdout("run", profile(tmp_path, camera="chatter at close"), "--json")
+    assert code == 0
+    assert set(said.splitlines()[-2:]) == {"a word from the plugin", "a word from its driver"}
+
+
+def test_what_a_driver_prints_is_no_data(tmp_path: Path) -> None:
+    done = tactile("run", profile(tmp_path, step="chatter"), "--frames", 1, "--json")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["sequence"] == 0
+    assert "a word from its driver" in done.stderr
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_signal_closes_the_sensor_and_ends_with_its_code(
+    tmp_path: Path, name: str, code: int
+) -> None:
+    path = profile(tmp_path, step=f"{name} at estimate", camera="chatter at close")
+    done = tactile("run", path, "--json")
+    assert (done.returncode, done.stdout) == (code, "")
+    assert "a word from the plugin" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "fault" not in done.stderr
+
+
+INTERRUPTED_IMPORT = """\
+import os, signal, sys
+
+class Interrupter:
+    def find_spec(self, name, *_):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), getattr(signal, sys.argv[2]))
+
+sys.meta_path.insert(0, Interrupter())
+from tactile_core.cli import main
+main(["profiles"])
+"""
+
+
+@pytest.mark.parametrize("module", ["typer", "tactile_core.cli.app", "ruamel.yaml"])
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_while_it_starts_is_a_quiet_end(module: str, name: str, code: int) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_IMPORT, module, name],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (code, "", "")
+
+
+def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
+    path = profile(tmp_path, step="SIGHUP at estimate")
+    code = (
+        "import signal, sys; signal.signal(signal.SIGHUP, signal.SIG_IGN);"
+        "import time; time.sleep = lambda s: None;"
+        "from tactile_core.cli import main; main(sys.argv[1:])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "run", str(path), "--frames", "1"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_messages_do_not_steer_the_terminal() -> None:
+    done = tactile("validate", "gone\x1b[31m\x07\u202e.yaml")
+    assert done.returncode == 2
+    assert "gone\\x1b[31m\\x07\\u202e.yaml" in done.stderr
+    assert not any(character in done.stderr for character in "\x1b\x07\u202e")
+    assert "\x1b" not in tactile("frob\x1b[31m").stderr
+
+
+def test_the_lines_of_a_message_stay_lines(tmp_path: Path) -> None:
+    path = tmp_path / "two.yaml"
+    path.write_text("schema: 1\nname: two\nimage: {width_px: -1, height_px: -1, mm_per_px: 0.1}\n")
+    assert len(tactile("validate", path).stderr.splitlines()) >= 3
+
+
+def test_every_locale_can_print_every_name(tmp_path: Path) -> None:
+    done = tactile("validate", "Maße→.yaml", PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Ma\\xdfe\\u2192.yaml" in done.stderr
+    path = tmp_path / "Maße→.yaml"
+    path.write_text(profile(tmp_path).read_text())
+    done = tactile("validate", path, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert done.returncode == 0, done.stderr
+    assert "Ma\\xdfe\\u2192.yaml: valid" in done.stdout
+
+
+def test_a_name_that_is_no_utf8_is_printed(tmp_path: Path) -> None:
+    path = os.fsencode(tmp_path) + b"/\xff.yaml"
+    Path(os.fsdecode(path)).write_text(profile(tmp_path).read_text())
+    done = tactile("validate", os.fsdecode(path))
+    assert done.returncode == 0, done.stderr
+    assert "\\udcff.yaml: valid" in done.stdout
+
+
+def test_a_full_disk_behind_stdout_is_told() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no /dev/full")
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*COMMAND, "profiles"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (1, "tactile: No space left on device\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("run", "hex_fingertip", "--sim", "--frames", 10**22), "--frames"),
+        (("run", "hex_fingertip", "--sim", "--frames", 0), "--frames"),
+        (("calibrate", "hex_fingertip", "--model", ""), "plugin.name"),
+        (("calibrate", "hex_fingertip", "--model", "core."), "plugin.name"),
+        (("calibrate", "hex_fingertip", "--model", "core.polynomial", "--ball"), "--ball-diameter"),
+        (("bench", "hex_fingertip", "--calibration", ""), "plugin.name"),
+        (("bench", "hex_fingertip", "--calibration", "core."), "plugin.name"),
+    ],
+)
+def test_a_number_or_name_that_makes_no_sense_is_refused(
+    tmp_path: Path, words: tuple[object, ...], named: str
+) -> None:
+    if words[0] == "calibrate":
+        import cv2
+        import numpy as np
+
+        for name in ("press", "rest"):
+            (tmp_path / name).mkdir()
+            cv2.imwrite(str(tmp_path / name / "0.png"), np.full((480, 640, 3), 90, np.uint8))
+        ball = "inf" if words[-1] == "--ball" else "4"
+        words = (*(word for word in words if word != "--ball"), "--ball-diameter-mm", ball)
+        words += ("--presses", tmp_path / "press", "--reference", tmp_path / "rest")
+        words += ("--out", tmp_path / "bundle")
+    done = tactile(*words)
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert named in done.stderr
+    assert "bug" not in done.stderr
+
+
+def test_numbers_that_json_has_no_word_for_are_null() -> None:
+    import numpy as np
+
+    nowhere = np.zeros((2, 3), np.float32)
+    frame = Frame(np.zeros((2, 3, 3), np.uint8), ("r", "g", "b"), 0.1, timestamp_s=float("nan"))
+    height = HeightMap(nowhere * np.nan, nowhere == 0, 0.1)
+    contact = ContactMask(nowhere == 0, float("inf"))
+    reading = Reading(frame, {HeightMap: height, ContactMask: contact}, {}, latency_ms=float("inf"))
+    line = json.loads(json.dumps(reading.summary(), allow_nan=False))
+    wanted = ("max_height_mm", "contact_area_mm2", "timestamp_s", "latency_ms")
+    assert [line[name] for name in wanted] == [None] * 4
+
+
+def test_what_is_printed_is_escaped_only_where_it_must_be() -> None:
+    assert printable("Höhe 0.3 µm → 5°\nβ") == "Höhe 0.3 µm → 5°\nβ"
+    assert printable("a\tb\rc\x9bd\u2028e\udcfff") == "a\\tb\\rc\\x9bd\\u2028e\\udcfff"

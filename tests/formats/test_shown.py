@@ -1,0 +1,39 @@
+"""Values in messages are short, on one line, and nothing that a terminal obeys."""
+
+from __future__ import annotations
+
+import pytest
+
+from tactile_core.formats.shown import printable, shown
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [("fine", "'fine'"), (1.5, "1.5"), ([1, 2], "[1, 2]"), (None, "None"), ("mm²", "'mm²'")],
+)
+def test_a_plain_value_is_shown_as_python_writes_it(value: object, text: str) -> None:
+    assert shown(value) == text
+
+
+def bomb(levels: int) -> list[object]:
+    value: list[object] = ["x"] * 10
+    for _ in range(levels):
+        value = [value] * 10
+    return value
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["x" * 10**6, list(range(10**5)), bomb(30), 10**5000, {1: bomb(9)}],
+    ids=["text", "list", "bomb", "number", "mapping"],
+)
+def test_a_large_value_is_shortened_without_being_written_out(value: object) -> None:
+    assert len(shown(value)) <= 120
+
+
+@pytest.mark.parametrize("text", ["\x1b[31m", "a\nb", "\u2028", "\x85", "\udcff", "\x07", "\u202e"])
+def test_what_a_terminal_obeys_is_escaped(text: str) -> None:
+    for safe in (printable(text), shown(text), shown([text]), shown({text: text})):
+        assert safe.isprintable()
+        assert "\\" in safe
+    assert printable("Fläche: 3 mm²") == "Fläche: 3 mm²"

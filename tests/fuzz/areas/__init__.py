@@ -1,0 +1,35 @@
+"""What can be attempted, by area: each makes an attempt of a number and may spoil it further."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+
+from fuzz.areas import bad_disks, calls, command_lines, inputs, interruptions, strange_plugins
+from fuzz.attempt import Attempt
+from fuzz.sandbox import Sandbox
+
+Area = Callable[[Sandbox, Random], Attempt]
+
+AREAS: dict[str, tuple[Area, int]] = {
+    "options": (command_lines.options, 240),
+    "outputs": (command_lines.outputs, 120),
+    "profiles": (inputs.profiles, 240),
+    "images": (inputs.images, 200),
+    "folders": (inputs.folders, 160),
+    "videos": (inputs.videos, 100),
+    "scans": (inputs.scans, 140),
+    "targets": (inputs.targets, 120),
+    "labels": (inputs.labels, 100),
+    "bundles": (inputs.bundles, 200),
+    "scripts": (inputs.scripts, 120),
+    "truths": (inputs.truths, 30),
+    "python": (calls.entry_points, 260),
+    "plugins": (strange_plugins.faulty_parts, 160),
+    "disks": (bad_disks.failing, 160),
+    "signals": (interruptions.in_the_middle, 80),
+    "streams": (interruptions.streams, 50),
+    "writers": (interruptions.two_writers, 40),
+    "shells": (interruptions.from_a_shell, 20),
+}
+"""Each area with how many of its cases 'make fuzz' tries."""

@@ -1,0 +1,28 @@
+"""Disks that are full, broken or may not be written, from the first operation to the last."""
+
+from __future__ import annotations
+
+import errno
+from random import Random
+
+from fuzz import recipes
+from fuzz.attempt import Attempt
+from fuzz.faults import Fault
+from fuzz.sandbox import Sandbox
+
+_NUMBERS = (errno.ENOSPC, errno.ENOSPC, errno.EIO, errno.EROFS, errno.EACCES, errno.EDQUOT)
+_AGAIN = [*recipes.CALIBRATE[:-3], "--out", "bundle"]
+"""Calibrates the unit anew, where its older bundle is."""
+
+
+def failing(box: Sandbox, rng: Random) -> Attempt:
+    """A command of which a file operation fails, once or for good."""
+    words = list(rng.choice((*recipes.WRITING, _AGAIN, _AGAIN)))
+    reading = rng.random() < 0.2
+    at = rng.randrange(12) if reading else rng.randrange(10)
+    fault = Fault(rng.choice(_NUMBERS), at, reading, lasting=rng.random() < 0.7)
+    if not reading and rng.random() < 0.35:
+        fault = Fault(limit_bytes=rng.choice((0, 1, 100, 1000, 5000, 20_000, 60_000)))
+    ours = (box.work / "bundle",) if words == _AGAIN else ()
+    # a file that cannot be read is the user's to see to, or the disk's fault
+    return Attempt(words, fault=fault, ours=ours, codes=frozenset({0, 1, 2} if reading else {0, 1}))

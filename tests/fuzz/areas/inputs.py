@@ -1,0 +1,224 @@
+"""Files that a command reads, each of them spoilt."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from random import Random
+
+from fuzz import recipes
+from fuzz.areas.command_lines import strange_files
+from fuzz.attempt import Attempt
+from fuzz.mutations import spoil as spoil_one
+from fuzz.mutations import spoil_folder
+from fuzz.sandbox import Sandbox
+
+Words = Sequence[str]
+
+
+def _attempt(box: Sandbox, words: Words, *targets: str) -> Attempt:
+    """A command of which one of these files is spoilt, and another with each further number."""
+    places = [box.work / target for target in targets]
+
+    def spoil(rng: Random) -> None:
+        spoil_one(rng.choice(places), rng)
+
+    return Attempt(list(words), spoil=spoil)
+
+
+def profiles(box: Sandbox, rng: Random) -> Attempt:
+    """A profile: checked, opened, run, calibrated, simulated, inherited from."""
+    words, name = rng.choice(
+        (
+            (["validate", "small.yaml"], "small"),
+            (["validate", "marked.yaml"], "marked"),
+            (["validate", "touched.yaml"], "touched"),
+            (["validate", "turn.yaml"], "turn"),
+            (["validate", "marked.yaml", "small.yaml"], "small"),
+            (recipes.DOCTOR, "small"),
+            (recipes.RUN, "small"),
+            (recipes.RUN_SIM, "small"),
+            (recipes.RUN_MARKED, "marked"),
+            (recipes.RUN_SCAN, "turn"),
+            (recipes.CALIBRATE, "small"),
+            (recipes.SIMULATE, "small"),
+            (["new", "mine", "--from", "marked.yaml", "--image", "ref.png"], "marked"),
+        )
+    )
+    return _attempt(box, words, f"{name}.yaml")
+
+
+def images(box: Sandbox, rng: Random) -> Attempt:
+    """An image: measured, taken for reference, calibrated on, drawn a profile from."""
+    words, *targets = rng.choice(
+        (
+            (recipes.RUN_IMAGE, "frame.jpg"),
+            (recipes.RUN_IMAGE, "ref.png"),
+            (recipes.RUN, "frames/ball.png", "frames/rest.png"),
+            (recipes.RUN_SCAN, "scan/lamp0.png", "scan/lamp2.png"),
+            (recipes.RUN_MARKED, "dragged/frames/000003.png"),
+            (recipes.RUN_MARKED, "dragged/reference/untouched.png"),
+            (recipes.CALIBRATE, "presses/press_0.png", "presses/press_2.png"),
+            (recipes.CALIBRATE, "ref.png"),
+            (recipes.CALIBRATE_GRID, "balls.png"),
+            (recipes.NEW, "ref.png"),
+        )
+    )
+    return _attempt(box, words, *targets)
+
+
+def folders(box: Sandbox, rng: Random) -> Attempt:
+    """A folder: what it holds, what is missing, what else lies there."""
+    strange_files(box)
+    words, target = rng.choice(
+        (
+            (recipes.RUN, "frames"),
+            (recipes.RUN_SCAN, "scan"),
+            (recipes.RUN_SCANS, "scans"),
+            (recipes.RUN_MARKED, "dragged/frames"),
+            (recipes.CALIBRATE, "presses"),
+            (recipes.CALIBRATE_LISTED, "listed"),
+            (recipes.CALIBRATE_MAP, "scan"),
+            (recipes.NEW_PRESSES, "presses"),
+        )
+    )
+    return Attempt(list(words), spoil=lambda rng: spoil_folder(box.work / target, rng))
+
+
+def videos(box: Sandbox, rng: Random) -> Attempt:
+    """A video: measured, and calibrated on."""
+    calibrated = ["calibrate", "small.yaml", "--presses", "film.avi", "--reference", "ref.png"]
+    words = rng.choice(
+        (
+            recipes.RUN_VIDEO,
+            recipes.RUN_VIDEO,
+            [*calibrated, "--ball-diameter-mm", "3", "--out", "fresh"],
+            ["new", "mine", "--from", "small.yaml", "--image", "film.avi", "--mm-per-px", "0.1"],
+        )
+    )
+    if rng.random() < 0.15:
+        other = rng.choice((".mp4", ".mov", ".mkv", ".webm", ".mpg"))
+        shutil.copy(box.work / "film.avi", box.work / f"film{other}")
+        words = [word.replace("film.avi", f"film{other}") for word in words]
+        return _attempt(box, words, f"film{other}")
+    return _attempt(box, words, "film.avi")
+
+
+def scans(box: Sandbox, rng: Random) -> Attempt:
+    """A ``scan.yaml``: of the input, of one among many, of presses."""
+    words, target = rng.choice(
+        (
+            (recipes.RUN_SCAN, "scan/scan.yaml"),
+            (recipes.RUN_SCANS, "scans/one/scan.yaml"),
+            (recipes.CALIBRATE_MAP, "scan/scan.yaml"),
+            (recipes.CALIBRATE_MAP, "level/scan.yaml"),
+        )
+    )
+    return _attempt(box, words, target)
+
+
+def targets(box: Sandbox, rng: Random) -> Attempt:
+    """A grid of balls, a height map, or a scale taken from them."""
+    words, target = rng.choice(
+        (
+            (recipes.CALIBRATE_GRID, "grid.yaml"),
+            (recipes.CALIBRATE_GRID, "grid.yaml"),
+            (recipes.CALIBRATE_MAP, "map.tmd"),
+            (
+                [
+                    "new",
+                    "mine",
+                    "--from",
+                    "small.yaml",
+                    "--image",
+                    "balls.png",
+                    "--target",
+                    "grid.yaml",
+                ],
+                "grid.yaml",
+            ),
+        )
+    )
+    return _attempt(box, words, target)
+
+
+def labels(box: Sandbox, rng: Random) -> Attempt:
+    """Circles by hand, and a catalogue of diameters."""
+    words, target = rng.choice(
+        (
+            (recipes.CALIBRATE_LABELS, "labels.csv"),
+            (recipes.CALIBRATE_LABELS, "labels.csv"),
+            (recipes.CALIBRATE_LISTED, "listed/catalog.csv"),
+        )
+    )
+    return _attempt(box, words, target)
+
+
+def bundles(box: Sandbox, rng: Random) -> Attempt:
+    """A bundle: damaged, edited, or edited and sealed again as if it were whole."""
+    words, name = rng.choice(
+        (
+            (recipes.RUN, "bundle"),
+            (recipes.RUN_IMAGE, "bundle"),
+            (recipes.RUN_SCAN, "turn_bundle"),
+            (["calibrate", *recipes.CALIBRATE[1:-3], "--out", "bundle"], "bundle"),
+        )
+    )
+    folder = box.work / name
+    # what the command wrote it may replace, and not what else has come to lie there
+    ours = tuple(path.relative_to(box.work) for path in sorted(folder.iterdir()))
+    targets = [
+        folder / "manifest.json",
+        folder / "manifest.json",
+        *sorted(folder.glob("*.npz")),
+        folder,
+    ]
+    sealed = rng.random() < 0.7
+
+    def spoil(rng: Random) -> None:
+        spoil_one(rng.choice(targets), rng)
+        if sealed:
+            seal(box, name)
+
+    return Attempt(list(words), spoil=spoil, ours=ours if words[0] == "calibrate" else ())
+
+
+def seal(box: Sandbox, name: str) -> None:
+    """Write the hashes that belong to what a bundle holds now, as a forger would."""
+    from tactile_core.manifest import Manifest, write_manifest
+
+    folder = box.work / name
+    try:
+        text = (folder / "manifest.json").read_text()
+        write_manifest(folder, Manifest.model_validate_json(text))
+    except (OSError, ValueError):
+        return  # what cannot be read is refused before it is compared
+
+
+def scripts(box: Sandbox, rng: Random) -> Attempt:
+    """A script for the virtual stage, and a mesh or height map that it names."""
+    path = box.work / "script.yaml"
+    text, extra = path.read_text(), ""
+    kind = rng.randrange(4)
+    if kind == 0:
+        extra = "heightmap, path: map.tmd"
+    elif kind == 1:
+        extra = "mesh, path: block.stl"
+    if extra:
+        path.write_text(text.replace("sphere, diameter_mm: 3", extra))
+    other = {0: "map.tmd", 1: "block.stl"}.get(kind, "script.yaml")
+    words = rng.choice((recipes.SIMULATE, recipes.SIMULATE, recipes.RUN_SIM))
+    return _attempt(box, words, "script.yaml", other)
+
+
+def truths(box: Sandbox, rng: Random) -> Attempt:
+    """What measured results are compared with."""
+    words = list(recipes.COMPARE)
+    if rng.random() < 0.5:
+        words += [
+            "--swap",
+            rng.choice(("height=core.robust_poisson", "height", "=", "x=y", "a=b=c")),
+        ]
+    attempt = _attempt(box, words, "played/truth", "played/truth/000001.npz", "played/frames")
+    attempt.cpu_s = 60
+    return attempt

@@ -1,0 +1,133 @@
+"""One mutation of one file or folder, after its kind."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+
+from fuzz.arrays import spoilt_npz
+from fuzz.pictures import spoilt_image
+from fuzz.trees import spoilt_csv, spoilt_json, spoilt_lines, spoilt_yaml
+
+Texts = Callable[[str, Random], str]
+_TEXTS: dict[str, Texts] = {
+    ".yaml": spoilt_yaml,
+    ".json": spoilt_json,
+    ".csv": spoilt_csv,
+    ".stl": spoilt_lines,
+}
+_IMAGES = frozenset({".png", ".jpg"})
+_STRANGE_NAMES = (
+    *("a.png", "A.PNG", "press_0.jpg", ".hidden.png", "Thumbs.db", "x\ny.png", "\x1b[31m.png"),
+    *(
+        "a b.png",
+        "é.png",
+        "000000.png",
+        "scan.yaml",
+        "~.png",
+        "#1.png",
+        "press_00.png",
+        "a" * 251 + ".png",
+    ),
+)
+
+
+def spoil(path: Path, rng: Random) -> None:
+    """Change a file or folder in one way."""
+    if path.is_dir() and not path.is_symlink():
+        spoil_folder(path, rng)
+    elif not path.is_file() or rng.random() < 0.05:
+        displace(path, rng)
+    else:
+        data = path.read_bytes()
+        path.write_bytes(_spoilt(data, path.suffix, rng))
+
+
+def spoil_folder(folder: Path, rng: Random) -> None:
+    """Change what a folder holds, or one of the things in it."""
+    inside = sorted(path for path in folder.rglob("*") if path.is_file())
+    kind = rng.randrange(9)
+    if kind < 3 and inside:
+        spoil(rng.choice(inside), rng)
+    elif kind == 3 and inside:
+        rng.choice(inside).unlink()
+    elif kind == 4 and inside:
+        shutil.copy(rng.choice(inside), folder / rng.choice(_STRANGE_NAMES))
+    elif kind == 5:
+        (folder / rng.choice(_STRANGE_NAMES)).mkdir(exist_ok=True)
+    elif kind == 6:
+        with_bytes = os.fsencode(folder) + b"/\xff\xfe.png"
+        Path(os.fsdecode(with_bytes)).write_bytes(inside[0].read_bytes() if inside else b"")
+    elif kind == 7 and inside:
+        one = rng.choice(inside)
+        one.rename(one.with_name(rng.choice(_STRANGE_NAMES)))
+    else:
+        displace(rng.choice([*inside, folder]), rng)
+
+
+def displace(path: Path, rng: Random) -> None:
+    """Put something else where a file was: nothing, a folder, a pipe, a link."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+    kind = rng.randrange(7)
+    if kind == 0:
+        path.mkdir()
+    elif kind == 1:
+        os.mkfifo(path)
+    elif kind == 2:
+        path.symlink_to(path.name)
+    elif kind == 3:
+        path.symlink_to("/dev/zero")
+    elif kind == 4:
+        path.write_bytes(b"")
+    elif kind == 5:
+        path.symlink_to("nowhere")
+
+
+def _spoilt(data: bytes, suffix: str, rng: Random) -> bytes:
+    if suffix == ".npz" and rng.random() < 0.7:
+        return spoilt_npz(data, rng)
+    if suffix in _IMAGES and rng.random() < 0.75:
+        return spoilt_image(data, rng)
+    if suffix in _TEXTS and rng.random() < 0.85:
+        try:
+            text = _TEXTS[suffix](data.decode(), rng)
+        except (ValueError, RecursionError):
+            return spoilt_bytes(data, rng)
+        coding = rng.choice(("utf-16", "latin-1")) if rng.random() < 0.04 else "utf-8"
+        return text.encode(coding, "surrogateescape" if coding == "utf-8" else "replace")
+    return spoilt_bytes(data, rng)
+
+
+def spoilt_bytes(data: bytes, rng: Random) -> bytes:
+    """Bytes with a few changed, lost, doubled or added."""
+    changed = bytearray(data)
+    if not changed:
+        return bytes(rng.randrange(256) for _ in range(rng.choice((1, 16, 400))))
+    # headers are where the damage is: half of the changes are among the first bytes
+    size = len(changed) if rng.random() < 0.5 else min(len(changed), 96)
+    at = rng.randrange(size)
+    length = rng.choice((1, 1, 2, 4, 8, 64))
+    kind = rng.randrange(8)
+    if kind == 0:
+        changed[at] ^= 1 << rng.randrange(8)
+    elif kind == 1:
+        changed[at : at + length] = bytes(rng.randrange(256) for _ in range(length))
+    elif kind == 2:
+        changed[at : at + 4] = rng.choice((0, 1, 2**31 - 1, 2**32 - 1, 1000)).to_bytes(4, "little")
+    elif kind == 3:
+        del changed[at:]
+    elif kind == 4:
+        del changed[at : at + length]
+    elif kind == 5:
+        changed[at:at] = changed[at : at + length]
+    elif kind == 6:
+        changed += bytes(rng.randrange(256) for _ in range(length))
+    else:
+        changed[at : at + length] = bytes(length)
+    return bytes(changed)

@@ -1,0 +1,217 @@
+"""A plugin whose parts do wrong what their options say, where they say it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import model_validator
+
+from tactile_core.calibration import Calibration
+from tactile_core.camera import Camera
+from tactile_core.device import Options
+from tactile_core.estimator import Estimator
+from tactile_core.hookspecs import hookimpl
+from tactile_core.illumination import Exposure, Illumination
+from tactile_core.quantities import Gradients, HeightMap, Image, Quantity
+
+
+class Unprintable(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError("even its words fail")
+
+
+class Strange(Options):
+    place: str = ""
+    way: str = ""
+
+    @model_validator(mode="after")
+    def _when_read(self) -> Strange:
+        act(self, "options")
+        return self
+
+
+def act(options: Any, place: str, good: Any = None) -> Any:
+    """Do what the options say if this is the place; else return what is good."""
+    if options.place != place:
+        return good
+    return _done(options.way, good)
+
+
+def _done(way: str, good: Any) -> Any:
+    raised = getattr(__builtins__, way, None) if not isinstance(__builtins__, dict) else None
+    raised = raised or (__builtins__.get(way) if isinstance(__builtins__, dict) else None)
+    if way == "UnicodeDecodeError":
+        b"\xff".decode()
+    elif way == "RecursionError":
+        return _done(way, good)
+    elif isinstance(raised, type) and issubclass(raised, BaseException):
+        raise raised(*(() if way in ("KeyError", "StopIteration") else ("a fault on purpose",)))
+    elif way in ("Exit", "Abort"):
+        import typer
+
+        raise getattr(typer, way)
+    elif way == "unprintable":
+        raise Unprintable
+    return _returned(way, good)
+
+
+def _returned(way: str, good: Any) -> Any:
+    if way == "prints":
+        print("a plugin's own words")
+    elif way == "warns":
+        warnings.warn("a plugin's warning", stacklevel=2)
+    elif way == "noise":
+        os.write(1, b"noise\n")
+    elif way == "thread":
+        threading.Thread(target=_done, args=("ValueError", None)).start()
+    elif way == "closes":
+        sys.stdout.close()
+    elif way == "endless":
+        time.sleep(0.2)
+    elif way in ("none", "text", "scalar"):
+        return {"none": None, "text": "a height", "scalar": 1.0}[way]
+    elif isinstance(good, Gradients | HeightMap | Image):
+        return _misshapen(way, good)
+    return good
+
+
+def _misshapen(way: str, good: Any) -> Any:
+    """The quantity with another shape, type or content; unchecked, as a careless author's."""
+    name = {"Gradients": "x", "HeightMap": "mm", "Image": "pixels"}[type(good).__name__]
+    array = getattr(good, name)
+    wrong = {
+        "shape": lambda: array[::2],
+        "dtype": lambda: array.astype(np.complex64),
+        "integers": lambda: array.astype(np.int64),
+        "gaps": lambda: np.full(array.shape, np.nan, np.float32),
+        "empty": lambda: array[:0],
+        "huge": lambda: np.full(array.shape, 1e30, np.float32),
+    }.get(way)
+    if wrong is not None:
+        object.__setattr__(good, name, wrong())
+    return good
+
+
+@dataclass(frozen=True, eq=False)
+class Peak(Quantity):
+    mm: float
+
+
+class PeakStep(Estimator):
+    Options = Strange
+
+    def __init__(self, options: Any, context: Any) -> None:
+        super().__init__(options, context)
+        act(options, "init")
+
+    def estimate(self, height: HeightMap) -> Peak:
+        return act(self.options, "estimate", Peak(float(height.mm.max())))
+
+    def reset(self) -> None:
+        act(self.options, "reset")
+
+    def tare(self) -> None:
+        act(self.options, "tare")
+
+
+class Flat(Calibration):
+    Options = Strange
+
+    def __init__(self, options: Any) -> None:
+        self.options = options
+
+    @classmethod
+    def fit(cls, samples: Any, reference: Any, options: Any) -> Any:
+        return act(options, "fit", cls(options))
+
+    def measure(self, frame: Any, reference: Any) -> Any:
+        level = np.zeros(frame.pixels.shape[:2], np.float32)
+        good = Gradients(level, level.copy(), level == 0, frame.mm_per_px, frame.timestamp_s)
+        return act(self.options, "measure", good)
+
+    def save(self, directory: Path) -> None:
+        np.savez(directory / "flat.npz", nothing=np.zeros(1))
+        act(self.options, "save")
+
+    @classmethod
+    def load(cls, directory: Path) -> Any:
+        return cls(Strange())
+
+
+class Still(Camera):
+    Options = Strange
+
+    def __init__(self, options: Any) -> None:
+        super().__init__(options)
+        act(options, "init")
+
+    def _open(self) -> None:
+        act(self.options, "open")
+
+    def _close(self) -> None:
+        act(self.options, "close")
+
+    def _read(self, timeout_s: float) -> Any:
+        return act(self.options, "read", Image(np.full((60, 80, 3), 128, np.uint8)))
+
+
+class Lamp(Illumination):
+    Options = Strange
+
+    def __init__(self, options: Any) -> None:
+        super().__init__(options)
+        act(options, "init")
+
+    @property
+    def channels(self) -> Any:
+        return act(self.options, "channels", ("red", "green", "blue"))
+
+    def exposures(self) -> Any:
+        return act(self.options, "exposures", (Exposure({"lamp": 1.0}, ("red", "green", "blue")),))
+
+    def _open(self) -> None:
+        act(self.options, "open")
+
+    def _close(self) -> None:
+        act(self.options, "close")
+
+    def _set(self, levels: Mapping[str, float]) -> None:
+        act(self.options, "set")
+
+
+_PLACE, _, _WAY = os.environ.get("FUZZED", "").partition(":")
+if _PLACE == "module":
+    _done(_WAY, None)
+
+
+def _hook(good: Any) -> Any:
+    return _done(_WAY, good) if _PLACE == "hooks" else good
+
+
+@hookimpl
+def tactile_cameras() -> Any:
+    return _hook({"camera": "fuzzed_plugin:Still"})
+
+
+@hookimpl
+def tactile_illuminations() -> Any:
+    return _hook({"illumination": "fuzzed_plugin:Lamp"})
+
+
+@hookimpl
+def tactile_calibrations() -> Any:
+    return _hook({"calibration": "fuzzed_plugin:Flat"})
+
+
+@hookimpl
+def tactile_estimators() -> Any:
+    return _hook({"estimators": "fuzzed_plugin:PeakStep"})

@@ -1,0 +1,249 @@
+"""Run an attempt in forked processes, with its own files, limits, streams and faults."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import selectors
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fuzz.attempt import Attempt
+from fuzz.sandbox import Sandbox
+
+WALL_S, BLOCKED_S = 90.0, 20.0
+_MEMORY_BYTES = 4 << 30
+_KEPT_BYTES = 1 << 20
+_OURS = f"{os.sep}tactile_"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a process ended and what it said.
+
+    Attributes
+    ----------
+    code : int
+        Exit status; a signal's negative number.
+    report : mapping
+        ``raised`` (type, message, place) by a call; ``fired``, the operation that a fault hit.
+    """
+
+    code: int
+    stdout: bytes
+    stderr: bytes
+    report: Mapping[str, Any]
+    cpu_s: float
+    peak_mib: float
+    hung: bool
+
+
+@dataclass
+class _Child:
+    pid: int
+    streams: dict[int, str]
+    kept: dict[str, bytearray] = field(default_factory=dict)
+
+
+def run(attempt: Attempt, box: Sandbox) -> list[Outcome]:
+    """Run it as often at once as it says."""
+    children = [_start(attempt, box) for _ in range(attempt.times)]
+    return [_finish(child, attempt) for child in children]
+
+
+def _start(attempt: Attempt, box: Sandbox) -> _Child:
+    pipes = {name: os.pipe() for name in ("stdout", "stderr", "report")}
+    sys.stdout.flush()
+    sys.stderr.flush()
+    pid = os.fork()
+    if pid == 0:
+        writing = {name: pipe[1] for name, pipe in pipes.items()}
+        try:
+            for reading, _ in pipes.values():
+                os.close(reading)
+            _be_the_child(attempt, box, writing)
+        except BaseException:
+            # a fault of the harness
+            os.write(writing["report"], json.dumps({"harness": traceback.format_exc()}).encode())
+        finally:
+            os._exit(99)
+    for _, writing in pipes.values():
+        os.close(writing)
+    streams = {pipe[0]: name for name, pipe in pipes.items()}
+    gone = f"{attempt.wires.removesuffix('-gone')}" if attempt.wires.endswith("-gone") else ""
+    for reading in [one for one, name in streams.items() if name == gone]:
+        os.close(reading)
+        del streams[reading]
+    return _Child(pid, streams, {name: bytearray() for name in pipes})
+
+
+def _finish(child: _Child, attempt: Attempt) -> Outcome:
+    begun, hung, sent = time.monotonic(), False, False
+    with selectors.DefaultSelector() as ready:
+        for stream in child.streams:
+            ready.register(stream, selectors.EVENT_READ)
+        while ready.get_map():
+            for key, _ in ready.select(0.02):
+                data = os.read(key.fd, 1 << 16)
+                if data:
+                    kept = child.kept[child.streams[key.fd]]
+                    kept += data[: max(0, _KEPT_BYTES - len(kept))]
+                else:
+                    ready.unregister(key.fd)
+                    os.close(key.fd)
+            elapsed = time.monotonic() - begun
+            if attempt.signal is not None and not sent and elapsed > attempt.signal[1]:
+                os.kill(child.pid, attempt.signal[0])
+                sent = True
+            if not hung and _hangs(child.pid, elapsed):
+                hung = True
+                os.killpg(child.pid, signal.SIGKILL)
+    _, status, usage = os.wait4(child.pid, 0)
+    code = os.waitstatus_to_exitcode(status)
+    report: dict[str, Any] = {}
+    for line in bytes(child.kept["report"]).splitlines():
+        report.update(json.loads(line))
+    base_mib = 0.0 if attempt.alone else _resident_mib()
+    return Outcome(
+        code,
+        bytes(child.kept["stdout"]),
+        bytes(child.kept["stderr"]),
+        report,
+        usage.ru_utime + usage.ru_stime,
+        usage.ru_maxrss / 1024 - base_mib,
+        hung or code == -signal.SIGXCPU,
+    )
+
+
+def _hangs(pid: int, elapsed_s: float) -> bool:
+    """Whether it has waited for long without working, or for very long."""
+    if elapsed_s < BLOCKED_S:
+        return False
+    ticks = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
+    busy_s = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+    return busy_s < 1.0 or elapsed_s > WALL_S
+
+
+def _resident_mib() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
+def _be_the_child(attempt: Attempt, box: Sandbox, pipes: Mapping[str, int]) -> None:
+    os.setpgid(0, 0)
+    os.chdir(box.work)
+    os.environ.update(box.environment() | attempt.environment)
+    tempfile.tempdir = None
+    resource.setrlimit(resource.RLIMIT_CPU, (attempt.cpu_s, attempt.cpu_s + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    full = os.open("/dev/full", os.O_WRONLY)
+    for number, name in ((1, "stdout"), (2, "stderr")):
+        os.dup2(full if attempt.wires == f"{name}-full" else pipes[name], number)
+        if attempt.wires == f"{name}-closed":
+            os.close(number)
+    if attempt.alone:
+        for name in ("stdout", "stderr"):
+            os.close(pipes[name])
+        os.set_inheritable(pipes["report"], False)
+        words = [sys.executable, "-m", "tactile_core.cli", *attempt.words]
+        os.execv(sys.executable, words)
+    os.close(pipes["stdout"])
+    os.close(pipes["stderr"])
+    os.close(full)
+    sys.stdout = _stream(1, "strict", attempt)
+    sys.stderr = _stream(2, "backslashreplace", attempt)
+    sys.path[:0] = map(str, attempt.plugins)
+
+    def tell(**news: Any) -> None:
+        os.write(pipes["report"], json.dumps(news).encode() + b"\n")
+
+    if attempt.fault is not None:
+        attempt.fault.install(box.root, lambda event: tell(fired=event))
+    code = _called(attempt, tell) if attempt.call is not None else _commanded(attempt.words)
+    os._exit(_flushed(code))
+
+
+def _stream(number: int, errors: str, attempt: Attempt) -> Any:
+    """What the interpreter makes of a file descriptor when it starts."""
+    if attempt.wires == f"{('stdout', 'stderr')[number - 1]}-closed":
+        return None
+    return open(
+        number,
+        "w",
+        encoding="utf-8",
+        errors=errors,
+        closefd=False,
+        buffering=1 if number == 2 else -1,
+    )
+
+
+def _commanded(words: list[str]) -> int:
+    """What the interpreter does around ``main``."""
+    from tactile_core.cli import main
+
+    try:
+        main(list(words))
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            return end.code or 0
+        with suppress(OSError, ValueError):
+            print(end.code, file=sys.stderr)
+        return 1
+    except BaseException as error:
+        with suppress(OSError, ValueError):
+            traceback.print_exc()
+        return 130 if isinstance(error, KeyboardInterrupt) else 1
+    return 0
+
+
+def _called(attempt: Attempt, tell: Any) -> int:
+    from tactile_core.errors import TactileError
+
+    assert attempt.call is not None
+    try:
+        attempt.call()
+    except BaseException as error:
+        kind = type(error)
+        told = issubclass(kind, TactileError)
+        kinds = [one.__name__ for one in kind.__mro__]
+        name = "TactileError" if told else kind.__name__
+        tell(raised=[name, str(error)[:2000], place_of(error), kinds])
+        return 2
+    return 0
+
+
+def place_of(error: BaseException) -> str:
+    """The deepest line of ours that an error passed."""
+    ours = [one for one in traceback.extract_tb(error.__traceback__) if _OURS in one.filename]
+    if not ours:
+        return "?"
+    last = ours[-1]
+    return f"{last.filename.rpartition(_OURS)[2]}:{last.name}"
+
+
+def _flushed(code: int) -> int:
+    """What the interpreter does at its end."""
+    try:
+        if sys.stdout is not None and not sys.stdout.closed:
+            sys.stdout.flush()
+    except OSError as error:
+        with suppress(OSError, ValueError):
+            print(f"Exception ignored in {sys.stdout!r}: {error}", file=sys.stderr)
+        code = 120
+    try:
+        if sys.stderr is not None and not sys.stderr.closed:
+            sys.stderr.flush()
+    except OSError:
+        return code or 1
+    return code

@@ -1,0 +1,75 @@
+"""No output may hit what a command reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tactile_core.errors import InputError
+from tactile_core.inputs import Inputs
+
+
+@pytest.fixture
+def given(tmp_path: Path) -> Inputs:
+    """A folder of presses, a picture in another folder, and a profile in a third."""
+    for path in ("presses/a.png", "ref/b.png", "mine/mine.yaml"):
+        (tmp_path / path).parent.mkdir()
+        (tmp_path / path).write_text("mine")
+    return Inputs.of(
+        {
+            "--presses": tmp_path / "presses",
+            "--reference": str(tmp_path / "ref" / "b.png"),
+            "the profile": tmp_path / "mine" / "mine.yaml",
+            "--labels": None,
+            "--bundle": tmp_path / "gone",
+        }
+    )
+
+
+def names(folder: Path, path: str) -> list[Path]:
+    """A path, the path with dots in it, and a link to it."""
+    link = folder / "link"
+    link.symlink_to(folder / path)
+    return [folder / path, folder / "presses" / ".." / path, link]
+
+
+def test_a_folder_that_is_replaced_may_neither_be_nor_hold_an_input(
+    given: Inputs, tmp_path: Path
+) -> None:
+    for name in names(tmp_path, "presses"):
+        with pytest.raises(InputError, match=r"--out .* is --presses .* itself"):
+            given.refuse_whole(name)
+    with pytest.raises(InputError, match=r"holds --reference .* would be lost"):
+        given.refuse_whole(tmp_path / "ref")
+    with pytest.raises(InputError, match="holds the profile"):
+        given.refuse_whole(tmp_path / "mine")
+    with pytest.raises(InputError, match="holds --presses"):
+        given.refuse_whole(tmp_path)
+    given.refuse_whole(tmp_path / "other")
+    given.refuse_whole(tmp_path / "presses" / "bundle")
+
+
+def test_a_folder_for_results_may_not_be_a_recording_nor_have_one_in_it(
+    given: Inputs, tmp_path: Path
+) -> None:
+    for name in names(tmp_path, "ref"):
+        with pytest.raises(InputError, match=r"holds --reference .* could overwrite"):
+            given.refuse_shared(name)
+    with pytest.raises(InputError, match="itself"):
+        given.refuse_shared(tmp_path / "presses")
+    given.refuse_shared(tmp_path)
+    given.refuse_shared(tmp_path / "mine")
+    given.refuse_shared(tmp_path / "presses" / "results")
+
+
+def test_a_file_may_not_be_an_input_by_any_of_its_names(given: Inputs, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="is the profile"):
+        given.refuse_file(tmp_path / "mine" / "mine.yaml")
+    (tmp_path / "hard.png").hardlink_to(tmp_path / "ref" / "b.png")
+    with pytest.raises(InputError, match="is --reference"):
+        given.refuse_file(tmp_path / "hard.png")
+    (tmp_path / "soft.png").symlink_to(tmp_path / "presses" / "a.png")
+    with pytest.raises(InputError, match="is one of --presses"):
+        given.refuse_file(tmp_path / "soft.png")
+    given.refuse_file(tmp_path / "mine" / "other.yaml")

@@ -1,0 +1,157 @@
+"""Only what a command wrote is written again."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tactile_core.errors import InputError
+from tactile_core.inputs import Inputs
+from tactile_core.output_folder import WRITTEN, OutputFolder
+
+
+def write(folder: OutputFolder, text: str, name: str = "a.txt") -> Path:
+    return folder.write(name, lambda path: path.write_text(text) and None, of=text)
+
+
+def test_a_later_run_replaces_what_a_former_one_wrote(tmp_path: Path) -> None:
+    for text in ("one", "two", "three"):
+        assert write(OutputFolder(tmp_path / "out"), text).read_text() == text
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [WRITTEN, "a.txt"]
+
+
+def test_a_copied_folder_is_written_again_as_well(tmp_path: Path) -> None:
+    write(OutputFolder(tmp_path / "out"), "one")
+    shutil.copytree(tmp_path / "out", tmp_path / "copy")
+    assert write(OutputFolder(tmp_path / "copy"), "two").read_text() == "two"
+
+
+def test_what_somebody_else_put_there_is_refused_and_kept(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path)
+    write(folder, "ours")
+    (tmp_path / "b.txt").write_text("mine")
+    (tmp_path / "c.txt").mkdir()
+    (tmp_path / "d.txt").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "a.txt").write_text("mine, under our name")
+    for name in ("a.txt", "b.txt", "c.txt", "d.txt"):
+        for again in (folder, OutputFolder(tmp_path)):
+            with pytest.raises(
+                InputError, match=rf"{name} is there already.* move it away or name"
+            ):
+                again.check([name])
+            with pytest.raises(
+                InputError, match=rf"{name} is there already.* move it away or name"
+            ):
+                write(again, "new", name)
+    assert (tmp_path / "a.txt").read_text() == "mine, under our name"
+    assert (tmp_path / "b.txt").read_text() == "mine"
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_what_was_deleted_and_made_anew_is_no_longer_ours(tmp_path: Path) -> None:
+    path = write(OutputFolder(tmp_path), "one")
+    path.unlink()
+    path.write_text("two")
+    with pytest.raises(InputError, match="is there already"):
+        write(OutputFolder(tmp_path), "new")
+
+
+def test_one_run_writes_no_file_twice_and_names_both_reasons(tmp_path: Path) -> None:
+    write(OutputFolder(tmp_path), "former")
+    folder = OutputFolder(tmp_path)
+    write(folder, "first")
+    with pytest.raises(InputError, match=r"was written for first in this run .* again for second"):
+        write(folder, "second")
+    assert (tmp_path / "a.txt").read_text() == "first"
+
+
+def test_a_file_that_comes_while_ours_is_made_is_kept(tmp_path: Path) -> None:
+    def slow(path: Path) -> None:
+        (tmp_path / "a.txt").write_text("mine")
+        path.write_text("ours")
+
+    with pytest.raises(InputError, match="is there already"):
+        OutputFolder(tmp_path).write("a.txt", slow)
+    assert (tmp_path / "a.txt").read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_what_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    def fails(path: Path) -> None:
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    write(OutputFolder(tmp_path), "one")
+    for name in ("a.txt", "b.txt"):
+        with pytest.raises(OSError, match="No space"):
+            OutputFolder(tmp_path).write(name, fails)
+    assert (tmp_path / "a.txt").read_text() == "one"
+    assert sorted(path.name for path in tmp_path.iterdir()) == [WRITTEN, "a.txt"]
+
+
+@pytest.mark.parametrize(
+    "tail", [b'\n{"file": "b.t', b"\n[[[", b"\n" + b"[" * 99_999, b"\n\xff", b"\n"]
+)
+def test_a_list_that_was_cut_off_still_tells_of_the_rest(tmp_path: Path, tail: bytes) -> None:
+    write(OutputFolder(tmp_path), "one")
+    with (tmp_path / WRITTEN).open("ab") as file:
+        file.write(tail)
+    write(OutputFolder(tmp_path), "two")
+    write(OutputFolder(tmp_path), "three")
+    assert (tmp_path / "a.txt").read_text() == "three"
+
+
+def test_a_list_that_is_somebody_else_s_is_not_added_to(tmp_path: Path) -> None:
+    (tmp_path / "mine").write_text("mine")
+    (tmp_path / WRITTEN).symlink_to(tmp_path / "mine")
+    with pytest.raises(InputError, match="is not a list that tactile wrote"):
+        OutputFolder(tmp_path)
+    (tmp_path / WRITTEN).unlink()
+    (tmp_path / WRITTEN).write_text("mine")
+    with pytest.raises(InputError, match="is not a list that tactile wrote"):
+        OutputFolder(tmp_path)
+    assert (tmp_path / WRITTEN).read_text() == (tmp_path / "mine").read_text() == "mine"
+
+
+def test_our_own_file_is_not_replaced_while_it_is_an_input(tmp_path: Path) -> None:
+    path = write(OutputFolder(tmp_path / "out"), "one")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "linked").hardlink_to(path)
+    folder = OutputFolder(tmp_path / "out", Inputs.of({"--input": tmp_path / "in"}))
+    with pytest.raises(InputError, match="is one of --input"):
+        write(folder, "two")
+    assert path.read_text() == "one"
+
+
+KILLED = """
+import os, signal, sys
+from tactile_core.output_folder import OutputFolder
+def die(path):
+    path.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+OutputFolder(sys.argv[1]).write("a.txt", die)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no SIGKILL")
+def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    assert len(list(tmp_path.iterdir())) == 1
+    write(OutputFolder(tmp_path), "one")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [WRITTEN, "a.txt"]
+
+
+def test_the_folder_is_made_with_the_first_file_and_not_before(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path / "a" / "b")
+    folder.check(["a.txt"])
+    assert list(tmp_path.iterdir()) == []
+    write(folder, "one")
+    (tmp_path / "file").write_text("mine")
+    for path in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="is a file; name a folder"):
+            write(OutputFolder(path), "one")

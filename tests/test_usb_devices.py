@@ -1,0 +1,161 @@
+"""USB cameras are found by what they say of themselves."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import usb.core
+import usb.util
+from usb.backend import IBackend
+
+from tactile_core import usb_devices
+from tactile_core.cli import main
+from tactile_core.errors import DeviceError
+from tactile_core.usb_devices import UsbDevice, usb_cameras
+
+LANGUAGES = bytes([4, 3, 0x09, 0x04])
+CAMERA = {
+    "ids": (0x2833, 0x0209),
+    "interfaces": ((0x0E, 1), (0x0E, 2), (0x01, 1)),
+    "ports": (2, 4),
+    "strings": {2: "DIGIT", 3: "D20025"},
+}
+MACHINE_VISION = {"ids": (0x1E10, 0x4000), "interfaces": ((0xEF, 5),), "ports": (1,)}
+MOUSE = {"ids": (0x046D, 0xC077), "interfaces": ((3, 1),), "ports": (3,)}
+HUB = {"ids": (0x1D6B, 2), "interfaces": ((9, 0),), "ports": ()}
+SHY = {**CAMERA, "ports": (9,), "refuses": True}
+
+
+class Bus(IBackend):
+    """A backend with these devices plugged in."""
+
+    def __init__(self, *devices: dict[str, Any]) -> None:
+        self.devices = devices
+        self.opened = 0
+
+    def enumerate_devices(self) -> Any:
+        return iter(self.devices)
+
+    def get_device_descriptor(self, dev: dict[str, Any]) -> Any:
+        return SimpleNamespace(
+            bLength=18, bDescriptorType=1, bcdUSB=0x200, bDeviceClass=0, bDeviceSubClass=0,
+            bDeviceProtocol=0, bMaxPacketSize0=64, idVendor=dev["ids"][0], idProduct=dev["ids"][1],
+            bcdDevice=1, iManufacturer=0, iProduct=2, iSerialNumber=3, bNumConfigurations=1,
+            address=5, bus=1, port_number=(dev["ports"] or (0,))[-1], port_numbers=dev["ports"],
+            speed=3,
+        )  # fmt: skip
+
+    def get_configuration_descriptor(self, dev: dict[str, Any], config: int) -> Any:
+        if config:
+            raise IndexError
+        return SimpleNamespace(
+            bLength=9, bDescriptorType=2, wTotalLength=9, bNumInterfaces=len(dev["interfaces"]),
+            bConfigurationValue=1, iConfiguration=0, bmAttributes=0x80, bMaxPower=250,
+            extra_descriptors=(),
+        )  # fmt: skip
+
+    def get_interface_descriptor(self, dev: dict[str, Any], intf: int, alt: int, cfg: int) -> Any:
+        if alt or intf >= len(dev["interfaces"]):
+            raise IndexError
+        kind, subclass = dev["interfaces"][intf]
+        return SimpleNamespace(
+            bLength=9, bDescriptorType=4, bInterfaceNumber=intf, bAlternateSetting=0,
+            bNumEndpoints=0, bInterfaceClass=kind, bInterfaceSubClass=subclass,
+            bInterfaceProtocol=0, iInterface=0, extra_descriptors=(),
+        )  # fmt: skip
+
+    def open_device(self, dev: dict[str, Any]) -> Any:
+        if dev.get("refuses"):
+            raise usb.core.USBError("Access denied (insufficient permissions)", None, 13)
+        self.opened += 1
+        return dev
+
+    def close_device(self, dev_handle: Any) -> None:
+        self.opened -= 1
+
+    def ctrl_transfer(  # type: ignore[no-untyped-def]
+        self, dev_handle, bmRequestType, bRequest, wValue, wIndex, data, timeout
+    ) -> int:
+        text = dev_handle.get("strings", {}).get(wValue & 0xFF, "").encode("utf-16-le")
+        answer = LANGUAGES if not wValue & 0xFF else bytes([2 + len(text), 3]) + text
+        data[: len(answer)] = type(data)("B", answer)
+        return len(answer)
+
+
+def test_cameras_are_listed_by_their_ports_and_nothing_else_is() -> None:
+    bus = Bus(MOUSE, CAMERA, HUB, MACHINE_VISION)
+    first, second = usb_cameras(bus)
+    assert (first.usb_id, first.port_path) == ("1e10:4000", "1-1")
+    assert second == UsbDevice(0x2833, 0x0209, "DIGIT", "D20025", "1-2.4")
+    assert bus.opened == 0
+
+
+def test_one_that_may_not_be_opened_is_listed_without_its_names() -> None:
+    (device,) = usb_cameras(Bus(SHY))
+    assert (device.usb_id, device.product, device.serial) == ("2833:0209", None, None)
+
+
+def test_no_device_is_an_empty_list() -> None:
+    assert usb_cameras(Bus(MOUSE)) == []
+
+
+def test_without_libusb_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_backend(**_: Any) -> Any:
+        raise usb.core.NoBackendError("No backend available")
+
+    monkeypatch.setattr(usb.core, "find", no_backend)
+    with pytest.raises(DeviceError, match="install libusb"):
+        usb_cameras()
+
+
+def test_a_libusb_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(**_: Any) -> Any:
+        raise usb.core.USBError("Other error")
+
+    monkeypatch.setattr(usb.core, "find", fails)
+    with pytest.raises(DeviceError, match="cannot be listed: Other error"):
+        usb_cameras()
+
+
+def listed(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[object, str, str]:
+    with pytest.raises(SystemExit) as ended:
+        main(["devices", *words])
+    return ended.value.code, *capsys.readouterr()
+
+
+def test_the_command_prints_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plugged: list[UsbDevice] = []
+    monkeypatch.setattr(usb_devices, "usb_cameras", lambda: plugged)
+    assert listed(capsys) == (0, "", "")
+    assert listed(capsys, "--json") == (0, '{"devices": []}\n', "")
+    plugged.append(UsbDevice(0x2833, 0x0209, "DIGIT", "D20025", "1-2.4"))
+    code, out, _ = listed(capsys)
+    assert code == 0
+    assert out.splitlines()[1].split() == ["2833:0209", "1-2.4", "D20025", "DIGIT"]
+    _, out, _ = listed(capsys, "--json")
+    assert json.loads(out)["devices"] == [
+        {
+            "usb_id": "2833:0209",
+            "vendor_id": 0x2833,
+            "product_id": 0x0209,
+            "product": "DIGIT",
+            "serial": "D20025",
+            "port_path": "1-2.4",
+        }
+    ]
+
+
+def test_the_command_ends_with_1_where_there_is_no_libusb(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(usb_devices, "usb_cameras", _without_libusb)
+    assert listed(capsys) == (1, "", "tactile: no libusb\n")
+
+
+def _without_libusb() -> list[UsbDevice]:
+    raise DeviceError("no libusb")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibrating.presses import FoundPress, press_image
-from tactile_core.quantities import Frame, Reference
+from tactile_core.calibrating.presses import FoundPress
+from tactile_core.quantities import Frame
 
 SHAPE, BALL_PX, CONTACT_PX, CENTRE_PX = (240, 320), 30.0, 22.0, (70.0, 80.0)
 
@@ -16,9 +16,7 @@ def press(marks: np.ndarray | None) -> FoundPress:
     rng = np.random.default_rng(0)
     pixels = rng.integers(90, 160, (*SHAPE, 3)).astype(np.uint8)
     frame = Frame(pixels, ("red", "green", "blue"), 0.05, marks=marks)
-    reference = Reference(pixels.astype(np.float32), frame.channels, marks=marks)
-    circle = Circle(CENTRE_PX, CONTACT_PX)
-    return FoundPress("ball", frame, press_image(frame, reference), circle, BALL_PX)
+    return FoundPress("ball", frame, Circle(CENTRE_PX, CONTACT_PX), BALL_PX)
 
 
 @pytest.fixture

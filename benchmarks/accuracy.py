@@ -13,7 +13,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from measured import grids, presses, surfaces, touch
+from measured import bear, grids, groove, markers, presses, slip
+from measured.press_sets import SETS
 from measured.row import HEADER, Row
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -49,9 +50,9 @@ def measures(model: str | None) -> dict[str, Measure]:
     known: dict[str, Measure] = {
         each.name: partial(grids.rows, grids=each) for each in (grids.SIX, grids.FOUR)
     }
-    known |= {"groove": surfaces.groove, "bear": surfaces.bear}
-    known |= {s.name: partial(presses.rows, chosen=s, model=model) for s in presses.SETS}
-    known |= {"markers": touch.markers, "slip_lifts": touch.lifts, "slip_gripper": touch.gripper}
+    known |= {"groove": groove.rows, "bear": bear.rows}
+    known |= {s.name: partial(presses.rows, chosen=s, model=model) for s in SETS}
+    known |= {"markers": markers.rows, "slip_lifts": slip.lifts, "slip_gripper": slip.gripper}
     return known
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from figures import EVIDENCE, OF_ITS_TIME, section, stated, unbacked
@@ -20,6 +22,7 @@ PAGES = sorted(
     for path in ROOT.glob(pattern)
     if path.name != "CHANGELOG.md"
 )
+MEASURED = json.loads((ROOT / "benchmarks" / "accuracy.json").read_text(encoding="utf-8"))
 ACCURACY = """\
 # Accuracy
 
@@ -65,6 +68,15 @@ def test_a_page_states_no_figure_that_is_neither_measured_nor_a_fact(page: str) 
 def test_every_fact_that_is_listed_is_on_its_page(page: str) -> None:
     there = stated(text_of(page))
     assert [fact for fact in facts_of(page) if fact not in there] == []
+
+
+@pytest.mark.parametrize("row", MEASURED, ids=lambda row: str(row["name"]))
+def test_the_page_of_accuracy_states_what_the_benchmark_has_measured(row: dict[str, Any]) -> None:
+    lines = [line for line in text_of(EVIDENCE[0]).splitlines() if f"`{row['command']}`" in line]
+    assert lines, row["command"]
+    figures = [*row["values"].values(), *row["control"].values()]
+    said = re.findall(r"\d+(?:\.\d+)?", " ".join(lines))
+    assert [f"{figure:.3g}" for figure in figures if f"{figure:.3g}" not in said] == []
 
 
 @pytest.mark.parametrize("page", EVIDENCE)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.test_cli import tactile
+from measured.bear import record_object
 from measured.grids import on_balls
-from measured.surfaces import record_object
 
 from tactile_core.calibrating import calibrate
 from tactile_core.formats.target import BallGrid, read_target

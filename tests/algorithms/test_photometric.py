@@ -23,6 +23,12 @@ def test_dark_skin_is_not_divided_by_nothing() -> None:
     assert np.isfinite(change).all()
 
 
+def test_a_grey_level_of_noise_in_the_dark_is_no_large_change() -> None:
+    dark = np.linspace(0, 20, 21, dtype=np.float32)[:, None]
+    noise = relative_change(dark + 1, dark) - relative_change(dark, dark)
+    assert noise.max() <= 0.1
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_smoothing_keeps_level_skin_and_its_dtype(dtype: type) -> None:
     flat = np.full((20, 30, 3), 77, dtype)

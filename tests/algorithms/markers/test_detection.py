@@ -153,17 +153,7 @@ def test_marks_are_completed_beyond_whichever_border_cuts_them(
     places = turned(spots)[..., 0]
     y, x = np.nonzero((places > 0) & (places <= 6))
     assert cut.sum() == 6
-    assert misses(np.stack([x, y], 1), centres[cut]).max() < 14 / 5
-
-
-def test_of_a_mark_in_two_unequal_pieces_the_larger_one_counts_for_more() -> None:
-    truth = lattice(50, 4)
-    image = photograph(truth, 17, "round", seed=4)
-    x, y = np.rint(truth[9]).astype(int).tolist()
-    cv2.line(image, (x - 14, y + 2), (x + 14, y + 2), (150, 150, 150), 2)
-    centres, _ = found(image, 17, 50)
-    assert len(centres) == len(truth)
-    assert misses(truth[9:10], centres)[0] < 1.1
+    assert misses(np.stack([x, y], 1), centres[cut]).max() < 1.2
 
 
 def test_shading_a_third_as_dark_as_the_print_is_no_mark() -> None:

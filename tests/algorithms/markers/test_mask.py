@@ -106,6 +106,14 @@ def test_no_dots_are_found_where_there_are_none() -> None:
     assert find_marker_diameter(np.zeros((20, 30, 3), np.uint8)) is None
 
 
+@pytest.mark.parametrize("ratio", [1.2, 1.3])
+def test_spots_that_nearly_touch_are_a_weave_and_no_print(ratio: float) -> None:
+    size_px = 10
+    y, x = ((side % (ratio * size_px)) - ratio * size_px / 2 for side in np.mgrid[:240, :320])
+    weave = np.where(np.hypot(x, y) < size_px / 2, 60, 160).astype(np.float32)
+    assert find_marker_diameter(cv2.GaussianBlur(weave, (0, 0), 0.7).astype(np.uint8)) is None
+
+
 def test_specks_strewn_at_random_are_no_markers() -> None:
     marks = np.zeros((240, 320), bool)
     rng = np.random.default_rng(0)

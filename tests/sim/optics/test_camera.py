@@ -42,6 +42,17 @@ def test_the_noise_of_frames_is_independent(mode: str) -> None:
     np.testing.assert_allclose(others, -1 / 3, atol=0.05)
 
 
+@pytest.mark.parametrize("mode", ["fast", "accurate"])
+def test_the_noise_of_exposures_in_turn_is_independent(mode: str) -> None:
+    noisy, alike = {"sensor": {"full_well_e": 1000.0}}, (0.0, 0.0, 0.0)
+    optics = RigOptics(rig(alike, in_turn=True, optics=noisy), mode=mode)  # type: ignore[arg-type]
+    first, second, _ = optics.expose(level()).astype(float).reshape(-1, 3).T
+    # the frame's own light is the same in both
+    still = RigOptics(rig(alike, in_turn=True, optics={"sensor": {"full_well_e": 1e9}}))
+    light = still.expose(level()).astype(float).reshape(-1, 3).T[0]
+    assert abs(np.corrcoef(first - light, second - light)[0, 1]) < 0.05
+
+
 @given(coded=st.floats(0.05, 0.95), gamma=st.sampled_from([1.0, 1.8, 2.2]))
 def test_an_exposure_gives_the_intensity_that_it_tells(coded: float, gamma: float) -> None:
     one = chip(gamma=gamma, full_well_e=1e12)

@@ -1,0 +1,62 @@
+"""Recordings of presses of a ball, one set for each sensor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = ROOT / "benchmarks"
+
+
+@dataclass(frozen=True)
+class Presses:
+    """Recordings of presses of one ball on one sensor."""
+
+    name: str
+    profile: Path
+    folder: str
+    pattern: str
+    reference: str
+    ball_mm: float
+    what: str
+
+
+SETS = (
+    Presses(
+        "objectfolder",
+        ROOT / "examples" / "objectfolder.yaml",
+        "three_colour/objectfolder",
+        "presses/*.png",
+        "reference.png",
+        4.0,
+        "three colours at once, no marks",
+    ),
+    Presses(
+        "wedge",
+        ROOT / "examples" / "wedge" / "wedge.yaml",
+        "three_colour/wedge",
+        "ball-*.jpg",
+        "bg-0.jpg",
+        4.84,
+        "three colours at once, marks",
+    ),
+    Presses(
+        "gelsight_mini",
+        HERE / "gelsight_mini.yaml",
+        "gelsight_mini/ball_presses",
+        "press_*.png",
+        "background.png",
+        6.31,
+        "three colours at once, no marks",
+    ),
+    Presses(
+        "hex_fingertip",
+        HERE / "hex_recorded.yaml",
+        "three_colour/hex_fingertip",
+        "Im_*.jpg",
+        "frame0.jpg",
+        3.96,
+        "three colours at once, marks",
+    ),
+)

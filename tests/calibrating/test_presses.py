@@ -1,0 +1,49 @@
+"""The pixels that a press teaches: those whose slope is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tactile_core.algorithms.circles import Circle
+from tactile_core.calibrating.presses import FoundPress
+from tactile_core.quantities import Frame
+
+SHAPE, BALL_PX, CONTACT_PX, CENTRE_PX = (240, 320), 30.0, 22.0, (70.0, 80.0)
+
+
+def press(marks: np.ndarray | None) -> FoundPress:
+    rng = np.random.default_rng(0)
+    pixels = rng.integers(90, 160, (*SHAPE, 3)).astype(np.uint8)
+    frame = Frame(pixels, ("red", "green", "blue"), 0.05, marks=marks)
+    return FoundPress("ball", frame, Circle(CENTRE_PX, CONTACT_PX), BALL_PX)
+
+
+@pytest.fixture
+def marks() -> np.ndarray:
+    printed = np.zeros(SHAPE, np.bool_)
+    for row in range(5, 240, 20):
+        for column in range(5, 320, 20):
+            printed[row : row + 9, column : column + 9] = True
+    return printed
+
+
+def test_no_mark_is_taken_for_skin_on_the_ball_or_at_rest(marks: np.ndarray) -> None:
+    learnt = press(marks).training()
+    resting = ~learnt.gradients.any(axis=1)
+    assert resting.sum() > 50
+    assert (~resting).sum() > 50
+    assert not marks[learnt.rows, learnt.columns].any()
+
+
+def test_what_is_learnt_lies_on_the_ball_or_far_from_it() -> None:
+    learnt = press(None).training()
+    resting = ~learnt.gradients.any(axis=1)
+    offset = np.stack([learnt.columns, learnt.rows], 1) - np.array(CENTRE_PX)
+    distance = np.hypot(*offset.T)
+    assert distance[~resting].max() < CONTACT_PX
+    assert distance[resting & (distance > 0)].min() > 3 * BALL_PX
+    # on a ball a slope is that of its radius, down and away from its middle
+    on = ~resting
+    down = np.sqrt(BALL_PX**2 - distance[on] ** 2)
+    np.testing.assert_allclose(learnt.gradients[on], -offset[on] / down[:, None], atol=1e-5)

@@ -110,13 +110,11 @@ def _report(results: list[Result], seconds: float, wanted: argparse.Namespace) -
         for promise in result.broken:
             faults[promise].append(result)
     for promise, found in sorted(faults.items(), key=lambda item: -len(item[1])):
-        first = min(found, key=lambda result: (len(result.case.numbers), result.case.numbers))
-        areas = ", ".join(sorted({result.case.area for result in found}))
-        print(
-            f"\n{promise}\n    {len(found)} times in {areas}; again: make fuzz "
-            f"FUZZ='--seed {first.case.seed} --case {first.case}'"
-        )
-        for line in first.said.splitlines()[:14]:
+        ordered = sorted(found, key=lambda result: (len(result.case.numbers), str(result.case)))
+        cases = " ".join(f"--case {result.case}" for result in ordered[:3])
+        print(f"\n{promise}\n    {len(found)} times; again:", end=" ")
+        print(f"make fuzz FUZZ='--seed {wanted.seed} {cases}'")
+        for line in ordered[0].said.splitlines()[:14]:
             print(f"    | {line[:300]!r}")
     if wanted.case:
         for result in results:

@@ -12,9 +12,13 @@ from fuzz.arrays import changed_array
 from fuzz.attempt import Attempt
 from fuzz.mutations import spoil as spoil_one
 from fuzz.sandbox import Sandbox
-from fuzz.values import NUMBERS, WORDS
+from fuzz.values import NUMBERS as ALL_NUMBERS
+from fuzz.values import WORDS
 
 Call = Callable[[Random], Any]
+
+NUMBERS = tuple(number for number in ALL_NUMBERS if number != 10**400)
+"""Those that Python can make a float of."""
 
 
 def entry_points(box: Sandbox, rng: Random) -> Attempt:

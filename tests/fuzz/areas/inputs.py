@@ -173,7 +173,8 @@ def bundles(box: Sandbox, rng: Random) -> Attempt:
         *sorted(folder.glob("*.npz")),
         folder,
     ]
-    sealed = rng.random() < 0.7
+    # a forger who lists a file of the user's has made it the bundle's
+    sealed = words[0] == "run" and rng.random() < 0.7
 
     def spoil(rng: Random) -> None:
         spoil_one(rng.choice(targets), rng)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.pictures import deviation, relief, side_by_side
-from tactile_core.pictures.drawing import in_words, round_length, ticks
+from tactile_core.pictures.drawing import blank, in_words, round_length, text_size, ticks, write
 from tactile_core.pictures.field import arrows
 from tactile_core.pictures.shading import colours, shaded, signed
 from tactile_core.quantities import ContactMask, HeightMap
@@ -113,6 +113,15 @@ def test_a_long_title_gives_way_to_the_numbers() -> None:
     long = relief(height, None, title="n" * 300)
     assert long.shape == relief(height, None, title="n").shape
     assert (long[:20, -60:] == long[0, 0]).all()
+
+
+@pytest.mark.parametrize("name", ["\udcc3\udca9", "a\udcff", "é", "漢", ""])
+def test_a_name_in_any_coding_can_be_written(name: str) -> None:
+    # OpenCV ends the process where a text is no UTF-8
+    assert text_size(name, 1.0)[0] >= 0
+    sheet = blank(40, 100)
+    write(sheet, name, (2, 30), 1.0)
+    assert (sheet != blank(40, 100)).any() == bool(name)
 
 
 def test_deviations_of_either_sign_are_equally_strong_and_none_is_white() -> None:

@@ -60,6 +60,8 @@ def in_words(value: float, step: float) -> str:
 
 
 def _drawable(words: str) -> str:
+    # OpenCV ends the process where a text is no UTF-8, as a file's name may be
+    words = words.encode("utf-8", "replace").decode("utf-8")
     return words if _true_type() else words.translate(_PLAIN)
 
 

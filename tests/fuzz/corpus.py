@@ -62,7 +62,6 @@ press_1.png,55,30,11
 press_2.png,30,38,11
 press_3.png,50,22,11
 """
-CATALOG = "file,diameter_mm\n" + "".join(f"press_{k}.png,3.0\n" for k in range(4))
 _CENTRES = ((25.0, 25.0), (55.0, 30.0), (30.0, 38.0), (50.0, 22.0))
 _BLOCK = """\
 solid block
@@ -93,8 +92,6 @@ def make_corpus(folder: Path) -> Path:
     _save(small, folder / "frames" / "ball.png", _depth(BallPress((42, 30), 2.5, 0.4)), 10)
     _save(small, folder / "frames" / "rest.png", np.zeros(SHAPE), 11)
     _save(small, folder / "frame.jpg", _depth(presses[0]), 12)
-    shutil.copytree(folder / "presses", folder / "listed")
-    (folder / "listed" / "catalog.csv").write_text(CATALOG)
     _film(folder / "film.avi", sorted((folder / "presses").iterdir()))
     _grid(small, folder)
     _in_turn(turn, folder)

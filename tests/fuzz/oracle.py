@@ -33,6 +33,8 @@ def broken_promises(
 ) -> Iterator[str]:
     """Say each promise that was not kept, the same words for the same fault."""
     for outcome in outcomes:
+        if attempt.signal is not None and _before_our_code(outcome):
+            continue
         if "harness" in outcome.report:
             yield f"the harness failed: {outcome.report['harness']}"
         yield from _of_the_process(attempt, outcome)
@@ -45,6 +47,14 @@ def broken_promises(
     killed = any(outcome.hung or outcome.code == -signal.SIGKILL for outcome in outcomes)
     if out is not None and attempt.call is None:
         yield from _of_the_results(attempt, box, out, killed)
+
+
+def _before_our_code(outcome: Outcome) -> bool:
+    """Whether a signal came while the interpreter itself was starting."""
+    said = _text(outcome.stderr)
+    return "Fatal Python error: init" in said or (
+        "KeyboardInterrupt" in said and "tactile_core" not in said
+    )
 
 
 def _of_the_process(attempt: Attempt, outcome: Outcome) -> Iterator[str]:

@@ -16,7 +16,6 @@ CALIBRATE = split(
     "calibrate small.yaml --presses presses --reference ref.png --ball-diameter-mm 3 --out fresh "
     "--json"
 )
-CALIBRATE_LISTED = split("calibrate small.yaml --presses listed --reference ref.png --out fresh")
 CALIBRATE_LABELS = split(
     "calibrate small.yaml --presses presses --reference ref.png --ball-diameter-mm 3 "
     "--labels labels.csv --out fresh --serial 7"
@@ -46,7 +45,7 @@ DOCTOR = split("doctor small.yaml --sim")
 PROFILES, PLUGINS, SCHEMA = ["profiles", "--json"], ["plugins", "--json"], ["schema"]
 
 RUNS = (RUN, RUN_IMAGE, RUN_VIDEO, RUN_SCAN, RUN_SCANS, RUN_MARKED, RUN_FIRST, RUN_SIM)
-CALIBRATIONS = (*(CALIBRATE, CALIBRATE_LISTED, CALIBRATE_LABELS, CALIBRATE_GRID, CALIBRATE_MAP),)
+CALIBRATIONS = (*(CALIBRATE, CALIBRATE_LABELS, CALIBRATE_GRID, CALIBRATE_MAP),)
 WRITING = (RUN, RUN_SCAN, RUN_VIDEO, *CALIBRATIONS, SIMULATE, NEW, NEW_PLUGIN)
 OTHERS = (NEW, NEW_PLUGIN, NEW_PRESSES, VALIDATE, DOCTOR, PROFILES, PLUGINS, SCHEMA)
 ALL = (*RUNS, *CALIBRATIONS, SIMULATE, *OTHERS)

@@ -77,7 +77,6 @@ def folders(box: Sandbox, rng: Random) -> Attempt:
             (recipes.RUN_SCANS, "scans"),
             (recipes.RUN_MARKED, "dragged/frames"),
             (recipes.CALIBRATE, "presses"),
-            (recipes.CALIBRATE_LISTED, "listed"),
             (recipes.CALIBRATE_MAP, "scan"),
             (recipes.NEW_PRESSES, "presses"),
         )
@@ -143,15 +142,8 @@ def targets(box: Sandbox, rng: Random) -> Attempt:
 
 
 def labels(box: Sandbox, rng: Random) -> Attempt:
-    """Circles by hand, and a catalogue of diameters."""
-    words, target = rng.choice(
-        (
-            (recipes.CALIBRATE_LABELS, "labels.csv"),
-            (recipes.CALIBRATE_LABELS, "labels.csv"),
-            (recipes.CALIBRATE_LISTED, "listed/catalog.csv"),
-        )
-    )
-    return _attempt(box, words, target)
+    """Circles by hand."""
+    return _attempt(box, recipes.CALIBRATE_LABELS, "labels.csv")
 
 
 def bundles(box: Sandbox, rng: Random) -> Attempt:

@@ -49,6 +49,9 @@ def spoil(path: Path, rng: Random) -> None:
 
 def spoil_folder(folder: Path, rng: Random) -> None:
     """Change what a folder holds, or one of the things in it."""
+    if not folder.is_dir():  # displaced before
+        displace(folder, rng)
+        return
     inside = sorted(path for path in folder.rglob("*") if path.is_file())
     kind = rng.randrange(9)
     if kind < 3 and inside:

@@ -79,6 +79,20 @@ def test_an_unmarked_reference_comes_back_unmarked(bundle: Bundle, tmp_path: Pat
     assert Bundle.load(tmp_path / "kept").reference.marks is None
 
 
+@pytest.mark.parametrize("changed", ["reference.npz", "model.npz"])
+def test_numbers_that_were_changed_since_are_refused(
+    bundle: Bundle, tmp_path: Path, changed: str
+) -> None:
+    bundle.save(tmp_path / "kept")
+    path = tmp_path / "kept" / changed
+    with np.load(path) as data:
+        arrays = dict(data)
+    name = "pixels" if "pixels" in arrays else "coefficients"
+    np.savez(path, **arrays | {name: arrays[name] * np.float32(1.01)})
+    with pytest.raises(CalibrationError):
+        Bundle.load(tmp_path / "kept")
+
+
 def test_the_sensor_that_it_was_made_for_is_welcome(bundle: Bundle) -> None:
     assert bundle.check(profile(), "0007") == []
 

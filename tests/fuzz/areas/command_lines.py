@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from pathlib import Path
 from random import Random
 
 from fuzz import recipes
@@ -10,7 +11,6 @@ from fuzz.attempt import Attempt
 from fuzz.sandbox import Sandbox
 from fuzz.values import NUMBERS, PATHS, WORDS, word_of
 
-BUNDLES = ("bundle", "turn_bundle")
 _OPTIONS = (
     *("--serial", "--sim", "--script", "--input", "--reference", "--bundle", "--tare-frame"),
     *("--frames", "--save", "--json", "--presses", "--ball-diameter-mm", "--labels", "--target"),
@@ -73,13 +73,19 @@ def options(box: Sandbox, rng: Random) -> Attempt:
     words = list(rng.choice(_BENCHES) if kind < 0.1 else rng.choice(recipes.ALL))
     if kind >= 0.05 and words[0] == "bench":
         return Attempt(words)
-    attempt = Attempt(words)
+    attempt = Attempt(words, ours=bundle_files(box) if words[0] == "calibrate" else ())
 
     def spoil(rng: Random) -> None:
         attempt.words[:] = _safe(_changed(attempt.words, rng))
 
     attempt.spoil = spoil
     return attempt
+
+
+def bundle_files(box: Sandbox) -> tuple[Path, ...]:
+    """What another calibration may replace, and not what else has come to lie there."""
+    folders = (box.work / "bundle", box.work / "turn_bundle")
+    return tuple(file.relative_to(box.work) for folder in folders for file in folder.iterdir())
 
 
 def outputs(box: Sandbox, rng: Random) -> Attempt:
@@ -93,11 +99,7 @@ def outputs(box: Sandbox, rng: Random) -> Attempt:
     (folder / "src" / "app.js").write_text("let a = 1\n")
     manifest = rng.choice(('{"name": "web extension"}', '{"format": 1}', "{", "[]", "null", ""))
     (folder / "manifest.json").write_text(manifest)
-    # another calibration may take a bundle's place, but not that of what else has come to lie there
-    bundles = [
-        file.relative_to(box.work) for name in BUNDLES for file in (box.work / name).iterdir()
-    ]
-    attempt = Attempt(words, ours=tuple(bundles) if words[0] == "calibrate" else ())
+    attempt = Attempt(words, ours=bundle_files(box) if words[0] == "calibrate" else ())
     kind = rng.randrange(6)
     if kind == 0 and words[0] in ("calibrate", "run"):
         # a bundle with files of the user's in it

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from random import Random
 
 from fuzz import recipes
-from fuzz.areas.command_lines import strange_files
+from fuzz.areas.command_lines import bundle_files, strange_files
 from fuzz.attempt import Attempt
 from fuzz.mutations import spoil as spoil_one
 from fuzz.mutations import spoil_folder
@@ -157,8 +157,7 @@ def bundles(box: Sandbox, rng: Random) -> Attempt:
         )
     )
     folder = box.work / name
-    # what the command wrote it may replace, and not what else has come to lie there
-    ours = tuple(path.relative_to(box.work) for path in sorted(folder.iterdir()))
+    ours = bundle_files(box)
     targets = [
         folder / "manifest.json",
         folder / "manifest.json",

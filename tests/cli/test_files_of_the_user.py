@@ -152,7 +152,7 @@ def test_a_report_of_somebody_else_is_refused_before_anything_is_measured(
 
 
 def test_save_that_names_nothing_is_refused(lab: VirtualLab, mine: Path) -> None:
-    assert "npz, tmd" in refused(mine, *run(lab, mine, "--out", mine / "out", "--save", ""))
+    assert "npz, tmd" in refused(mine, *run(lab, mine, "--out", mine / "out", "--save", ","))
 
 
 def test_an_impossible_step_leaves_nothing_and_the_corrected_script_works(tmp_path: Path) -> None:

@@ -195,10 +195,8 @@ def test_a_full_disk_behind_stdout_is_told() -> None:
     [
         (("run", "hex_fingertip", "--sim", "--frames", 10**22), "--frames"),
         (("run", "hex_fingertip", "--sim", "--frames", 0), "--frames"),
-        (("calibrate", "hex_fingertip", "--model", ""), "plugin.name"),
         (("calibrate", "hex_fingertip", "--model", "core."), "plugin.name"),
         (("calibrate", "hex_fingertip", "--model", "core.polynomial", "--ball"), "--ball-diameter"),
-        (("bench", "hex_fingertip", "--calibration", ""), "plugin.name"),
         (("bench", "hex_fingertip", "--calibration", "core."), "plugin.name"),
     ],
 )

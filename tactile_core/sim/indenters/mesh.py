@@ -54,10 +54,14 @@ def _read(path: Path) -> tuple[Array, NDArray[np.int64]]:
         ) from None
     if not path.is_file():
         raise InputError(f"{path} is no file; give a mesh, for example an STL")
+    log = trimesh.util.log  # the refusal says it, and in one line
+    silent, log.disabled = log.disabled, True
     try:
         mesh: Any = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh's readers raise whatever their parsers do
         raise InputError(f"{path} cannot be read as a mesh: {error}") from error
+    finally:
+        log.disabled = silent
     if not len(mesh.faces):
         raise InputError(f"{path} has no faces; give a closed mesh")
     if not mesh.is_watertight:

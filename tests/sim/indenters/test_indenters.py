@@ -162,6 +162,18 @@ def test_a_mesh_whose_path_is_no_name_is_refused(path: Any) -> None:
         make_indenter("mesh", path=path)
 
 
+def test_what_trimesh_says_of_a_broken_mesh_does_not_stand_beside_the_refusal(
+    trimesh: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = tmp_path / "broken.stl"
+    file.write_bytes(
+        b"solid block\rfacet normal 0 0 -1\router loop\rvertex -1 -1 0\rvertex 1 -1 0\r\nvertex 0 1 0\r\nendloop\rendfacet\rendsolid block\r\n"
+    )
+    with pytest.raises(InputError):
+        make_indenter("mesh", path=file)
+    assert caplog.records == []
+
+
 def test_open_or_unreadable_meshes_are_refused(trimesh: Any, tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=1, radius=3.0)
     ball.update_faces(np.arange(len(ball.faces)) > 3)

@@ -27,8 +27,10 @@ def main(arguments: list[str] | None = None) -> None:
     """
     words = sys.argv[1:] if arguments is None else arguments
     try:
-        with signals_raised():
+        with signals_raised() as came:
             code = _run([word for word in words if word != "--debug"], "--debug" in words)
+        if came:  # the library that reads the command line takes each of them for Ctrl-C
+            code = came[-1].exit_code
     except Signalled as signalled:  # while the last one was being explained
         code = signalled.exit_code
     sys.exit(code)

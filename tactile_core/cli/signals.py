@@ -22,21 +22,26 @@ class Signalled(KeyboardInterrupt):
 
 
 @contextmanager
-def signals_raised() -> Iterator[None]:
-    """Raise :class:`Signalled` for each signal that ends a program, if it is not ignored."""
+def signals_raised() -> Iterator[list[Signalled]]:
+    """Raise :class:`Signalled` for each signal that ends a program, if it is not ignored.
+
+    Yields those that came.
+    """
+    came: list[Signalled] = []
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        came.append(Signalled(number))
+        raise came[-1]
+
     before = {}
     for name in _NAMES:
         number = getattr(signal, name, None)
         # nohup and background jobs of a shell ignore some on purpose
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:
             with suppress(ValueError):  # only the main thread may handle signals
-                before[number] = signal.signal(number, _raise)
+                before[number] = signal.signal(number, handle)
     try:
-        yield
+        yield came
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _raise(number: int, frame: FrameType | None) -> None:
-    raise Signalled(number)

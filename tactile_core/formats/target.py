@@ -15,6 +15,7 @@ from tactile_core.formats.shown import shown
 from tactile_core.formats.yaml import number, read_mapping
 
 _RESOLUTION_TOLERANCE = 0.05
+_MOST_BINNED = 1e3
 _MOST_CIRCLES = 10_000
 _LARGEST_MM = 1000.0
 _FARTHEST_PX = 1e6
@@ -53,8 +54,11 @@ class BallGrid:
         if self.mm_per_px is None:
             return self
         ratio = mm_per_px / self.mm_per_px
-        factor = float(round(ratio)) if ratio > 1 else 1 / round(1 / ratio)
-        if abs(ratio / factor - 1) > _RESOLUTION_TOLERANCE:
+        possible = 1 / _MOST_BINNED < ratio < _MOST_BINNED
+        factor = 1.0
+        if possible:
+            factor = float(round(ratio)) if ratio > 1 else 1 / round(1 / ratio)
+        if not possible or abs(ratio / factor - 1) > _RESOLUTION_TOLERANCE:
             raise InputError(
                 f"the target's balls are drawn at {self.mm_per_px:.4g} mm per pixel and the image "
                 f"has {mm_per_px:.4g}; give the target of this image, or correct 'mm_per_px'"

@@ -24,11 +24,12 @@ def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:
     InputError
         Something is there, and not ``force`` or of the other kind.
     """
-    # 'absent/../mine' is there as soon as the folders to it are made
-    place = path if path.is_symlink() else Path(os.path.realpath(path))
-    if not os.path.lexists(place):
+    if not os.path.lexists(path):
+        place = Path(os.path.realpath(path))
+        if os.path.lexists(place):  # as soon as the folders to it are made
+            raise InputError(f"{path} leads through a folder that is not there; give {place}")
         return
-    alike = place.is_dir() if folder else place.is_file()
+    alike = path.is_dir() if folder else path.is_file()
     if not alike:
         raise InputError(
             f"{path} is {'no folder' if folder else 'no file'}; give another --out, the "

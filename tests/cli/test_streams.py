@@ -103,6 +103,33 @@ def test_a_signal_while_it_starts_is_a_quiet_end(module: str, name: str, code: i
     assert (done.returncode, done.stdout, done.stderr) == (code, "", "")
 
 
+INTERRUPTED_READING = """\
+import os, signal, sys
+from typer.core import TyperGroup
+
+make = TyperGroup.make_context
+
+def interrupted(*arguments, **options):
+    os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+    return make(*arguments, **options)
+
+TyperGroup.make_context = interrupted
+from tactile_core.cli import main
+main(["profiles"])
+"""
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_signal_while_the_command_line_is_read_ends_with_its_code(name: str, code: int) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_READING, name],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (code, "", "")
+
+
 def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
     path = profile(tmp_path, step="SIGHUP at estimate")
     code = (

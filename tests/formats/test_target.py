@@ -105,3 +105,9 @@ def test_numbers_that_nothing_has_are_refused(
 def test_more_circles_than_any_target_has_are_refused(tmp_path: Path) -> None:
     circles = ",".join(["{x: 1, y: 1}"] * 10_001)
     assert "10001 circles" in refusal(tmp_path, f"radius: 0.25\nshapes: [{circles}]\n")
+
+
+@pytest.mark.parametrize("mm_per_px", [0.0, -0.02, 5e-324, 1e300, float("nan"), float("inf")])
+def test_a_scale_that_no_image_has_fits_no_target(tmp_path: Path, mm_per_px: float) -> None:
+    with pytest.raises(InputError, match="drawn at"):
+        grid_of(tmp_path, GRID).at_scale(mm_per_px)

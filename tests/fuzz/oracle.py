@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import signal
 from collections.abc import Iterator, Mapping
@@ -188,8 +189,9 @@ def _of_the_results(attempt: Attempt, box: Sandbox, out: Path, killed: bool) -> 
 
 def _was_made(attempt: Attempt, place: Path, box: Sandbox) -> bool:
     """Whether the folder belongs to the command rather than to the user."""
-    mine = {(box.work / path).resolve() for path in attempt.ours}
-    return place.resolve() in mine or place.resolve() not in box.given
+    mine = {os.path.realpath(box.work / path) for path in attempt.ours}
+    real = os.path.realpath(place)
+    return real in mine or real not in box.given
 
 
 def _of_the_bundle(place: Path) -> Iterator[str]:

@@ -24,7 +24,7 @@ class Sandbox:
         for folder in (self.work.parent, self.home, self.tmp):
             folder.mkdir(parents=True)
         shutil.copytree(corpus, self.work)
-        self.given: frozenset[Path] = frozenset()
+        self.given: frozenset[str] = frozenset()
 
     def listing(self) -> dict[str, str]:
         """Everything below the root; the folders of the first listing are the user's."""
@@ -35,7 +35,7 @@ class Sandbox:
                 found[str(path.relative_to(self.root))] = _what(path)
         if not self.given:
             folders = [self.root / name for name, what in found.items() if what == "folder"]
-            self.given = frozenset(path.resolve() for path in folders)
+            self.given = frozenset(map(os.path.realpath, folders))
         return found
 
     def environment(self) -> dict[str, str]:

@@ -21,7 +21,11 @@ def test_a_link_that_leads_nowhere_is_not_written_over(
         refuse_existing(link, force=force, folder=folder)
 
 
-def test_a_folder_is_known_however_its_path_is_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("folder", [False, True])
+@pytest.mark.parametrize("force", [False, True])
+def test_a_path_through_a_folder_that_is_not_there_is_refused(
+    tmp_path: Path, folder: bool, force: bool
+) -> None:
     (tmp_path / "mine").mkdir()
-    with pytest.raises(InputError, match="is no file"):
-        refuse_existing(tmp_path / "absent" / ".." / "mine", force=True)
+    with pytest.raises(InputError, match="through a folder that is not there"):
+        refuse_existing(tmp_path / "absent" / ".." / "mine", force=force, folder=folder)

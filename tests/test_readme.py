@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from cli.test_cli import tactile
+from command_line import tactile
 from height_lab import make_height_lab
 from virtual_lab import VirtualLab
 

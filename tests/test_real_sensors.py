@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli.test_cli import tactile
+from command_line import tactile
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli.test_cli import tactile
+from command_line import tactile
 from measured.bear import record_object
 from measured.grids import on_balls
 

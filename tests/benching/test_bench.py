@@ -1,11 +1,10 @@
 """What is timed is what a frame goes through, on units of any profile."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from command_line import tactile
 from virtual_lab import VirtualLab
 
 from tactile_core.benching import Benches, bench
@@ -133,24 +132,15 @@ def test_the_machine_is_named(result: Benches) -> None:
     assert {"stage", "median_ms", "p90_ms", "fps"} == set(said["benches"][0]["stages"][0])
 
 
-def tactile(*words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "tactile_core.cli", "bench", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 def test_a_size_must_be_two_sensible_numbers(lab: VirtualLab) -> None:
     for size in ("640", "8x8"):
-        done = tactile(lab.profile_path, "--size", size)
+        done = tactile("bench", lab.profile_path, "--size", size)
         assert done.returncode == 2
         assert "640x480" in done.stderr
         assert done.stdout == ""
 
 
 def test_an_unknown_profile_suggests_the_nearest() -> None:
-    done = tactile("hex_fingertp")
+    done = tactile("bench", "hex_fingertp")
     assert done.returncode == 2
     assert "hex_fingertip" in done.stderr

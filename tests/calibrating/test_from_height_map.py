@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from cli.test_cli import refused, tactile
+from command_line import refused, tactile
 from height_lab import AZIMUTHS_DEG, HEIGHT, MM_PER_PX, HeightLab, make_height_lab
 from numpy.typing import NDArray
 

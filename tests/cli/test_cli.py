@@ -1,34 +1,14 @@
-"""The fixed contract of the command line, run as a user runs it."""
+"""The fixed contract of the command line."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import refused, tactile
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.sim.ball import BallPress
-
-
-def tactile(*words: object) -> subprocess.CompletedProcess[str]:
-    """Run the command in a process of its own."""
-    return subprocess.run(
-        [sys.executable, "-m", "tactile_core.cli", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def refused(*words: object) -> str:
-    """Run a command that must refuse what it is given, and return its one sentence."""
-    done = tactile(*words)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert "Traceback" not in done.stderr
-    return done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from cli.test_cli import refused, tactile
+from command_line import refused, tactile
 from height_lab import AZIMUTHS_DEG, HeightLab, make_height_lab
 
 from tactile_core.calibrating import calibrate

@@ -54,7 +54,7 @@ class Acquisition:
         planes: list[Pixels] = []
         times: list[float] = []
         dark: Pixels | None = None
-        exposures = self._exposures()
+        exposures = exposures_of(self._illumination)
         for exposure in exposures:
             with blame(LIGHTS, self._illumination):
                 self._illumination.set(exposure.levels)
@@ -76,17 +76,6 @@ class Acquisition:
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.observe()) is not None:
             yield frame
-
-    def _exposures(self) -> tuple[Exposure, ...]:
-        lights = self._illumination
-        with blame(LIGHTS, lights):
-            exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
-            measured = sum(len(exposure.channels) for exposure in exposures)
-        if not measured == len(channels) > 0:
-            raise fault(
-                LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}"
-            )
-        return exposures
 
     def _exposed(self, timeout_s: float) -> Image | None:
         with blame(CAMERA, self._camera):
@@ -167,3 +156,19 @@ def average(frames: list[Frame]) -> Reference:
         noise=float(np.sqrt(np.median(np.maximum(spread, 0)))),
         frames=n,
     )
+
+
+def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
+    """Return the exposures of one observation.
+
+    Raises
+    ------
+    PluginFault
+        They are something else, or do not measure each of the lights' channels.
+    """
+    with blame(LIGHTS, lights):
+        exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
+        measured = sum(len(exposure.channels) for exposure in exposures)
+    if not measured == len(channels) > 0:
+        raise fault(LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}")
+    return exposures

@@ -173,7 +173,7 @@ def bundle_files(folder: Path) -> list[Path]:
         ) from error
     held = set(_held(folder))
     for name in sorted(held):
-        if name not in named:
+        if name not in named or (folder / name).is_dir():
             raise InputError(
                 f"{folder} holds {printable(name)}, which is not of the calibration bundle there; "
                 f"move it away or name another --out folder"

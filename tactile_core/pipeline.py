@@ -28,6 +28,7 @@ from tactile_core.quantities import (
     Gradients,
     HeightMap,
     MarkerDetections,
+    Pixels,
     Quantity,
     Reference,
 )
@@ -35,6 +36,8 @@ from tactile_core.reading import Reading
 
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
 """What may come with a frame of a calibrated unit; some calibrations give height directly."""
+
+_INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
 
 _RELEVANT_SHARE = 0.01
 """Of a frame's intensities: fewer that are saturated or dark are filled without a word."""
@@ -119,7 +122,7 @@ class Pipeline:
             kernels.load()
         self._used = True
         start = perf_counter()
-        self._check(frame.pixels.shape, "frame")
+        self._check(frame.pixels, "frame")
         if in_turn(frame):
             self._verify(frame)
         if self._marks is not None and frame.marks is None:
@@ -263,7 +266,7 @@ class Pipeline:
     def _prepared(self, reference: Reference | None) -> Reference | None:
         if reference is None:
             return None
-        self._check(reference.pixels.shape, "reference")
+        self._check(reference.pixels, "reference")
         if self._marks is not None and reference.marks is None:
             return replace(reference, marks=self._marks.find(reference.pixels))
         return reference
@@ -284,10 +287,13 @@ class Pipeline:
             self._expected = expected or pattern_of(self.reference)
         verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
 
-    def _check(self, shape: tuple[int, ...], what: str) -> None:
-        image = self.profile.image
-        if len(shape) != 3:
-            raise InputError(f"the {what} has the shape {shape}; give (H, W, K) with K channels")
+    def _check(self, pixels: Pixels, what: str) -> None:
+        image, shape = self.profile.image, pixels.shape
+        if len(shape) != 3 or pixels.dtype not in _INTENSITIES:
+            raise InputError(
+                f"the {what} holds {pixels.dtype} in the shape {shape}; give (H, W, K) with K "
+                f"channels of uint8, uint16 or float32"
+            )
         if shape[:2] != (image.height_px, image.width_px):
             raise InputError(
                 f"the {what} is {shape[1]} × {shape[0]} and the profile {self.profile.name!r} says "

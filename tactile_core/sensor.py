@@ -7,7 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from tactile_core.acquisition import CAMERA, LIGHTS, Acquisition, average
+from tactile_core.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
 from tactile_core.blame import blame
 from tactile_core.bundle import Bundle, check_serial, default_place
 from tactile_core.camera import Camera
@@ -282,9 +282,7 @@ def observation_names(profile: Profile, path: Path) -> list[str]:
 
 def images_per_observation(profile: Profile) -> int:
     """How many exposures the profile's lights take for one frame, a dark one included."""
-    lights = _lights(profile)
-    with blame(LIGHTS, lights):
-        return len(lights.exposures())
+    return len(exposures_of(_lights(profile)))
 
 
 def read_reference(profile: Profile, path: Path) -> Reference:

@@ -47,6 +47,17 @@ def test_an_empty_folder_of_somebody_else_is_left_alone(lab: VirtualLab, copy: P
     assert (copy / "later").is_dir()
 
 
+def test_a_folder_in_the_place_of_a_bundle_s_file_is_left_alone(
+    lab: VirtualLab, copy: Path
+) -> None:
+    (copy / "reference.npz").unlink()
+    (copy / "reference.npz").mkdir()
+    with pytest.raises(InputError, match=r"holds reference\.npz"):
+        Bundle.load(lab.bundle).save(copy)
+    assert (copy / "reference.npz").is_dir()
+    assert list(copy.parent.iterdir()) == [copy]
+
+
 @pytest.mark.parametrize("manifest", ["{}", '{"manifest_version": 3, "name": "web app"}', "\0"])
 def test_a_project_with_a_manifest_of_its_own_is_left_alone(
     lab: VirtualLab, tmp_path: Path, manifest: str

@@ -133,6 +133,13 @@ def test_a_frame_that_is_no_stack_of_channels_is_refused(
         Pipeline(lab.profile, lab.bundle).process(frame)
 
 
+@pytest.mark.parametrize("dtype", ["int64", "complex64", "bool", "float16", "U3"])
+def test_a_frame_of_other_numbers_is_refused(lab: VirtualLab, dtype: str) -> None:
+    frame = Frame(np.zeros((120, 160, 3), dtype), ("red", "green", "blue"), 0.1245)
+    with pytest.raises(InputError, match="uint8, uint16 or float32"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
 def test_a_frame_of_other_channels_is_refused(lab: VirtualLab) -> None:
     frame = Frame(np.zeros((120, 160, 1), np.uint8), ("grey",), 0.1245)
     with pytest.raises(InputError, match="1 channels"):

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import comb
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.errors import CalibrationError
+
 Float32 = NDArray[np.float32]
+
+_HIGHEST = 8
+"""A polynomial of higher order is not one of ours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +51,22 @@ class PolynomialFit:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Rebuild a fit from its arrays; a missing one is a KeyError."""
-        return cls(arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"]))
+        """Rebuild a fit from its arrays.
+
+        Raises
+        ------
+        KeyError
+            An array is missing.
+        ValueError
+            They do not belong together.
+        """
+        fit = cls(arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"]))
+        count = len(fit.mean)
+        if not 0 <= fit.order <= _HIGHEST or len(fit.coefficients) != comb(
+            count + fit.order, count
+        ):
+            raise ValueError("the coefficients are not those of a polynomial of this order")
+        return fit
 
 
 def terms(scaled: Float32, order: int) -> Float32:
@@ -78,10 +98,21 @@ def fit_polynomial(
         Highest total degree.
     ridge : float
         Penalty on the coefficients of scaled features, per sample.
+
+    Raises
+    ------
+    CalibrationError
+        The samples do not determine the coefficients.
     """
     mean = features.mean(0)
     std = features.std(0) + np.float32(1e-6)
     a = terms(((features - mean) / std).astype(np.float64), order)
     normal = a.T @ a + ridge * len(a) * np.eye(a.shape[1])
-    coefficients = np.linalg.solve(normal, a.T @ targets.astype(np.float64))
+    try:
+        coefficients = np.linalg.solve(normal, a.T @ targets.astype(np.float64))
+    except np.linalg.LinAlgError:
+        raise CalibrationError(
+            "the light does not vary with the slopes that are known, so nothing can be fitted; "
+            "check that the images, the reference and the circles belong together"
+        ) from None
     return PolynomialFit(mean, std, coefficients.astype(np.float32), order)

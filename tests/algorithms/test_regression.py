@@ -1,10 +1,12 @@
 from math import comb
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.regression import fit_polynomial, terms
+from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial, terms
+from tactile_core.errors import CalibrationError
 
 
 @given(st.integers(1, 5), st.integers(1, 4))
@@ -25,3 +27,19 @@ def test_a_strong_ridge_shrinks_towards_nothing() -> None:
     x = np.random.default_rng(0).normal(size=(200, 2)).astype(np.float32)
     weak, strong = (fit_polynomial(x, x, order=1, ridge=r) for r in (1e-6, 10.0))
     assert np.abs(strong(x)).mean() < 0.2 * np.abs(weak(x)).mean()
+
+
+def test_samples_that_determine_nothing_are_refused() -> None:
+    level = np.zeros((20, 3), np.float32)
+    with pytest.raises(CalibrationError, match="check that the images"):
+        fit_polynomial(level, level[:, :2], ridge=0.0)
+
+
+@pytest.mark.parametrize("order", [-1, 1, 3, 1e300])
+def test_coefficients_of_another_order_are_refused(order: float) -> None:
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(50, 3)).astype(np.float32)
+    arrays = fit_polynomial(x, x[:, :2], order=2).arrays()
+    assert PolynomialFit.from_arrays(arrays).order == 2
+    with pytest.raises(ValueError, match="order"):
+        PolynomialFit.from_arrays(arrays | {"order": np.array(order)})

@@ -6,11 +6,13 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from unruly_sensor import FAKES, profile
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.cli import main
+from tactile_core.formats.images import write_png
 
 
 @pytest.fixture(autouse=True)
@@ -108,6 +110,17 @@ def test_every_part_of_a_sensor_is_named_by_its_fault(
     said = failed(tmp_path, capsys, **{part: deed})
     assert named in said
     assert "tactile-unruly 0.1" in said
+
+
+def test_lights_that_give_no_exposures_are_named_while_a_recording_is_opened(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = profile(tmp_path, lights="words for exposures at never")
+    image = tmp_path / "image.png"
+    write_png(image, np.zeros((6, 8, 3), np.uint8))
+    code, out, err = ended(capsys, "run", path, "--input", image, "--json")
+    assert (code, out) == (1, "")
+    assert "the lights (unruly.lights, from tactile-unruly 0.1) failed" in err
 
 
 @pytest.mark.parametrize(

@@ -144,3 +144,9 @@ def test_a_truth_with_holes_is_refused() -> None:
     truth["height_mm"][3, 3] = np.nan
     with pytest.raises(InputError, match="not finite"):
         common_names(skin(), truth, ANYWHERE)
+
+
+@pytest.mark.parametrize("dtype", ["complex64", "U8"])
+def test_a_truth_that_is_no_number_is_not_scored(dtype: str) -> None:
+    truth = skin() | {"gradients": skin()["gradients"].astype(dtype)}
+    assert scored((skin(), truth))["normal_error_deg"] is None

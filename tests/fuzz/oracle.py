@@ -107,7 +107,9 @@ def _of_the_words(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
             yield f"control characters on {stream}: {attempt.words[:1]}"
     if "tactile: " in data or _BUG in data:
         yield "an error on stdout"
-    if outcome.code not in (0, 130) and data.strip() and attempt.words[0] not in _STREAMING:
+    # nothing is heard where stderr is full, and the work is done
+    ended = outcome.code in (0, 130) or not heard
+    if not ended and data.strip() and attempt.words[0] not in _STREAMING:
         yield f"words on stdout with exit {outcome.code}: {attempt.words[0]}"
     if _is_flag("--json", attempt.words) and "--help" not in attempt.words:
         yield from _of_the_json(attempt, data)

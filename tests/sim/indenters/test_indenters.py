@@ -166,9 +166,9 @@ def test_what_trimesh_says_of_a_broken_mesh_does_not_stand_beside_the_refusal(
     trimesh: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = tmp_path / "broken.stl"
-    file.write_bytes(
-        b"solid block\rfacet normal 0 0 -1\router loop\rvertex -1 -1 0\rvertex 1 -1 0\r\nvertex 0 1 0\r\nendloop\rendfacet\rendsolid block\r\n"
-    )
+    lines = ["solid block", "facet normal 0 0 -1", "outer loop", "vertex -1 -1 0", "vertex 1 -1 0"]
+    lines += ["\nvertex 0 1 0", "\nendloop", "endfacet", "endsolid block", "\n"]
+    file.write_bytes("\r".join(lines).encode())
     with pytest.raises(InputError):
         make_indenter("mesh", path=file)
     assert caplog.records == []

@@ -75,6 +75,8 @@ class UnrulyLights(_Unruly, Illumination):
     def exposures(self) -> tuple[Exposure, ...]:
         if self.options.does == "no exposure":
             return ()
+        if self.options.does == "words for exposures":
+            return "one by one"  # type: ignore[return-value]
         return (Exposure({"all": 1.0}, self.channels),)
 
     def _open(self) -> None:

@@ -97,7 +97,8 @@ def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> Non
     assert areas.control["strength of the first imprint"] == pytest.approx(SLIP_CONTROL, abs=0.01)
 
 
-@pytest.mark.soak
+@pytest.mark.headline
+@pytest.mark.timeout(1800)
 def test_slip_between_two_fingers_is_told_as_well_as_published(recordings: Path) -> None:
     row = only(slip.gripper(recordings))
     assert row.value == pytest.approx(GRIPPER_AREA, abs=0.02)

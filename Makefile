@@ -6,7 +6,7 @@ FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell p
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-oldest test-pythons lint soak fuzz mutants bench docs wheels try-wheels clean
+.PHONY: demo test test-oldest test-pythons headline lint soak fuzz mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -28,6 +28,10 @@ test-pythons: .venv/installed
 	    $(BIN)/uv pip install --quiet --python $$venv -e '.[dev,fast]' $(PLUGINS:%=-e %) || exit; \
 	    $$venv/bin/python -m pytest $(PARALLEL) || exit; \
 	done
+
+# Published figures, on all the recordings that they speak of.
+headline: .venv/installed
+	$(BIN)/python -m pytest $(PARALLEL) -m headline tests
 
 lint: .venv/installed
 	$(BIN)/ruff check .

@@ -54,6 +54,7 @@ def test_balls_of_another_grid_are_as_wrong_as_published_in_both_directions(
     assert row.value < 0.05 * min(row.control.values()), "far better than saying flat"
 
 
+@pytest.mark.headline
 @pytest.mark.parametrize("chosen", SETS, ids=lambda chosen: str(chosen.name))
 def test_presses_not_seen_are_as_wrong_as_published_in_both_directions(
     recordings: Path, chosen: Presses
@@ -84,6 +85,7 @@ def test_marks_are_followed_as_near_as_published(recordings: Path) -> None:
     assert kept.value == pytest.approx(MARKERS_KEPT_PERCENT, abs=1)
 
 
+@pytest.mark.headline
 def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> None:
     found, areas = slip.lifts(recordings)
     assert found.also["slips"] == SLIPS
@@ -95,7 +97,8 @@ def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> Non
     assert areas.control["strength of the first imprint"] == pytest.approx(SLIP_CONTROL, abs=0.01)
 
 
-@pytest.mark.soak
+@pytest.mark.headline
+@pytest.mark.timeout(1800)
 def test_slip_between_two_fingers_is_told_as_well_as_published(recordings: Path) -> None:
     row = only(slip.gripper(recordings))
     assert row.value == pytest.approx(GRIPPER_AREA, abs=0.02)

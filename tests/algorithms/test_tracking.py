@@ -210,8 +210,9 @@ def in_ci_and_soak(drag: Drag, frames: int, name: str) -> list[Any]:
         *in_ci_and_soak(Drag(2.0, 0.7, spurious=0.05), 200, "two pitches, quickly"),
     ],
 )
-def test_virtual_strokes_swap_no_mark(drag: Drag, frames: int) -> None:
-    tally = counted(drag, frames)
+def test_virtual_strokes_swap_no_mark(drag: Drag, frames: int, kernels_or_numpy: str) -> None:
+    # numpy finds the same, but in twice the time
+    tally = counted(drag, frames if kernels_or_numpy == "compiled" else 200)
     print(tally)
     assert tally.swapped == 0
     assert tally.specks <= 5e-4 * tally.seen

@@ -192,7 +192,7 @@ def test_a_mistake_is_said_in_plain_words(tmp_path: Path, old: str, new: str, sa
     assert said in only
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=100)
 @given(st.lists(st.tuples(st.sampled_from(PATHS), junk), min_size=1, max_size=4))
 def test_whatever_a_profile_says_it_is_loaded_or_refused_with_reasons(
     changes: list[tuple[tuple[str, ...], Any]],

@@ -12,7 +12,7 @@ from measured import bear, grids, groove, markers, presses, slip
 from measured.press_sets import SETS, Presses
 from measured.row import Row
 
-pytestmark = pytest.mark.recordings
+pytestmark = [pytest.mark.recordings, pytest.mark.headline]
 
 SIX_LED_DEG = {"001 → 002": 0.97, "002 → 001": 1.27}
 FOUR_COLOUR_DEG = {"001 → 002": 1.41, "002 → 001": 1.53}
@@ -54,7 +54,6 @@ def test_balls_of_another_grid_are_as_wrong_as_published_in_both_directions(
     assert row.value < 0.05 * min(row.control.values()), "far better than saying flat"
 
 
-@pytest.mark.headline
 @pytest.mark.parametrize("chosen", SETS, ids=lambda chosen: str(chosen.name))
 def test_presses_not_seen_are_as_wrong_as_published_in_both_directions(
     recordings: Path, chosen: Presses
@@ -85,7 +84,6 @@ def test_marks_are_followed_as_near_as_published(recordings: Path) -> None:
     assert kept.value == pytest.approx(MARKERS_KEPT_PERCENT, abs=1)
 
 
-@pytest.mark.headline
 def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> None:
     found, areas = slip.lifts(recordings)
     assert found.also["slips"] == SLIPS
@@ -97,7 +95,6 @@ def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> Non
     assert areas.control["strength of the first imprint"] == pytest.approx(SLIP_CONTROL, abs=0.01)
 
 
-@pytest.mark.headline
 @pytest.mark.timeout(1800)
 def test_slip_between_two_fingers_is_told_as_well_as_published(recordings: Path) -> None:
     row = only(slip.gripper(recordings))

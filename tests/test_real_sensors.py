@@ -51,6 +51,7 @@ def test_a_sensor_added_by_yaml_measures_presses_that_it_has_not_seen(
             assert np.sqrt(np.mean(data["height_mm"][untouched] ** 2)) < 0.1
 
 
+@pytest.mark.headline
 def test_a_sensor_with_markers_and_a_warp_finds_its_presses(
     recordings: Path, tmp_path: Path
 ) -> None:

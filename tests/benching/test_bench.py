@@ -42,13 +42,6 @@ def result(lab: VirtualLab) -> Benches:
     return bench([marked(), lab.profile], sizes_px=[SMALL], seconds=0.2)
 
 
-def test_another_calibration_may_be_asked_for() -> None:
-    (found,) = bench(
-        [marked()], sizes_px=[SMALL], calibration="core.lookup_table", seconds=0.1
-    ).benches
-    assert found.model == "core.lookup_table"
-
-
 def test_another_size_shows_the_same_piece_of_gel(unit: VirtualUnit) -> None:
     plain, image = marked().image, unit.profile.image
     assert (image.width_px, image.height_px) == SMALL
@@ -112,16 +105,19 @@ def test_each_profile_is_measured_and_the_whole_comes_last(result: Benches) -> N
         assert all(0 < cost.median_ms <= cost.p90_ms for cost in one.stages)
 
 
-def test_a_profile_that_cannot_be_rendered_is_left_out_with_the_reason(lab: VirtualLab) -> None:
+def test_what_cannot_be_rendered_is_left_out_and_another_calibration_may_be_asked_for(
+    lab: VirtualLab,
+) -> None:
     deep = lab.profile.image.model_copy(update={"bit_depth": 12})
     said = lab.profile.optics.sensor.model_copy(update={"jpeg_quality": 90})
     optics = lab.profile.optics.model_copy(update={"sensor": said})
     odd = lab.profile.model_copy(update={"name": "odd", "image": deep, "optics": optics})
     with pytest.raises(InputError, match="JPEG holds 8 bits"):
         virtual_unit(odd)
-    both = bench([odd, lab.profile], seconds=0.01)
+    both = bench([odd, lab.profile], calibration="core.lookup_table", seconds=0.01)
     assert [one.profile for one in both.benches] == ["virtual_lab"]
     assert both.left_out[0].startswith("odd: ")
+    assert both.benches[0].model == "core.lookup_table"
 
 
 def test_the_machine_is_named(result: Benches) -> None:

@@ -10,6 +10,7 @@ EXAMPLE = Path(__file__).parents[1] / "examples" / "four_colour.yaml"
 
 
 @pytest.mark.recordings
+@pytest.mark.headline
 def test_balls_held_out_of_a_grid_are_measured_to_two_degrees(recordings: Path) -> None:
     folder = recordings / "four_colour" / "ball_grid"
     made = calibrate(

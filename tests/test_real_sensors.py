@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from command_line import tactile
 
+pytestmark = pytest.mark.headline
+
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
@@ -51,7 +53,6 @@ def test_a_sensor_added_by_yaml_measures_presses_that_it_has_not_seen(
             assert np.sqrt(np.mean(data["height_mm"][untouched] ** 2)) < 0.1
 
 
-@pytest.mark.headline
 def test_a_sensor_with_markers_and_a_warp_finds_its_presses(
     recordings: Path, tmp_path: Path
 ) -> None:

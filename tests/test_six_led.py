@@ -40,6 +40,7 @@ def unseen(recordings: Path) -> Scene:
     return Pipeline(profile, made.bundle), frame, grid
 
 
+@pytest.mark.headline
 def test_a_press_that_is_held_stays_while_the_lamps_drift(unseen: Scene) -> None:
     pipeline, frame, grid = unseen
     before = pipeline.process(frame)

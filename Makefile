@@ -20,12 +20,12 @@ test-oldest: .venv-oldest/installed
 	.venv-oldest/bin/python -m pytest $(PARALLEL)
 
 # The same with every newer interpreter that is on this machine.
-test-pythons: .venv/installed
+test-pythons:
 	for python in $(FURTHER); do \
 	    $$python --version >/dev/null 2>&1 || continue; \
 	    venv=.venv-$${python##*/}; \
 	    $$python -m venv $$venv || exit; \
-	    $(BIN)/uv pip install --quiet --python $$venv -e '.[dev,fast]' $(PLUGINS:%=-e %) || exit; \
+	    $$venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev,fast]' $(PLUGINS:%=-e %) || exit; \
 	    $$venv/bin/python -m pytest $(PARALLEL) || exit; \
 	done
 
@@ -73,12 +73,13 @@ try-wheels: wheels
 
 .venv/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,fast]' $(PLUGINS:%=-e %)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev,fast]' $(PLUGINS:%=-e %)
 	touch $@
 
-.venv-oldest/installed: .venv/installed
+.venv-oldest/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv-oldest
-	$(BIN)/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev,fast]' $(PLUGINS:%=-e %)
+	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check uv
+	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev,fast]' $(PLUGINS:%=-e %)
 	touch $@
 
 .venv/docs-installed: .venv/installed

@@ -15,7 +15,7 @@ from tactile_core.algorithms.kernels import SWITCH
 from tactile_core.sim import Faults, VirtualStage, kernels
 
 HEIGHT_MM = 3e-4
-"""numpy finds where the surface came from with OpenCV, which rounds: version 4 more coarsely than 5."""
+"""numpy finds where the surface came from with OpenCV, which rounds: 4 more coarsely than 5."""
 
 needs_kernels = pytest.mark.skipif(
     kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0"

@@ -9,11 +9,11 @@ import numpy as np
 from tactile_core.blame import blame, fault
 from tactile_core.camera import Camera
 from tactile_core.errors import CameraLost, InputError
-from tactile_core.form import image_fault
 from tactile_core.geometry import ImageGeometry
 from tactile_core.illumination import Exposure, Illumination
 from tactile_core.profiles.model import ImageSection
 from tactile_core.quantities import Frame, Image, Pixels, Reference
+from tactile_core.quantities.form import image_fault
 from tactile_core.quantities.observation import CEILING
 
 CAMERA, LIGHTS = "the camera", "the lights"

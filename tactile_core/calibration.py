@@ -14,8 +14,8 @@ from pydantic import BaseModel
 
 from tactile_core.blame import blame, fault
 from tactile_core.device import Options
-from tactile_core.form import form_fault
 from tactile_core.quantities import Float32, Frame, Gradients, HeightMap, Quantity, Reference
+from tactile_core.quantities.form import form_fault
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ import numpy as np
 
 from tactile_core.camera import Camera
 from tactile_core.errors import CameraTimeout, DeviceError
-from tactile_core.form import image_fault
 from tactile_core.quantities import Image
+from tactile_core.quantities.form import image_fault
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened

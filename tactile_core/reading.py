@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from tactile_core.blame import blame
-from tactile_core.plain import plain
+from tactile_core.formats.json import plain
 from tactile_core.quantities import Frame, Quantity
 
 Q = TypeVar("Q", bound=Quantity)

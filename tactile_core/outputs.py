@@ -169,7 +169,7 @@ def _writers(
 
 def _picture(reading: Reading) -> NDArray[np.uint8] | None:
     """What the reading has to show: height, how the skin is dragged, or the marks alone."""
-    from tactile_core.pictures import dragged, marked, relief, side_by_side
+    from tactile_core.views.pictures import dragged, marked, relief, side_by_side
 
     height, contact = reading.get(HeightMap), reading.get(ContactMask)
     markers, field = reading.get(MarkerField), reading.get(DisplacementField)

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core import html
 from tactile_core.calibrating.surface import KnownSurface
+from tactile_core.views import html
 
 if TYPE_CHECKING:
     from tactile_core.calibrating import Calibrated

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core import html
 from tactile_core.comparing.results import Comparison
 from tactile_core.comparing.truth import Arrays
-from tactile_core.pictures import deviation, relief
 from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.views import html
+from tactile_core.views.pictures import deviation, relief
 
 NOTHING = "–"
 

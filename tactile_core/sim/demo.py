@@ -12,18 +12,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core import html
 from tactile_core.bundle import Bundle
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
-from tactile_core.pictures import deviation, relief
-from tactile_core.pictures.field import arrows
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.progress import Progress
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
+from tactile_core.views import html
+from tactile_core.views.arrows import arrows
+from tactile_core.views.pictures import deviation, relief
 
 CALIBRATION_PRESSES = 12
 BALL_SHARE = 0.22

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.pictures.drawing import Colour, round_length
-from tactile_core.pictures.sheet import unit_of
 from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
+from tactile_core.views.drawing import Colour, round_length
+from tactile_core.views.sheet import unit_of
 
 Rgb = NDArray[np.uint8]
 Array = NDArray[Any]

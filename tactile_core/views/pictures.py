@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.pictures.drawing import blank, text_size, write
-from tactile_core.pictures.overlay import drag, outline
-from tactile_core.pictures.shading import colours, painted, shaded, signed
-from tactile_core.pictures.sheet import FOOT, GAP, SMALLEST_PX, framed
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, HeightMap, MarkerField
+from tactile_core.views.drawing import blank, text_size, write
+from tactile_core.views.overlay import drag, outline
+from tactile_core.views.shading import colours, painted, shaded, signed
+from tactile_core.views.sheet import FOOT, GAP, SMALLEST_PX, framed
 
 Rgb = NDArray[np.uint8]
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.pictures.drawing import (
+from tactile_core.views.drawing import (
     FAINT,
     INK,
     blank,

@@ -10,7 +10,7 @@ from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.photometric import Smoothing
 from tactile_core.algorithms.sines import planes_to_gradient
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibration import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.plugins import resolve
 from tactile_core.quantities import Frame, Reference
 

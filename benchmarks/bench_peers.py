@@ -22,7 +22,7 @@ from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, 
 
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.benching.unit import VirtualUnit, virtual_unit
-from tactile_core.calibration import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve
 from tactile_core.profiles.loader import load_profile

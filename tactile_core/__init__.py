@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tactile_core.bundle import Bundle as Bundle
-    from tactile_core.calibration import Calibration as Calibration
-    from tactile_core.calibration import Press as Press
-    from tactile_core.camera import Camera as Camera
     from tactile_core.errors import CalibrationError as CalibrationError
     from tactile_core.errors import DeviceError as DeviceError
     from tactile_core.errors import InputError as InputError
     from tactile_core.errors import PluginError as PluginError
     from tactile_core.errors import ProfileError as ProfileError
     from tactile_core.errors import TactileError as TactileError
-    from tactile_core.estimator import Estimator as Estimator
-    from tactile_core.estimator import SensorContext as SensorContext
-    from tactile_core.illumination import Exposure as Exposure
-    from tactile_core.illumination import Illumination as Illumination
+    from tactile_core.interfaces.calibration import Calibration as Calibration
+    from tactile_core.interfaces.calibration import Press as Press
+    from tactile_core.interfaces.camera import Camera as Camera
+    from tactile_core.interfaces.estimator import Estimator as Estimator
+    from tactile_core.interfaces.estimator import SensorContext as SensorContext
+    from tactile_core.interfaces.illumination import Exposure as Exposure
+    from tactile_core.interfaces.illumination import Illumination as Illumination
     from tactile_core.pipeline import Pipeline as Pipeline
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
@@ -45,8 +45,8 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "bundle": ("Bundle",),
-    "calibration": ("Calibration", "Press"),
-    "camera": ("Camera",),
+    "interfaces.calibration": ("Calibration", "Press"),
+    "interfaces.camera": ("Camera",),
     "errors": (
         "CalibrationError",
         "DeviceError",
@@ -55,8 +55,8 @@ _HOMES = {
         "ProfileError",
         "TactileError",
     ),
-    "estimator": ("Estimator", "SensorContext"),
-    "illumination": ("Exposure", "Illumination"),
+    "interfaces.estimator": ("Estimator", "SensorContext"),
+    "interfaces.illumination": ("Exposure", "Illumination"),
     "pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from tactile_core.blame import blame
-from tactile_core.calibration import Calibration
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
 from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.manifest import (
     Manifest,
     bundle_files,

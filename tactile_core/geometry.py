@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.profiles.model import ImageSection
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Pixels
 
 Size = tuple[int, int]

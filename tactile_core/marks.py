@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -15,20 +14,9 @@ from tactile_core.algorithms.markers import (
     mask_of,
 )
 from tactile_core.errors import InputError
-from tactile_core.profiles.model import Gel, ImageSection, Markers
+from tactile_core.interfaces.component import GelImage
+from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Reference
-
-
-class Build(Protocol):
-    """What tells of printed marks: a profile, or the context of a step."""
-
-    @property
-    def gel(self) -> Gel:
-        """The elastomer and its marks."""
-
-    @property
-    def image(self) -> ImageSection:
-        """The image's scale."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +27,7 @@ class MarkFinder:
     pitch_px: float
 
     @classmethod
-    def of(cls, build: Build, reference: Reference | None = None) -> MarkFinder | None:
+    def of(cls, build: GelImage, reference: Reference | None = None) -> MarkFinder | None:
         """Return the finder for a gel; None for a gel without marks.
 
         Raises

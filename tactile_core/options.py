@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from tactile_core.blame import blame
 from tactile_core.errors import ProfileError
-from tactile_core.profiles.model import Component
+from tactile_core.interfaces.component import Component
 
 
 def options_of(cls: Any, component: Component) -> BaseModel:

@@ -12,9 +12,9 @@ from typing import Any, Literal, NoReturn, Self, TypeVar, get_args
 
 from pluggy import HookCaller, PluginManager, PluginValidationError
 
-from tactile_core import hookspecs
 from tactile_core.entry_points import Offer
 from tactile_core.errors import PluginError, words_of
+from tactile_core.interfaces import hookspecs
 
 Kind = Literal["camera", "illumination", "calibration", "estimator"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -75,7 +75,9 @@ class Plugin:
         hooks = {caller.name: caller for caller in callers}
         for name in _ALL_HOOKS:
             if name not in hooks and callable(getattr(found, name, None)):
-                raise PluginError(f"{offer}: mark {name} with @hookimpl of tactile_core.hookspecs")
+                raise PluginError(
+                    f"{offer}: mark {name} with @hookimpl of tactile_core.interfaces.hookspecs"
+                )
         return cls(offer, hooks)
 
     def components(self, kind: Kind) -> Mapping[str, str]:
@@ -188,7 +190,7 @@ def _object(value: str) -> Any:
 
 
 def _interface(kind: Kind) -> type:
-    interface: type = getattr(import_module(f"tactile_core.{kind}"), kind.capitalize())
+    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), kind.capitalize())
     return interface
 
 

@@ -16,15 +16,15 @@ from weakref import WeakKeyDictionary
 from tactile_core import __version__
 from tactile_core.entry_points import Offer, installed_offers, normalized
 from tactile_core.errors import PluginError
-from tactile_core.hookspecs import GROUP
+from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugin import Kind as Kind
 from tactile_core.plugin import Plugin
 
 if TYPE_CHECKING:
-    from tactile_core.calibration import Calibration
-    from tactile_core.camera import Camera
-    from tactile_core.estimator import Estimator
-    from tactile_core.illumination import Illumination
+    from tactile_core.interfaces.calibration import Calibration
+    from tactile_core.interfaces.camera import Camera
+    from tactile_core.interfaces.estimator import Estimator
+    from tactile_core.interfaces.illumination import Illumination
 
 # Known without metadata, so that the core works from a source tree, and first, so that no other
 # distribution can take its place.

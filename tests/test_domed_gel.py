@@ -15,7 +15,7 @@ from tactile_core import ContactMask, Gradients, HeightMap, Pipeline
 from tactile_core.builtin.contact import Contact
 from tactile_core.builtin.poisson import Poisson
 from tactile_core.calibrating import Calibrated, calibrate
-from tactile_core.estimator import SensorContext
+from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.outputs import write_reading
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

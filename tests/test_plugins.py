@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.camera import Camera
 from tactile_core.entry_points import installed_offers
 from tactile_core.errors import PluginError
+from tactile_core.interfaces.camera import Camera
 from tactile_core.plugins import PluginInfo, list_plugins, profile_directories, resolve
 
 FAKES = Path(__file__).parent / "fakes"

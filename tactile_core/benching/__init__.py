@@ -16,8 +16,8 @@ from tactile_core.benching.stream import Stream
 from tactile_core.benching.unit import VirtualUnit, virtual_unit
 from tactile_core.errors import TactileError
 from tactile_core.fresh_process import one_thread
+from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.profiles.model import Profile
-from tactile_core.progress import Progress, Silent
 
 SECONDS = 6.0
 """How long the stages of all units are measured together."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import cycle
 
-from tactile_core.camera import Camera
-from tactile_core.device import Options
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Image, Pixels
 
 

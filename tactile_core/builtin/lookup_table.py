@@ -22,8 +22,8 @@ from tactile_core.builtin.slope_calibration import (
     samples_of,
     shape_of,
 )
-from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Reference
 
 CELL_BLUR_ENTRIES = 1.2

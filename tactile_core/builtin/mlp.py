@@ -21,7 +21,7 @@ from tactile_core.builtin.slope_calibration import (
     samples_of,
     shape_of,
 )
-from tactile_core.calibration import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Reference
 
 

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
 from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.sines import to_sines
 from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
 from tactile_core.algorithms.validity import two_within
-from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
+from tactile_core.interfaces import device
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 MOST_SAMPLES = 12_000

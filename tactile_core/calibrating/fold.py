@@ -8,7 +8,7 @@ from typing import Generic
 
 from tactile_core.calibrating.presses import FoundPress, light_of, refound, relocated
 from tactile_core.calibrating.surface import S
-from tactile_core.calibration import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Reference
 
 

@@ -19,10 +19,10 @@ from tactile_core.calibrating.pressed_grid import PressedGrid
 from tactile_core.calibrating.pressed_map import PressedMap
 from tactile_core.calibrating.presses import FoundPress, find_presses, untouched_press, used
 from tactile_core.calibrating.surface import S
-from tactile_core.calibration import Press
 from tactile_core.errors import InputError
+from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.progress import Progress
 from tactile_core.profiles.model import Profile
-from tactile_core.progress import Progress
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recording import open_recording
 from tactile_core.sensor import images_per_observation, read_frames

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.calibrating.height_target import HeightTarget
-from tactile_core.calibration import Press
 from tactile_core.errors import InputError
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 MOST_BLOCKS = 5

@@ -12,7 +12,7 @@ from tactile_core.calibrating.fold import Fold
 from tactile_core.calibrating.map_block import MapBlock
 from tactile_core.calibrating.preparation import Preparation
 from tactile_core.calibrating.presses import resting
-from tactile_core.calibration import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Frame
 
 RESTING_PIXELS = 300

@@ -17,9 +17,9 @@ from tactile_core.algorithms.circles import (
     locate,
 )
 from tactile_core.algorithms.dome import cap, flat_equivalent
-from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
-from tactile_core.progress import Progress
+from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 TRUSTED_BALL_FRACTION = 0.75

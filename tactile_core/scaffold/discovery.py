@@ -17,10 +17,10 @@ from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
 from tactile_core.geometry import ImageGeometry, Size
 from tactile_core.inputs import Inputs
+from tactile_core.interfaces.progress import Progress
 from tactile_core.profiles.loader import load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
-from tactile_core.progress import Progress
 from tactile_core.quantities import Pixels
 from tactile_core.recording import open_recording
 from tactile_core.scaffold.finding import Finding

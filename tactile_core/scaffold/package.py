@@ -67,7 +67,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from tactile_core.hookspecs import hookimpl
+from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl
@@ -94,8 +94,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from tactile_core.device import Options
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import HeightMap, Quantity
 
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from tactile_core.bundle import Bundle
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
+from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
-from tactile_core.progress import Progress
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
@@ -92,7 +92,7 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[s
         HTML for the report.
     """
     stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
-    bundle, said = _calibrated(stage, ball_mm, progress)
+    bundle, said = _calibrated(profile, stage, ball_mm, progress)
     pipeline = Pipeline(profile, bundle)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), said]
     for thing in _OBJECTS:
@@ -103,8 +103,9 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[s
     return rows, [*parts, *_sheared(stage, ball_mm)]
 
 
-def _calibrated(stage: VirtualStage, ball_mm: float, progress: Progress) -> tuple[Bundle, str]:
-    profile = stage.profile
+def _calibrated(
+    profile: Profile, stage: VirtualStage, ball_mm: float, progress: Progress
+) -> tuple[Bundle, str]:
     rng = np.random.default_rng(7)
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)

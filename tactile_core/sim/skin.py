@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.contact_state import Move, Pose, SkinState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
@@ -50,14 +50,14 @@ class Skin:
 
     Parameters
     ----------
-    profile : Profile
+    profile : SensorBuild
         Its gel and the size and scale of its image are used.
     mode : "accurate" or "fast"
         Accurate puts ten nodes or more on the radius of a contact, as far as 1280 across the gel
         allow; the nodes are chosen at the first touch after a rest. Fast keeps up with a camera.
     """
 
-    def __init__(self, profile: Profile, mode: Mode = "accurate") -> None:
+    def __init__(self, profile: SensorBuild, mode: Mode = "accurate") -> None:
         if mode not in _NODES_ACROSS:
             raise InputError(f"mode should be 'accurate' or 'fast', not {mode!r}")
         image = profile.image

@@ -14,8 +14,8 @@ from itertools import islice
 import numpy as np
 
 from tactile_core.bundle import Bundle
-from tactile_core.calibration import Calibration
 from tactile_core.errors import PluginError, ProfileError
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.manifest import Manifest
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins import resolve

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import list_profiles, load_profile
-from tactile_core.profiles.model import Markers
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

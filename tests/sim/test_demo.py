@@ -2,8 +2,8 @@
 
 import pytest
 
+from tactile_core.interfaces.progress import Silent
 from tactile_core.profiles.loader import list_rigs, load_profile
-from tactile_core.progress import Silent
 from tactile_core.sim.demo import demonstrate
 
 

@@ -18,10 +18,10 @@ from tactile_core.builtin.slope_calibration import (
     SATURATED_FRACTION,
     check_fitting,
 )
-from tactile_core.calibration import Calibration, Press
-from tactile_core.device import Options
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
+from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 
 FEWEST_SAMPLES = 500

@@ -19,8 +19,8 @@ from tactile_core.builtin.slope_calibration import (
     samples_of,
     shape_of,
 )
-from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.quantities import Float32, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions
 from tactile_desktop_six_led.lamp_drift import LampDrift, fit_lamp_drift

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.device import Options
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure, Illumination
 
 ARRAY_TILT_DEG = 71.0
 """Tilt of the arrays to the gel (review, section 4.2)."""

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from tactile_core.profiles.section import Section
+from tactile_core.interfaces.section import Section
 
 Leds = Annotated[PositiveInt, Field(le=100)]
 Share = Annotated[float, Field(ge=0, le=1)]

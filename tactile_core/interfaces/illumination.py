@@ -6,8 +6,8 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tactile_core.camera import Camera
-from tactile_core.device import Device
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Device
 
 
 @dataclass(frozen=True)

@@ -20,25 +20,25 @@ hookimpl = pluggy.HookimplMarker("tactile_core")
 
 @hookspec
 def tactile_cameras() -> Mapping[str, str]:
-    """Cameras: ``{name: "module:Class"}`` of :class:`tactile_core.camera.Camera`."""
+    """Cameras: ``{name: "module:Class"}`` of :class:`tactile_core.interfaces.camera.Camera`."""
     raise NotImplementedError
 
 
 @hookspec
 def tactile_illuminations() -> Mapping[str, str]:
-    """Illuminations: subclasses of :class:`tactile_core.illumination.Illumination`."""
+    """Illuminations: subclasses of :class:`tactile_core.interfaces.illumination.Illumination`."""
     raise NotImplementedError
 
 
 @hookspec
 def tactile_calibrations() -> Mapping[str, str]:
-    """Calibrations: subclasses of :class:`tactile_core.calibration.Calibration`."""
+    """Calibrations: subclasses of :class:`tactile_core.interfaces.calibration.Calibration`."""
     raise NotImplementedError
 
 
 @hookspec
 def tactile_estimators() -> Mapping[str, str]:
-    """Estimators: subclasses of :class:`tactile_core.estimator.Estimator`."""
+    """Estimators: subclasses of :class:`tactile_core.interfaces.estimator.Estimator`."""
     raise NotImplementedError
 
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Self
 
 from pydantic import BaseModel
 
-from tactile_core.device import Device
+from tactile_core.interfaces.device import Device
 from tactile_core.quantities import Image
 
 if TYPE_CHECKING:
-    from tactile_core.profiles.model import Profile
+    from tactile_core.interfaces.component import SensorBuild
 
 
 class Camera(Device):
@@ -21,8 +21,8 @@ class Camera(Device):
     """
 
     @classmethod
-    def of(cls, options: BaseModel, profile: Profile) -> Self:
-        """Make the camera that a profile names; for those that need more of it than options."""
+    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
+        """Make the camera of a sensor build; for those that need more than their options."""
         return cls(options)
 
     def read(self, timeout_s: float = 1.0) -> Image | None:

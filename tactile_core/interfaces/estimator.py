@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 from pydantic import BaseModel
 
 from tactile_core.algorithms.dome import rest_height
-from tactile_core.device import Options
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Float32, Reference
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from tactile_core.blame import blame, fault
-from tactile_core.device import Options
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Float32, Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.quantities.form import form_fault
 

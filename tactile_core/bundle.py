@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.blame import blame
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
 from tactile_core.formats.npz import read_npz, write_npz
@@ -23,6 +22,7 @@ from tactile_core.manifest import (
     read_manifest,
     write_manifest,
 )
+from tactile_core.plugins.blame import blame
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
@@ -97,7 +97,7 @@ class Bundle:
 
     @classmethod
     def _loaded(cls, directory: Path) -> Bundle:
-        from tactile_core.plugins import resolve
+        from tactile_core.plugins.registry import resolve
 
         manifest = read_manifest(directory)
         check_files(directory, manifest)

@@ -9,9 +9,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from tactile_core.blame import blame, fault
 from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.estimator import Estimator
+from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.form import form_fault
 

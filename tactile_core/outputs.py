@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.blame import blame
 from tactile_core.errors import InputError
 from tactile_core.formats.shown import printable
 from tactile_core.output_folder import OutputFolder
+from tactile_core.plugins.blame import blame
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,

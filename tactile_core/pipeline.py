@@ -10,17 +10,18 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
-from tactile_core.blame import blame
 from tactile_core.bundle import Bundle
 from tactile_core.chain import Chain, Step, without_marks
 from tactile_core.drift import DriftFollower
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
-from tactile_core.interfaces.calibration import Calibration, measured_by
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.marks import MarkFinder
-from tactile_core.options import options_of
-from tactile_core.plugins import resolve
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.returned import measured_by
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from tactile_core.blame import blame
 from tactile_core.formats.json import plain
+from tactile_core.plugins.blame import blame
 from tactile_core.quantities import Frame, Quantity
 
 Q = TypeVar("Q", bound=Quantity)

@@ -8,7 +8,6 @@ from types import TracebackType
 from typing import Self
 
 from tactile_core.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
-from tactile_core.blame import blame
 from tactile_core.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.geometry import ImageGeometry
@@ -16,9 +15,10 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.gel import markers_misfit
 from tactile_core.interfaces.illumination import Illumination
-from tactile_core.options import options_of
 from tactile_core.pipeline import Pipeline
-from tactile_core.plugins import resolve
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

@@ -17,7 +17,7 @@ from tactile_core.errors import PluginError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.plugins import list_plugins, resolve
+from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.quantities import HeightMap
 
 PROJECT = Path(__file__).resolve().parents[1] / "examples" / "tactile-example-estimator"

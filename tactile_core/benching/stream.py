@@ -14,10 +14,10 @@ from tactile_core.benching.still import StillCamera
 from tactile_core.benching.unit import VirtualUnit
 from tactile_core.drift import DriftFollower
 from tactile_core.exposures import in_turn, pattern_of, verify
-from tactile_core.interfaces.calibration import measured_by
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.marks import MarkFinder
 from tactile_core.pipeline import Pipeline
+from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 from tactile_core.sensor import devices
 

@@ -13,14 +13,14 @@ from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
 from tactile_core.bundle import Bundle
 from tactile_core.calibrating.presses import FoundPress
-from tactile_core.interfaces.calibration import fitted_by
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
-from tactile_core.options import options_of
-from tactile_core.plugins import resolve
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.returned import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels

@@ -20,13 +20,14 @@ from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.errors import InputError
 from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.inputs import PROFILE, Inputs
-from tactile_core.interfaces.calibration import Calibration, Press, fitted_by
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
-from tactile_core.options import options_of
-from tactile_core.plugins import resolve
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.returned import fitted_by
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sensor import Sensor, open_sensor

@@ -12,10 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.blame import blame, fault
 from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Float32, Frame, Gradients, HeightMap, Quantity, Reference
-from tactile_core.quantities.form import form_fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,30 +94,3 @@ class Calibration(ABC):
         CalibrationError
             The files are missing, broken or newer than this version.
         """
-
-
-def fitted_by(
-    cls: type[Calibration], samples: Sequence[Press], reference: Reference, options: BaseModel
-) -> Calibration:
-    """Fit a calibration, and refuse what its interface does not allow."""
-    with blame("the calibration", cls):
-        fitted = cls.fit(samples, reference, options)
-    if not isinstance(fitted, Calibration):
-        raise fault("the calibration", cls, f"fitted {type(fitted).__name__}, no Calibration")
-    return fitted
-
-
-def measured_by(
-    calibration: Calibration, frame: Frame, reference: Reference
-) -> Gradients | HeightMap:
-    """Measure a frame with a calibration, and refuse what its interface does not allow."""
-    with blame("the calibration", calibration):
-        measured = calibration.measure(frame, reference)
-    if not isinstance(measured, Gradients | HeightMap):
-        wrong = f"{type(measured).__name__} instead of Gradients or a HeightMap"
-    else:
-        wrong = form_fault(measured, frame.pixels.shape[:2])
-        wrong = wrong and f"a quantity of the wrong form: {wrong}"
-    if wrong:
-        raise fault("the calibration", calibration, f"returned {wrong}")
-    return measured

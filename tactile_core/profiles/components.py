@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.blame import blame
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
+from tactile_core.plugins.blame import blame
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
 
 if TYPE_CHECKING:
-    from tactile_core.plugins import Kind
+    from tactile_core.plugins.registry import Kind
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def _names_a_component(node: Node | None) -> bool:
 
 
 def _component(kind: Kind, use: str) -> Any:
-    from tactile_core.plugins import resolve
+    from tactile_core.plugins.registry import resolve
 
     return resolve(kind, use)
 

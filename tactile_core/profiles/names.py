@@ -39,7 +39,7 @@ def list_profiles() -> list[ProfileEntry]:
 
     Imports every installed plugin.
     """
-    from tactile_core.plugins import profile_directories
+    from tactile_core.plugins.registry import profile_directories
 
     entries = shipped_profiles()
     for plugin, directory in profile_directories().items():

@@ -18,8 +18,8 @@ from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Illumination
-from tactile_core.plugin import KINDS, Kind, Plugin
-from tactile_core.plugins import find_plugin, resolve
+from tactile_core.plugins.plugin import KINDS, Kind, Plugin
+from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.testing.faults import Unjudged

@@ -18,7 +18,7 @@ from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.manifest import Manifest
 from tactile_core.pipeline import Pipeline
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.nodes import Node

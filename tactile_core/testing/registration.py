@@ -9,11 +9,11 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from tactile_core import __version__
-from tactile_core.entry_points import installed_offers, normalized
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugins import find_plugin, resolve
+from tactile_core.plugins.entry_points import installed_offers, normalized
+from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged

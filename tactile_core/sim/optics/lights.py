@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.optics import Lamps
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 
 Float32 = NDArray[np.float32]
 

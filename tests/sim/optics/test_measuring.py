@@ -13,7 +13,7 @@ from tactile_core.calibrating.presses import angles_deg
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.marks import MarkFinder
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame
 from tactile_core.sim.ball import BallPress

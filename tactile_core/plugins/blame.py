@@ -37,7 +37,7 @@ def blame(part: str, component: object) -> Iterator[None]:
     except GeneratorExit:
         raise
     except BaseException as error:
-        from tactile_core.plugins import origin_of
+        from tactile_core.plugins.registry import origin_of
 
         cls = component if isinstance(component, type) else type(component)
         passes = isinstance(error, TactileError | KeyboardInterrupt) or (
@@ -59,7 +59,7 @@ def fault(part: str, component: object, what: str) -> PluginFault:
     what : str
         In words that follow the component's name.
     """
-    from tactile_core.plugins import origin_of
+    from tactile_core.plugins.registry import origin_of
 
     origin = origin_of(component if isinstance(component, type) else type(component))
     whose = "tactile-core, so please report it" if origin.is_core else "that plugin"

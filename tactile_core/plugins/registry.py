@@ -1,7 +1,7 @@
 """Components by name: ``resolve("camera", "core.replay")`` imports that plugin and that module.
 
-What is installed is known from metadata alone (:mod:`tactile_core.entry_points`). A plugin that
-is broken is an error where it is named and a line of :func:`list_plugins` elsewhere.
+What is installed is known from metadata alone (:mod:`tactile_core.plugins.entry_points`). A plugin
+that is broken is an error where it is named and a line of :func:`list_plugins` elsewhere.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Literal, overload
 from weakref import WeakKeyDictionary
 
 from tactile_core import __version__
-from tactile_core.entry_points import Offer, installed_offers, normalized
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugin import Kind as Kind
-from tactile_core.plugin import Plugin
+from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
+from tactile_core.plugins.plugin import Kind as Kind
+from tactile_core.plugins.plugin import Plugin
 
 if TYPE_CHECKING:
     from tactile_core.interfaces.calibration import Calibration

@@ -12,9 +12,9 @@ from typing import Any, Literal, NoReturn, Self, TypeVar, get_args
 
 from pluggy import HookCaller, PluginManager, PluginValidationError
 
-from tactile_core.entry_points import Offer
 from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
+from tactile_core.plugins.entry_points import Offer
 
 Kind = Literal["camera", "illumination", "calibration", "estimator"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

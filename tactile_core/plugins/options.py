@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.blame import blame
 from tactile_core.errors import ProfileError
 from tactile_core.interfaces.component import Component
+from tactile_core.plugins.blame import blame
 
 
 def options_of(cls: Any, component: Component) -> BaseModel:

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tactile_core.bundle import Bundle as Bundle
+    from tactile_core.bundles.bundle import Bundle as Bundle
     from tactile_core.errors import CalibrationError as CalibrationError
     from tactile_core.errors import DeviceError as DeviceError
     from tactile_core.errors import InputError as InputError
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "bundle": ("Bundle",),
+    "bundles.bundle": ("Bundle",),
     "interfaces.calibration": ("Calibration", "Press"),
     "interfaces.camera": ("Camera",),
     "errors": (

@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.chain import Chain, Step, without_marks
 from tactile_core.drift import DriftFollower
 from tactile_core.errors import CalibrationError, InputError

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from tactile_core.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
-from tactile_core.bundle import Bundle, check_serial, default_place
+from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.geometry import ImageGeometry
 from tactile_core.interfaces.camera import Camera

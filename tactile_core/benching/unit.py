@@ -11,12 +11,12 @@ import numpy as np
 from tactile_core.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibrating.presses import FoundPress
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundle import Bundle, check_serial, now
+from tactile_core.bundles.bundle import Bundle, check_serial, now
+from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibrating.height_target import is_height_map
 from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.calibrating.preparation import Preparation
@@ -23,7 +24,6 @@ from tactile_core.inputs import PROFILE, Inputs
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.manifest import Manifest
 from tactile_core.marks import MarkFinder
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve

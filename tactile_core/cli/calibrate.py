@@ -35,7 +35,7 @@ def calibrate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
-    from tactile_core.bundle import check_place, check_serial, default_place
+    from tactile_core.bundles.bundle import check_place, check_serial, default_place
     from tactile_core.calibrating import calibrate as fit
     from tactile_core.calibrating import inputs_of
     from tactile_core.calibrating.height_target import parse_rows

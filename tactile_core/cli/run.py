@@ -38,7 +38,7 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
 ) -> None:
     """Measure: height, contact and all that the profile's steps give."""
-    from tactile_core.bundle import default_place
+    from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
     from tactile_core.inputs import PROFILE, Inputs
     from tactile_core.output_folder import OutputFolder

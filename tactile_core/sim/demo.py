@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
 from tactile_core.interfaces.progress import Progress

@@ -13,10 +13,10 @@ from itertools import islice
 
 import numpy as np
 
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.manifest import Manifest
 from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.manifest import Manifest
 from tactile_core.pipeline import Pipeline
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash

@@ -13,7 +13,7 @@ from command_line import refused, tactile
 from height_lab import AZIMUTHS_DEG, HEIGHT, MM_PER_PX, HeightLab, make_height_lab
 from numpy.typing import NDArray
 
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibrating import Calibrated, calibrate
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import read_tmd

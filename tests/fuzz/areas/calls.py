@@ -237,7 +237,7 @@ def _recording_read(rng: Random, path: Path) -> Any:
 
 
 def _bundle_read(rng: Random, path: Path) -> Any:
-    from tactile_core.bundle import Bundle
+    from tactile_core.bundles.bundle import Bundle
 
     return Bundle.load(path)
 

@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
-from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
-from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.manifest import (
+from tactile_core.bundles.manifest import (
     Manifest,
     bundle_files,
     check_files,
     read_manifest,
     write_manifest,
 )
+from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
+from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
+from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile

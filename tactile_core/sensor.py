@@ -7,10 +7,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from tactile_core.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
+from tactile_core.acquisition.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
+from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
-from tactile_core.geometry import ImageGeometry
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.gel import markers_misfit

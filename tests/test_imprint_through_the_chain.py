@@ -13,7 +13,7 @@ import pytest
 from imprint_scenes import COLUMNS, MARK_PX, PITCH_PX, ROWS, scene
 from typer.testing import CliRunner
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.cli.app import app
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile

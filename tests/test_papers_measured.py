@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core import ContactMask, DisplacementField, MarkerField, SlipState, load_profile
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.displacement import decomposed
 from tactile_core.benching.unit import virtual_unit
 from tactile_core.pipeline import Pipeline

@@ -9,7 +9,7 @@ from time import perf_counter
 
 import numpy as np
 
-from tactile_core.acquisition import Acquisition
+from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.benching.still import StillCamera
 from tactile_core.benching.unit import VirtualUnit
 from tactile_core.drift import DriftFollower

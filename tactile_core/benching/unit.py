@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from tactile_core.acquisition import Acquisition, average
+from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
 from tactile_core.bundles.bundle import Bundle

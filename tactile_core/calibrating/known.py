@@ -9,7 +9,7 @@ from typing import Any, Generic
 
 import numpy as np
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.background import smooth_background
 from tactile_core.calibrating.fold import Fold, SeparatePresses
 from tactile_core.calibrating.height_target import HeightTarget, is_height_map
@@ -223,8 +223,8 @@ def _on_target(
     ball_diameter_mm: float | None,
     target: Path,
 ) -> tuple[PressedGrid, float]:
+    from tactile_core.acquisition.geometry import ImageGeometry
     from tactile_core.formats.target import read_target
-    from tactile_core.geometry import ImageGeometry
 
     grid = read_target(target)
     _check_ball(2 * grid.radius_mm, profile)

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
+from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
-from tactile_core.geometry import ImageGeometry, Size
 from tactile_core.inputs import Inputs
 from tactile_core.interfaces.progress import Progress
 from tactile_core.profiles.loader import load_profile, load_source

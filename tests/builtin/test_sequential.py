@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.errors import SequenceError
 from tactile_core.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile

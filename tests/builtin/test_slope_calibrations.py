@@ -9,7 +9,7 @@ import pytest
 from gains import MOST, WELL_INSIDE, gains
 from virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.builtin.automatic import Automatic
 from tactile_core.builtin.lookup_table import LookupTable

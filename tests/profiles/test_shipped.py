@@ -60,8 +60,8 @@ def test_the_marks_of_the_wedge_are_where_its_profile_says(recordings: Path) -> 
     import cv2
     import numpy as np
 
+    from tactile_core.acquisition.geometry import ImageGeometry
     from tactile_core.algorithms.markers import find_marker_diameter
-    from tactile_core.geometry import ImageGeometry
 
     wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
     untouched = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))

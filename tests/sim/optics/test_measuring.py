@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibrating.presses import angles_deg
 from tactile_core.interfaces.calibration import Press

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.errors import CameraLost, InputError
-from tactile_core.geometry import ImageGeometry
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.image import ImageSection

@@ -14,10 +14,10 @@ from tactile_core.benching.still import StillCamera
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibrating.presses import FoundPress
+from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.marks import MarkFinder
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by

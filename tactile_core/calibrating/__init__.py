@@ -18,13 +18,13 @@ from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_
 from tactile_core.calibrating.preparation import Preparation
 from tactile_core.calibrating.scoring import Score, cross_validate
 from tactile_core.calibrating.surface import KnownSurface
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
 from tactile_core.errors import InputError
-from tactile_core.exposures import in_turn, pattern_of, verify
 from tactile_core.inputs import PROFILE, Inputs
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.marks import MarkFinder
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by

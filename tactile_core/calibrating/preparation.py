@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 
-from tactile_core.drift import followed
-from tactile_core.marks import MarkFinder
+from tactile_core.conditioning.light_drift import followed
+from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.quantities import Bool, Frame, Reference
 
 

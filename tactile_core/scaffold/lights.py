@@ -11,8 +11,8 @@ import numpy as np
 from tactile_core.calibrating import AZIMUTH_TOLERANCE_DEG, channel_azimuths
 from tactile_core.calibrating.known import balls
 from tactile_core.calibrating.preparation import Preparation
+from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.marks import MarkFinder
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding

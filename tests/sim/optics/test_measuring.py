@@ -10,9 +10,9 @@ import pytest
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibrating.presses import angles_deg
+from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import Component
-from tactile_core.marks import MarkFinder
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame

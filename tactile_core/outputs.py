@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.shown import printable
-from tactile_core.output_folder import OutputFolder
 from tactile_core.plugins.blame import blame
 from tactile_core.quantities import (
     ContactMask,
@@ -25,6 +24,7 @@ from tactile_core.quantities import (
     HeightMap,
     MarkerField,
 )
+from tactile_core.recordings.output_folder import OutputFolder
 
 if TYPE_CHECKING:
     from tactile_core.reading import Reading

@@ -236,7 +236,7 @@ def devices(profile: Profile) -> tuple[Camera, Illumination]:
 
 def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
     """Return the profile with a recording in place of its camera, and notes for the user."""
-    from tactile_core.recording import open_recording
+    from tactile_core.recordings.recording import open_recording
 
     count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
@@ -274,7 +274,7 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
 
 def observation_names(profile: Profile, path: Path) -> list[str]:
     """Names of a recording's observations; of a video's the first alone."""
-    from tactile_core.recording import open_recording
+    from tactile_core.recordings.recording import open_recording
 
     recording = open_recording(path, images_per_observation=images_per_observation(profile))
     if recording.video is not None:

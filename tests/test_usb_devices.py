@@ -11,7 +11,7 @@ import usb.core
 import usb.util
 from usb.backend import IBackend
 
-from tactile_core.acquisition.acquisition import usb_devices
+from tactile_core.acquisition import usb_devices
 from tactile_core.acquisition.usb_devices import UsbDevice, usb_cameras
 from tactile_core.cli import main
 from tactile_core.errors import DeviceError

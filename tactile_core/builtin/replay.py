@@ -14,7 +14,7 @@ from tactile_core.formats.video import NOMINAL_FPS
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Image
-from tactile_core.recording import Recording, open_recording
+from tactile_core.recordings.recording import Recording, open_recording
 
 
 class ReplayOptions(Options):

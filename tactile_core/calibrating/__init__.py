@@ -21,7 +21,6 @@ from tactile_core.calibrating.surface import KnownSurface
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
 from tactile_core.errors import InputError
-from tactile_core.inputs import PROFILE, Inputs
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
@@ -31,6 +30,7 @@ from tactile_core.plugins.returned import fitted_by
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
+from tactile_core.recordings.inputs import PROFILE, Inputs
 from tactile_core.sensor import played_back, read_frames
 
 AZIMUTH_TOLERANCE_DEG = 25.0

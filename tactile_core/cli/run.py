@@ -40,9 +40,9 @@ def run(
     """Measure: height, contact and all that the profile's steps give."""
     from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
-    from tactile_core.inputs import PROFILE, Inputs
-    from tactile_core.output_folder import OutputFolder
     from tactile_core.outputs import FORMATS, check_names, write_reading
+    from tactile_core.recordings.inputs import PROFILE, Inputs
+    from tactile_core.recordings.output_folder import OutputFolder
     from tactile_core.sensor import FIRST, observation_names, open_sensor
 
     if frames is not None and frames > sys.maxsize:

@@ -17,7 +17,7 @@ from tactile_core.errors import InputError
 from tactile_core.fresh_process import one_thread
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.outputs import merged_arrays
-from tactile_core.recording import open_recording
+from tactile_core.recordings.recording import open_recording
 from tactile_core.sensor import images_per_observation
 
 

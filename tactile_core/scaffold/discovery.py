@@ -16,13 +16,13 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
-from tactile_core.inputs import Inputs
 from tactile_core.interfaces.progress import Progress
 from tactile_core.profiles.loader import load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
 from tactile_core.quantities import Pixels
-from tactile_core.recording import open_recording
+from tactile_core.recordings.inputs import Inputs
+from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.lights import find_lights

@@ -231,7 +231,7 @@ def _video_read(rng: Random, path: Path) -> Any:
 
 
 def _recording_read(rng: Random, path: Path) -> Any:
-    from tactile_core.recording import open_recording
+    from tactile_core.recordings.recording import open_recording
 
     return list(open_recording(path, images_per_observation=rng.choice((1, 1, 3, 3, 0, -1))))
 

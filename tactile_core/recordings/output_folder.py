@@ -14,7 +14,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.folders import make_folder, rename_new
 from tactile_core.formats.leftovers import beside, remove_leftovers
 from tactile_core.formats.shown import printable
-from tactile_core.inputs import Inputs
+from tactile_core.recordings.inputs import Inputs
 
 WRITTEN = ".tactile-outputs"
 """The list of what was written, in the folder: one JSON object a line, added to and never cut."""

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.estimator import SensorContext as SensorContext
     from tactile_core.interfaces.illumination import Exposure as Exposure
     from tactile_core.interfaces.illumination import Illumination as Illumination
-    from tactile_core.pipeline import Pipeline as Pipeline
+    from tactile_core.pipeline.pipeline import Pipeline as Pipeline
+    from tactile_core.pipeline.reading import Reading as Reading
+    from tactile_core.pipeline.sensor import Sensor as Sensor
+    from tactile_core.pipeline.sensor import open_sensor as open_sensor
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
     from tactile_core.quantities import DisplacementField as DisplacementField
@@ -37,9 +40,6 @@ if TYPE_CHECKING:
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
     from tactile_core.quantities import SlipState as SlipState
-    from tactile_core.reading import Reading as Reading
-    from tactile_core.sensor import Sensor as Sensor
-    from tactile_core.sensor import open_sensor as open_sensor
 
 __version__ = "0.1.0"
 
@@ -57,7 +57,7 @@ _HOMES = {
     ),
     "interfaces.estimator": ("Estimator", "SensorContext"),
     "interfaces.illumination": ("Exposure", "Illumination"),
-    "pipeline": ("Pipeline",),
+    "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (
         "ContactMask",
@@ -72,8 +72,8 @@ _HOMES = {
         "Reference",
         "SlipState",
     ),
-    "reading": ("Reading",),
-    "sensor": ("Sensor", "open_sensor"),
+    "pipeline.reading": ("Reading",),
+    "pipeline.sensor": ("Sensor", "open_sensor"),
 }
 _MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
 

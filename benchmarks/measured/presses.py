@@ -22,9 +22,9 @@ from tactile_core.calibrating.presses import (
     light_of,
     relocated,
 )
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Gradients, HeightMap
-from tactile_core.sensor import read_frames
 
 
 @dataclass(frozen=True)

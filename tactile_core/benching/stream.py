@@ -16,10 +16,10 @@ from tactile_core.conditioning.light_drift import DriftFollower
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import devices
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
-from tactile_core.sensor import devices
 
 ACQUIRE, LAMPS, MARKS, SLOPES = "acquire", "lamps verified", "marks masked", "slopes"
 WHOLE = "whole frame"

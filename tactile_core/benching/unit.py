@@ -18,13 +18,13 @@ from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
+from tactile_core.pipeline.sensor import devices
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
-from tactile_core.sensor import devices
 from tactile_core.sim.ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 

@@ -24,6 +24,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.sensor import played_back, read_frames
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by
@@ -31,7 +32,6 @@ from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
-from tactile_core.sensor import played_back, read_frames
 
 AZIMUTH_TOLERANCE_DEG = 25.0
 """A profile's azimuths are where a calibration starts; further off, something is mixed up."""

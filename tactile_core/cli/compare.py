@@ -55,9 +55,9 @@ def compare(
     from tactile_core.comparing.report import page, table
     from tactile_core.comparing.variants import parse_swap
     from tactile_core.formats.files import write_atomically
+    from tactile_core.pipeline.sensor import FIRST
     from tactile_core.recordings.inputs import PROFILE, Inputs
     from tactile_core.recordings.output_folder import REPORT, OutputFolder
-    from tactile_core.sensor import FIRST
 
     swaps = [parse_swap(words) for words in swap or []]
     given = {

@@ -16,9 +16,9 @@ from tactile_core.comparing.variants import Recording, Variant, variants_of
 from tactile_core.errors import InputError
 from tactile_core.fresh_process import one_thread
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.outputs import merged_arrays
+from tactile_core.pipeline.outputs import merged_arrays
+from tactile_core.pipeline.sensor import images_per_observation
 from tactile_core.recordings.recording import open_recording
-from tactile_core.sensor import images_per_observation
 
 
 def compare(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.reading import Reading
 from tactile_core.quantities import Frame
-from tactile_core.reading import Reading
 
 LEAST_FRAMES = 20
 """Shorter recordings are measured again, for the time alone, until there are so many."""

@@ -8,10 +8,10 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
+from tactile_core.pipeline.sensor import Sensor, open_sensor
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sensor import Sensor, open_sensor
 
 CALIBRATION = "calibration"
 
@@ -55,7 +55,7 @@ class Variant:
         Raises
         ------
         TactileError
-            As :func:`~tactile_core.sensor.open_sensor`, with the variant's name before it.
+            As :func:`~tactile_core.pipeline.sensor.open_sensor`, with the variant's name before it.
         """
         try:
             return open_sensor(

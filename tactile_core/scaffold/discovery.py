@@ -17,6 +17,7 @@ from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.progress import Progress
+from tactile_core.pipeline.sensor import images_per_observation, read_frames
 from tactile_core.profiles.loader import load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
@@ -30,7 +31,6 @@ from tactile_core.scaffold.marks import FoundMarks, find_marks, marks_finding
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
 from tactile_core.scaffold.scale import Scale, agreed, scale_finding
 from tactile_core.scaffold.view import find_view, section_of
-from tactile_core.sensor import images_per_observation, read_frames
 
 Ask = Callable[[str], str]
 """Puts a question to somebody and returns the answer, "" where it is not known."""

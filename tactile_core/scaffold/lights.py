@@ -13,10 +13,10 @@ from tactile_core.calibrating.known import balls
 from tactile_core.calibrating.preparation import Preparation
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding
-from tactile_core.sensor import read_frames
 
 WIDEST_CONTACT = 0.95
 """Of the ball's radius, by the median press: at the right scale 0.73 to 0.88 on real recordings,

@@ -16,7 +16,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibrating import calibrate
 from tactile_core.calibrating.presses import angles_deg
 from tactile_core.interfaces.progress import Progress
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
 from tactile_core.sim.simulation import write_frame

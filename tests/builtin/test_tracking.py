@@ -12,7 +12,7 @@ from tactile_core.errors import InputError, ProfileError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 

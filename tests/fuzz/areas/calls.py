@@ -120,7 +120,7 @@ def _staged(rng: Random) -> Any:
 
 
 def _measured(rng: Random) -> Any:
-    from tactile_core.pipeline import Pipeline
+    from tactile_core.pipeline.pipeline import Pipeline
     from tactile_core.quantities import Frame, Reference
 
     names = ("red", "green", "blue")

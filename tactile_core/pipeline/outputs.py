@@ -27,7 +27,7 @@ from tactile_core.quantities import (
 from tactile_core.recordings.output_folder import OutputFolder
 
 if TYPE_CHECKING:
-    from tactile_core.reading import Reading
+    from tactile_core.pipeline.reading import Reading
 
 _ENDINGS = {"npz": (".npz",), "tmd": (".tmd",), "png": (".png", "_normals.png"), "ply": (".ply",)}
 FORMATS = tuple(_ENDINGS)

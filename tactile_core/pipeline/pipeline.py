@@ -11,13 +11,14 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.chain import Chain, Step, without_marks
 from tactile_core.conditioning.light_drift import DriftFollower
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.chain import Chain, Step, without_marks
+from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
@@ -33,7 +34,6 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
 )
-from tactile_core.reading import Reading
 
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
 """What may come with a frame of a calibrated unit; some calibrations give height directly."""

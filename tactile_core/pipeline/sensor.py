@@ -15,14 +15,14 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.gel import markers_misfit
 from tactile_core.interfaces.illumination import Illumination
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.reading import Reading
 
 _SAME_SHAPE = 0.01
 """Stretch below which an image has the profile's shape but for rounding."""
@@ -94,7 +94,7 @@ def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profil
 
 
 class Sensor:
-    """Acquisition in front of a :class:`~tactile_core.pipeline.Pipeline`."""
+    """Acquisition in front of a :class:`~tactile_core.pipeline.pipeline.Pipeline`."""
 
     def __init__(
         self,

@@ -11,7 +11,7 @@ from command_line import tactile
 from measured.bear import record_object
 from measured.grids import on_balls
 
-from tactile_core.calibrating import calibrate
+from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.target import BallGrid, read_target
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import played_back, read_frames

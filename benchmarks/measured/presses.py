@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from measured.press_sets import Presses
 from measured.row import Row, command
 from measured.sphere import radius_px
-from tactile_core.calibrating import Calibrated, calibrate
-from tactile_core.calibrating.presses import (
+from tactile_core.calibration.fitting import Calibrated, calibrate
+from tactile_core.calibration.presses import (
     FoundPress,
     angles_deg,
     find_presses,

@@ -13,7 +13,7 @@ from tactile_core.algorithms.circles import Circle
 from tactile_core.benching.still import StillCamera
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import Manifest
-from tactile_core.calibrating.presses import FoundPress
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination

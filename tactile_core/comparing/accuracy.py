@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.comparing.truth import Arrays
 
 _BINS_PER_DEG = 100

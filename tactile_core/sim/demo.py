@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibrating import calibrate
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile

@@ -16,7 +16,7 @@ from tactile_core.builtin.lookup_table import LookupTable
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibrating.presses import FoundPress
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Reference

@@ -10,8 +10,8 @@ from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.builtin.polynomial import Polynomial
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibrating import calibrate
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Gradients, Reference
 

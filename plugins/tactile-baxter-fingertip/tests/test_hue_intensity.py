@@ -13,7 +13,7 @@ from tactile_baxter_fingertip.hue_decoder import HueDecoder
 from tactile_baxter_fingertip.hue_field import HueField, Light
 from tactile_baxter_fingertip.hue_intensity import HueIntensity, HueIntensityOptions
 from tactile_core.algorithms.sines import to_gradient
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Reference

@@ -157,7 +157,7 @@ def _opened(rng: Random) -> Any:
 
 
 def _calibrated(rng: Random) -> Any:
-    from tactile_core.calibrating import calibrate
+    from tactile_core.calibration.fitting import calibrate
 
     return calibrate(
         "small.yaml",

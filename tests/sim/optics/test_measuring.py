@@ -9,7 +9,7 @@ import pytest
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import Component

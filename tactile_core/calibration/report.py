@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibrating.surface import KnownSurface
+from tactile_core.calibration.surface import KnownSurface
 from tactile_core.views import html
 
 if TYPE_CHECKING:
-    from tactile_core.calibrating import Calibrated
-    from tactile_core.calibrating.scoring import Score
+    from tactile_core.calibration.fitting import Calibrated
+    from tactile_core.calibration.scoring import Score
 
 Rgb = NDArray[np.uint8]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_core.algorithms.background import smooth_background
-from tactile_core.calibrating.fold import Fold
-from tactile_core.calibrating.map_block import MapBlock
-from tactile_core.calibrating.preparation import Preparation
-from tactile_core.calibrating.presses import resting
+from tactile_core.calibration.fold import Fold
+from tactile_core.calibration.map_block import MapBlock
+from tactile_core.calibration.preparation import Preparation
+from tactile_core.calibration.presses import resting
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Frame
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibrating.height_target import HeightTarget
+from tactile_core.calibration.height_target import HeightTarget
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
@@ -27,7 +27,7 @@ _LEAST_INTENSITY = 0.01
 
 @dataclass(frozen=True, eq=False)
 class MapBlock:
-    """A band of a height map's rows; see :class:`~tactile_core.calibrating.surface.KnownSurface`.
+    """A band of a height map's rows; see :class:`~tactile_core.calibration.surface.KnownSurface`.
 
     Attributes
     ----------

@@ -13,11 +13,11 @@ import numpy as np
 from tactile_core import __version__
 from tactile_core.bundles.bundle import Bundle, check_serial, now
 from tactile_core.bundles.manifest import Manifest
-from tactile_core.calibrating.height_target import is_height_map
-from tactile_core.calibrating.known import Known, balls, rows_of_map, untouched_sensor
-from tactile_core.calibrating.preparation import Preparation
-from tactile_core.calibrating.scoring import Score, cross_validate
-from tactile_core.calibrating.surface import KnownSurface
+from tactile_core.calibration.height_target import is_height_map
+from tactile_core.calibration.preparation import Preparation
+from tactile_core.calibration.scoring import Score, cross_validate
+from tactile_core.calibration.surface import KnownSurface
+from tactile_core.calibration.targets import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
 from tactile_core.errors import InputError
@@ -63,7 +63,7 @@ class Calibrated:
         OSError
             The disk is full or refuses; what was there before is still there.
         """
-        from tactile_core.calibrating.report import write_report
+        from tactile_core.calibration.report import write_report
 
         self.inputs.refuse_whole(directory)
         self.bundle.save(directory, report=lambda folder: write_report(self, folder))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, stereo
 
 from tactile_core.algorithms.poisson import PoissonSolver
-from tactile_core.benching.unit import VirtualUnit, virtual_unit
+from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibration import Press
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.reading import Reading

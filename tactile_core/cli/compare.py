@@ -51,9 +51,9 @@ def compare(
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.cli.table import table_lines
-    from tactile_core.comparing import compare as measure_all
-    from tactile_core.comparing.report import page, table
-    from tactile_core.comparing.variants import parse_swap
+    from tactile_core.evaluation.comparison import compare as measure_all
+    from tactile_core.evaluation.comparison.report import page, table
+    from tactile_core.evaluation.comparison.variants import parse_swap
     from tactile_core.formats.files import write_atomically
     from tactile_core.pipeline.sensor import FIRST
     from tactile_core.recordings.inputs import PROFILE, Inputs

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
 
-from tactile_core.benching.stream import Stream
-from tactile_core.benching.unit import VirtualUnit
-from tactile_core.fresh_process import FreshProcess, one_thread, peak_memory_mib
+from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
+from tactile_core.evaluation.timing.stream import Stream
+from tactile_core.evaluation.timing.unit import VirtualUnit
 
 WARM_UP_FRAMES = 4
 _ROUNDS, _ROUND_S = 3, 0.15

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.comparing.truth import Arrays
+from tactile_core.evaluation.comparison.truth import Arrays
 
 _BINS_PER_DEG = 100
 

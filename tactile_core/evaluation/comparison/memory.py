@@ -6,8 +6,8 @@ from collections.abc import Generator
 from itertools import islice
 from typing import Any
 
-from tactile_core.comparing.variants import Recording, Variant
-from tactile_core.fresh_process import FreshProcess, one_thread, peak_memory_mib
+from tactile_core.evaluation.comparison.variants import Recording, Variant
+from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
 
 FRAMES = 20
 

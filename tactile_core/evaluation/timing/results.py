@@ -87,7 +87,7 @@ class Benches:
     Attributes
     ----------
     machine : dict
-        See :func:`~tactile_core.benching.machine.machine`.
+        See :func:`~tactile_core.evaluation.timing.machine.machine`.
     benches : tuple of Bench
     left_out : tuple of str
         The profiles that could not be built, each with the reason.

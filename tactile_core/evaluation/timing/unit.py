@@ -10,11 +10,11 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
-from tactile_core.benching.still import StillCamera
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection

@@ -10,11 +10,11 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.benching.still import StillCamera
-from tactile_core.benching.unit import VirtualUnit
 from tactile_core.conditioning.light_drift import DriftFollower
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
+from tactile_core.evaluation.timing.still import StillCamera
+from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import devices

@@ -7,15 +7,15 @@ from time import perf_counter
 
 import numpy as np
 
-from tactile_core.benching.machine import available_cores, machine
-from tactile_core.benching.processes import WARM_UP_FRAMES, streamed
-from tactile_core.benching.results import Bench as Bench
-from tactile_core.benching.results import Benches as Benches
-from tactile_core.benching.results import Cost as Cost
-from tactile_core.benching.stream import Stream
-from tactile_core.benching.unit import VirtualUnit, virtual_unit
 from tactile_core.errors import TactileError
-from tactile_core.fresh_process import one_thread
+from tactile_core.evaluation.fresh_process import one_thread
+from tactile_core.evaluation.timing.machine import available_cores, machine
+from tactile_core.evaluation.timing.processes import WARM_UP_FRAMES, streamed
+from tactile_core.evaluation.timing.results import Bench as Bench
+from tactile_core.evaluation.timing.results import Benches as Benches
+from tactile_core.evaluation.timing.results import Cost as Cost
+from tactile_core.evaluation.timing.stream import Stream
+from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.profiles.model import Profile
 

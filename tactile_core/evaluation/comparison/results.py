@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.comparing.truth import Arrays
+from tactile_core.evaluation.comparison.truth import Arrays
 from tactile_core.profiles.model import Profile
 
 
@@ -20,7 +20,7 @@ class Scored:
     name : str
         ``as it is``, or the swap.
     accuracy : dict
-        See :meth:`~tactile_core.comparing.accuracy.Accuracy.summary`.
+        See :meth:`~tactile_core.evaluation.comparison.accuracy.Accuracy.summary`.
     latency_ms : (n,) tuple of float
         From frame to reading, one thread; the first of a pass, which prepares tables, is left out.
     peak_memory_mib : float or None

@@ -6,15 +6,15 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 
-from tactile_core.comparing.accuracy import Accuracy
-from tactile_core.comparing.clock import Clock, in_turn
-from tactile_core.comparing.memory import peak_of_stream_mib
-from tactile_core.comparing.results import Comparison as Comparison
-from tactile_core.comparing.results import Scored as Scored
-from tactile_core.comparing.truth import Arrays, Truth, common_names
-from tactile_core.comparing.variants import Recording, Variant, variants_of
 from tactile_core.errors import InputError
-from tactile_core.fresh_process import one_thread
+from tactile_core.evaluation.comparison.accuracy import Accuracy
+from tactile_core.evaluation.comparison.clock import Clock, in_turn
+from tactile_core.evaluation.comparison.memory import peak_of_stream_mib
+from tactile_core.evaluation.comparison.results import Comparison as Comparison
+from tactile_core.evaluation.comparison.results import Scored as Scored
+from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
+from tactile_core.evaluation.comparison.variants import Recording, Variant, variants_of
+from tactile_core.evaluation.fresh_process import one_thread
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.outputs import merged_arrays
 from tactile_core.pipeline.sensor import images_per_observation

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.comparing.results import Comparison
-from tactile_core.comparing.truth import Arrays
+from tactile_core.evaluation.comparison.results import Comparison
+from tactile_core.evaluation.comparison.truth import Arrays
 from tactile_core.quantities import ContactMask, HeightMap
 from tactile_core.views import html
 from tactile_core.views.pictures import deviation, relief

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from tactile_core.calibration.surface import KnownSurface
 from tactile_core.views import html
 
 if TYPE_CHECKING:
-    from tactile_core.calibration.fitting import Calibrated
+    from tactile_core.bundles.manifest import Manifest
     from tactile_core.calibration.scoring import Score
 
 Rgb = NDArray[np.uint8]
@@ -24,19 +25,27 @@ _MARGIN_PX = 34
 _MOST_PICTURES = 24
 
 
-def write_report(result: Calibrated, folder: Path) -> None:
+def write_report(
+    folder: Path,
+    manifest: Manifest,
+    presses: Sequence[KnownSurface],
+    score: Score | None,
+    *,
+    basis: str,
+    coverage: Mapping[str, float],
+    notes: Sequence[str],
+) -> None:
     """Write ``report.html`` into a bundle's folder."""
-    manifest = result.bundle.manifest
-    good = [press for press in result.presses if press.used]
+    good = [press for press in presses if press.used]
     parts = [
         html.table(
             ["what", "value"],
             [
                 ("model", manifest.model),
                 ("serial", manifest.serial or "—"),
-                ("fitted on", result.basis),
-                ("used", f"{len(good)} of {len(result.presses)}"),
-                *((f"coverage: {k}", v) for k, v in result.coverage().items()),
+                ("fitted on", basis),
+                ("used", f"{len(good)} of {len(presses)}"),
+                *((f"coverage: {k}", v) for k, v in coverage.items()),
                 *(
                     (f"light of {name} comes from", f"{azimuth:.0f}°")
                     for name, azimuth in zip(
@@ -46,17 +55,17 @@ def write_report(result: Calibrated, folder: Path) -> None:
             ],
         )
     ]
-    if result.notes:
-        parts += [html.heading("Notes"), *map(html.paragraph, result.notes)]
-    if result.score is not None:
-        parts += _score_parts(result.score)
+    if notes:
+        parts += [html.heading("Notes"), *map(html.paragraph, notes)]
+    if score is not None:
+        parts += _score_parts(score)
     parts += [html.heading("What was covered"), html.figure(_coverage(good), "coverage")]
     parts += [html.heading("What was known")]
     parts += [
         html.figure(_overlay(press), f"{press.file} {press.why}".strip())
-        for press in result.presses[:_MOST_PICTURES]
+        for press in presses[:_MOST_PICTURES]
     ]
-    refused = [(press.file, press.why) for press in result.presses if not press.used]
+    refused = [(press.file, press.why) for press in presses if not press.used]
     if refused:
         parts += [html.heading("Left out"), html.table(["press", "why"], refused)]
     title = f"Calibration of {manifest.profile} {manifest.serial}".strip()

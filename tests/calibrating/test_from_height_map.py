@@ -14,7 +14,8 @@ from height_lab import AZIMUTHS_DEG, HEIGHT, MM_PER_PX, HeightLab, make_height_l
 from numpy.typing import NDArray
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.fitting import Calibrated, calibrate
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.pipeline.pipeline import Pipeline

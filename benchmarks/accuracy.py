@@ -13,9 +13,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from measured import bear, grids, groove, markers, presses, slip
-from measured.press_sets import SETS
-from measured.row import HEADER, Row
+from experiments import bear, grids, groove, marker_rows, presses, slip_rows
+from experiments.press_sets import SETS
+from experiments.row import HEADER, Row
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -52,7 +52,11 @@ def measures(model: str | None) -> dict[str, Measure]:
     }
     known |= {"groove": groove.rows, "bear": bear.rows}
     known |= {s.name: partial(presses.rows, chosen=s, model=model) for s in SETS}
-    known |= {"markers": markers.rows, "slip_lifts": slip.lifts, "slip_gripper": slip.gripper}
+    known |= {
+        "markers": marker_rows.rows,
+        "slip_lifts": slip_rows.lifts,
+        "slip_gripper": slip_rows.gripper,
+    }
     return known
 
 

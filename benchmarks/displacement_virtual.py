@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from slip_sequences import Plan
 from slip_virtual import PROFILE, UNIT, calibrated, drawn, untouched
 
+from experiments.slip_sequences import Plan
 from tactile_core import Pipeline
 from tactile_core.algorithms.displacement import MarkedSkin
 from tactile_core.bundles.bundle import Bundle

@@ -8,38 +8,31 @@ skin that is dragged, of which a third is missing, among specks.
 from __future__ import annotations
 
 import argparse
-import csv
-import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from dragged_marks import Drag, counted
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from tactile_core import MarkerDetections, MarkerField, Reading, open_sensor
+from experiments.marker_recordings import (
+    IRREGULAR,
+    IRREGULAR_SIZE,
+    LIFT_SIZE,
+    LIFTS,
+    MINI,
+    MINI_SIZE,
+    UNTOUCHED,
+    UNTOUCHED_SIZE,
+    against_labels,
+    followed,
+    read,
+    thinned,
+    through,
+)
+from experiments.sheared_markers import Drag, counted
+from tactile_core import MarkerDetections
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.tracking import MarkTracker
-
-Array = NDArray[Any]
 
 ROOT = Path(__file__).resolve().parents[1]
-PROFILE = """\
-schema: 1
-name: marked
-image: {{width_px: {}, height_px: {}, mm_per_px: 0.05}}
-gel: {{markers: auto}}
-estimators:
-  markers: {{use: core.markers}}
-  tracking: {{use: core.tracking}}
-"""
-MINI, MINI_SIZE = "markers/mini/frames", (320, 240)
-IRREGULAR, IRREGULAR_SIZE = "markers/irregular_markers.avi", (960, 720)
-LIFTS, LIFT_SIZE = "slip/grasp_lift", (640, 480)
-UNTOUCHED, UNTOUCHED_SIZE = "three_colour/hex_fingertip/frame0.jpg", (640, 480)
-LABELS_LAG = 9
-"""The labels of frame k belong to image k + 9."""
 
 DRAGS = {
     "to 1 pitch, 0.35 a frame": Drag(1.0, 0.35, spurious=0.05),
@@ -75,37 +68,6 @@ def main() -> None:
         print(f"virtual, {name}: {counted(drag, options.frames, options.seed)}")
 
 
-def followed(source: Path, size: tuple[int, int]) -> list[MarkerField]:
-    """The marks of every frame."""
-    return [reading[MarkerField] for reading in read(source, size)]
-
-
-def read(source: Path, size: tuple[int, int]) -> list[Reading]:
-    """Every frame as a profile's chain tells it, the first being the reference."""
-    with tempfile.TemporaryDirectory() as folder:
-        profile = Path(folder) / "marked.yaml"
-        profile.write_text(PROFILE.format(*size), encoding="utf-8")
-        with open_sensor(profile, input=source, reference="first") as sensor:
-            return list(sensor.stream())
-
-
-def through(fields: list[MarkerField]) -> NDArray[np.bool_]:
-    """Which marks are seen in all frames."""
-    return np.asarray(np.all([field.seen for field in fields], axis=0))
-
-
-def against_labels(data: Path, fields: list[MarkerField]) -> tuple[Array, int]:
-    """(T, N) distances in px from the labels, and how many marks are nearer to another's label."""
-    labels = _labels(data / "markers" / "mini" / "markers.csv")
-    told = {number + LABELS_LAG: places for number, places in labels.items()}
-    images = [number for number in sorted(told) if number < len(fields)]
-    ids = KDTree(fields[images[0]].px).query(told[images[0]])[1]
-    places = [fields[number].px[ids] for number in images]
-    off_px = np.array([np.hypot(*(p - told[k]).T) for p, k in zip(places, images, strict=True)])
-    nearest = [KDTree(told[k]).query(p)[1] for p, k in zip(places, images, strict=True)]
-    return off_px, int(np.count_nonzero(np.array(nearest) != np.arange(len(ids))))
-
-
 def mini(data: Path) -> None:
     """Print how far marks are from their labels, and what thinned detections do to them."""
     fields = followed(data / MINI, MINI_SIZE)
@@ -123,29 +85,6 @@ def mini(data: Path) -> None:
         f"mini, 30 % dropped: {(apart[seen] > pitch_px / 2).sum()} swapped, inferred"
         f" {np.percentile(apart[~seen], 95):.3f} px p95"
     )
-
-
-def thinned(
-    fields: list[MarkerField], missing: float, rng: np.random.Generator
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Follow what is left of the marks of each frame: (T, N, 2) places, (T, N) whether seen."""
-    tracker = MarkTracker(fields[0].px)
-    places, seen = [], []
-    for field in fields:
-        tracker.follow(field.px[rng.random(len(field.px)) >= missing])
-        places.append(tracker.px.copy())
-        seen.append(tracker.seen.copy())
-    return np.array(places), np.array(seen)
-
-
-def _labels(path: Path) -> dict[int, Array]:
-    """Places (N, 2) that another tracker gave, by its frame."""
-    frames: dict[int, list[tuple[float, float]]] = {}
-    with path.open() as rows:
-        for row in csv.DictReader(rows):
-            place = float(row["x_px"]), float(row["y_px"])
-            frames.setdefault(int(row["frame"]), []).append(place)
-    return {number: np.array(places) for number, places in frames.items()}
 
 
 if __name__ == "__main__":

@@ -9,41 +9,21 @@ marks that are associated from frame to frame; with it, a profile's whole chain 
 from __future__ import annotations
 
 import argparse
-import csv
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
-from scipy.stats import rankdata
 
-from tactile_core import SlipState, open_sensor
-from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
-from tactile_core.algorithms.slip.imprint import ImprintFollower
-from tactile_core.recordings.recording import open_recording
+from experiments.slip_recordings import (
+    LIFT_FRAME,
+    WINDOW,
+    area,
+    area_within,
+    grasps,
+    lifts,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
-LIFT_FRAME = 5
-"""The last before anything moves."""
-WINDOW = slice(6, 122)
-"""Videos of slips are shorter, and begin with frames of what was before."""
-ALARM = 0.5
-
-
-@dataclass(frozen=True)
-class Trial:
-    """What was told of one sensor of one trial."""
-
-    object: str
-    name: str
-    slipped: bool
-    degrees: NDArray[np.float64]
-    alarms: NDArray[np.bool_]
-    weakness: float
 
 
 def main() -> None:
@@ -87,30 +67,6 @@ def grasp_lift(folder: Path, profile: str | None) -> None:
         )
 
 
-def lifts(folder: Path, profile: str | None) -> list[Trial]:
-    """Measure every lift."""
-    trials = []
-    for row in _labels(folder):
-        source = folder / row["object"] / f"{row['trial_folder']}_mm"
-        lost = row["label_stable1_slip0"] == "0"
-        trials.append(_trial(row["object"], source, lost, 30.0, profile))
-    return trials
-
-
-def grasps(folder: Path, profile: str | None) -> list[list[Trial]]:
-    """Measure both fingers of every grasp, in a window that is the same for all."""
-    fingers: dict[tuple[str, str], list[Trial]] = {}
-    for row in _labels(folder):
-        if int(row["n_frames"]) < WINDOW.stop:
-            continue
-        key = row["object"], row["trial"]
-        video = folder / row["object"] / row["trial"] / row["video"]
-        slipped, rate_hz = row["slip"] == "1", float(row["fps"])
-        trial = _trial(row["object"], video, slipped, rate_hz, profile, WINDOW)
-        fingers.setdefault(key, []).append(trial)
-    return list(fingers.values())
-
-
 def gripper_pair(folder: Path, profile: str | None) -> None:
     """Print how well slip is told by either finger."""
     pairs = grasps(folder, profile)
@@ -125,26 +81,6 @@ def gripper_pair(folder: Path, profile: str | None) -> None:
     _print_areas("control", slipped, weakness.max(axis=1), objects)
 
 
-def area(slipped: NDArray[np.bool_], told: NDArray[np.float64]) -> float:
-    """Share of pairs of a slip and a hold that are in the right order."""
-    positive = int(slipped.sum())
-    above = rankdata(told)[slipped].sum() - positive * (positive + 1) / 2
-    return float(above / (positive * (slipped.size - positive)))
-
-
-def area_within(
-    slipped: NDArray[np.bool_], told: NDArray[np.float64], objects: NDArray[np.str_]
-) -> float:
-    """The same, of pairs of one object only."""
-    right = pairs = 0.0
-    for name in set(objects):
-        here = objects == name
-        if 0 < slipped[here].sum() < here.sum():
-            count = float(slipped[here].sum() * (~slipped[here]).sum())
-            right, pairs = right + count * area(slipped[here], told[here]), pairs + count
-    return right / pairs
-
-
 def _print_areas(
     name: str,
     slipped: NDArray[np.bool_],
@@ -153,94 +89,6 @@ def _print_areas(
 ) -> None:
     within = area_within(slipped, told, objects)
     print(f"  {name:24s} AUC {area(slipped, told):.3f}, within objects {within:.3f}")
-
-
-def _labels(folder: Path) -> list[dict[str, str]]:
-    with (folder / "labels.csv").open() as rows:
-        return list(csv.DictReader(rows))
-
-
-def _images(source: Path) -> list[NDArray[np.uint8]]:
-    return [observation.images[0].pixels for observation in open_recording(source)]
-
-
-def _trial(
-    object_: str,
-    source: Path,
-    slipped: bool,
-    rate_hz: float,
-    profile: str | None,
-    window: slice = slice(None),
-) -> Trial:
-    """One trial: the imprint followed along marks, or a profile's chain from the first frame on."""
-    images = _images(source)[window]
-    found = find_marker_diameter(images[0])
-    if found is None:
-        raise SystemExit(f"{source}: no marks found")
-    weakness = -_relief(images[0], *found)
-    if profile is not None:
-        degrees, alarms = _measured(source, profile, window)
-        return Trial(object_, source.name, slipped, degrees, alarms, weakness)
-    marks_px = _follow(images, *found)
-    follower = ImprintFollower(images[0], marks_px[0], found[0])
-    motions = [
-        follower.update(pixels, px, number / rate_hz)
-        for number, (pixels, px) in enumerate(zip(images, marks_px, strict=True))
-    ]
-    degrees = np.array([motion.degree for motion in motions])
-    alarms = np.array([motion.slips for motion in motions])
-    return Trial(object_, source.name, slipped, degrees, alarms, weakness)
-
-
-def _measured(
-    source: Path, profile: str, window: slice
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Degree and alarm of each frame, as a profile's whole chain tells them."""
-    with open_sensor(profile, input=source, reference="first") as sensor:
-        told = [reading[SlipState] for reading in islice(sensor.stream(), window.stop)][window]
-    degrees = np.array([slip.degree for slip in told])
-    return degrees, np.array([slip.state == "slip" for slip in told])
-
-
-def _follow(
-    images: Sequence[NDArray[np.uint8]], diameter_px: float, pitch_px: float
-) -> list[NDArray[np.float64]]:
-    """Each mark of the first image in every image; as its neighbours where it is not seen."""
-    first = _spots(images[0], diameter_px)
-    around = KDTree(first).query(first, k=min(7, len(first)))[1]
-    places = [first]
-    for pixels in images[1:]:
-        spots, before = _spots(pixels, diameter_px), places[-1]
-        distance, nearest = KDTree(spots).query(before)
-        mutual = np.asarray(KDTree(before).query(spots)[1])[nearest] == np.arange(len(before))
-        step = spots[nearest] - before
-        step[(distance > 0.45 * pitch_px) | ~mutual] = np.nan
-        common = np.nan_to_num(np.nanmedian(step, axis=0))
-        seen = np.isfinite(step[:, :1])
-        local = np.median(np.where(seen, step, common)[around], axis=1)
-        near = seen & (np.linalg.norm(step - local, axis=1) < 0.2 * pitch_px)[:, np.newaxis]
-        places.append(before + np.where(near, step, local))
-    return places
-
-
-def _relief(pixels: NDArray[np.uint8], diameter_px: float, pitch_px: float) -> float:
-    """RMS of the smooth pressed shape, as a share of the light."""
-    free = 1 - cv2.dilate(
-        marker_mask(pixels, diameter_px=diameter_px).astype(np.float32), np.ones((3, 3))
-    )
-    fine, coarse = (
-        cv2.GaussianBlur(pixels * free[..., np.newaxis], (0, 0), sigma)
-        / cv2.GaussianBlur(free, (0, 0), sigma)[..., np.newaxis]
-        for sigma in (0.4 * pitch_px, 1.7 * pitch_px)
-    )
-    return float(np.sqrt(np.mean(np.square(fine / coarse - 1))))
-
-
-def _spots(pixels: NDArray[np.uint8], diameter_px: float) -> NDArray[np.float64]:
-    dark = marker_mask(pixels, diameter_px=diameter_px).astype(np.uint8)
-    _, _, stats, centres = cv2.connectedComponentsWithStats(dark)
-    size = np.sqrt(4 * stats[:, cv2.CC_STAT_AREA] / np.pi) / diameter_px
-    return np.asarray(centres[1:][(size[1:] > 0.5) & (size[1:] < 2)], np.float64)
 
 
 if __name__ == "__main__":

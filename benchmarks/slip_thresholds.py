@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from slip_sequences import GROSS, HALF, Judged, judged, plans
 
+from experiments.slip_sequences import GROSS, HALF, Judged, judged, plans
 from tactile_core.algorithms.slip.state import SlipMachine, Thresholds
 from tactile_core.builtin.slip import Slip
 

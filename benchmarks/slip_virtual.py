@@ -17,10 +17,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from slip_sequences import GROSS, HALF, Judged, Plan, plans
 from slip_thresholds import QUICK_MM_S, auc
 from virtual_calibration import Draw, command, simulated
 
+from experiments.slip_sequences import GROSS, HALF, Judged, Plan, plans
 from tactile_core import Pipeline, load_profile
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import Frame, Reference, SlipState

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +9,7 @@ import numpy as np
 from diagrams import Curve, Panel, write_sheet
 from virtual_skin_curves import COLOURS
 
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
-
-from slip_sequences import GROSS, Judged, Plan, judged
+from experiments.slip_sequences import GROSS, Judged, Plan, judged
 
 OUT = Path(__file__).parents[1] / "images" / "slip.svg"
 STATES = {"stick": 0.0, "incipient": 0.5, "slip": 1.0}

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dragged_marks import Drag, counted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from experiments.sheared_markers import Drag, counted
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.tracking import MarkTracker, shows_contact
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood

@@ -7,8 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from slip_sequences import GROSS, HALF, Judged, Plan, Watch, judged, looks, small_profile
 
+from experiments.slip_sequences import (
+    GROSS,
+    HALF,
+    Judged,
+    Plan,
+    Watch,
+    judged,
+    looks,
+    small_profile,
+)
 from tactile_core.builtin.slip import Slip
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext

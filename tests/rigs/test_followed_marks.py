@@ -6,7 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from marker_tracking import IRREGULAR, IRREGULAR_SIZE, MINI, MINI_SIZE, followed, thinned, through
+
+from experiments.marker_recordings import (
+    IRREGULAR,
+    IRREGULAR_SIZE,
+    MINI,
+    MINI_SIZE,
+    followed,
+    thinned,
+    through,
+)
 
 pytest.importorskip("tactile_core.builtin.markers", reason="no step of the core detects marks")
 

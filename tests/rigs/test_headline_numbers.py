@@ -8,9 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from measured import bear, grids, groove, markers, presses, slip
-from measured.press_sets import SETS, Presses
-from measured.row import Row
+
+from experiments import bear, grids, groove, marker_rows, presses, slip_rows
+from experiments.press_sets import SETS, Presses
+from experiments.row import Row
 
 pytestmark = [pytest.mark.recordings, pytest.mark.headline]
 
@@ -78,14 +79,14 @@ def test_an_object_under_given_lights_is_as_wrong_as_published(recordings: Path)
 
 
 def test_marks_are_followed_as_near_as_published(recordings: Path) -> None:
-    distance, kept = markers.rows(recordings)
+    distance, kept = marker_rows.rows(recordings)
     assert distance.value == pytest.approx(MARKERS_PX, abs=0.05)
     assert distance.also["swapped"] == 0
     assert kept.value == pytest.approx(MARKERS_KEPT_PERCENT, abs=1)
 
 
 def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> None:
-    found, areas = slip.lifts(recordings)
+    found, areas = slip_rows.lifts(recordings)
     assert found.also["slips"] == SLIPS
     assert found.also["slips reported"] == SLIPS_FOUND
     assert found.also["false alarms on held lifts, %"] == FALSE_ALARMS
@@ -97,7 +98,7 @@ def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> Non
 
 @pytest.mark.timeout(1800)
 def test_slip_between_two_fingers_is_told_as_well_as_published(recordings: Path) -> None:
-    row = only(slip.gripper(recordings))
+    row = only(slip_rows.gripper(recordings))
     assert row.value == pytest.approx(GRIPPER_AREA, abs=0.02)
     control = row.control["strength of the first imprint"]
     assert control == pytest.approx(GRIPPER_CONTROL, abs=0.02)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured.bear import record_object
-from measured.grids import on_balls
 from support.command_line import tactile
 
+from experiments.bear import record_object
+from experiments.grids import on_balls
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.target import BallGrid, read_target
 from tactile_core.pipeline.pipeline import Pipeline

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import marker_tracking
 import numpy as np
 
-from measured.row import Row, command
+from experiments import marker_recordings
+from experiments.row import Row, command
 
 
 def rows(data: Path) -> list[Row]:
     """Follow marks from the first frame on."""
-    fields = marker_tracking.followed(data / marker_tracking.MINI, marker_tracking.MINI_SIZE)
-    off_px, swapped = marker_tracking.against_labels(data, fields)
+    fields = marker_recordings.followed(data / marker_recordings.MINI, marker_recordings.MINI_SIZE)
+    off_px, swapped = marker_recordings.against_labels(data, fields)
     resting_px = np.hypot(*np.moveaxis(np.array([f.px - fields[0].px for f in fields]), -1, 0))
-    kept = {"mini": float(100 * marker_tracking.through(fields).mean())}
-    irregular = marker_tracking.followed(
-        data / marker_tracking.IRREGULAR, marker_tracking.IRREGULAR_SIZE
+    kept = {"mini": float(100 * marker_recordings.through(fields).mean())}
+    irregular = marker_recordings.followed(
+        data / marker_recordings.IRREGULAR, marker_recordings.IRREGULAR_SIZE
     )
-    kept["irregular_markers"] = float(100 * marker_tracking.through(irregular).mean())
+    kept["irregular_markers"] = float(100 * marker_recordings.through(irregular).mean())
     return [
         Row(
             "markers_distance",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from measured.row import Row, command
+from experiments.row import Row, command
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.target import BallGrid, read_target
@@ -15,7 +15,7 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import played_back, read_frames
 from tactile_core.quantities import Gradients
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 WITHIN = 0.8
 """Of a ball's radius: beyond, lamps fall into the ball's own shadow."""
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from measured.press_sets import Presses
-from measured.row import Row, command
-from measured.sphere import radius_px
+from experiments.press_sets import Presses
+from experiments.row import Row, command
+from experiments.sphere import radius_px
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import (
     FoundPress,

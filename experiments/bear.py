@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import loadmat
 
-from measured.row import Row, command
+from experiments.row import Row, command
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Gradients

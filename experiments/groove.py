@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from measured.row import Row, command
+from experiments.row import Row, command
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.tmd import read_tmd
@@ -19,7 +19,7 @@ from tactile_core.quantities import Gradients, HeightMap
 
 Array = NDArray[Any]
 
-GROOVE = Path(__file__).resolve().parents[2] / "examples" / "groove.yaml"
+GROOVE = Path(__file__).resolve().parents[1] / "examples" / "groove.yaml"
 ROWS = 514
 WALLS = [((38, 66), (80, 112), 18), ((250, 275), (312, 335), 9), ((470, 486), (488, 502), 4)]
 """Columns of each groove's falling and rising wall, and how far its shoulders lie outside them."""

@@ -6,18 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import slip_recordings
 from numpy.typing import NDArray
-from slip_recordings import LIFT_FRAME, Trial, area, area_within
 
-from measured.row import Row, command
+from experiments import slip_recordings
+from experiments.row import Row, command
+from experiments.slip_recordings import LIFT_FRAME, Trial, area, area_within
 
 Bools = NDArray[np.bool_]
 
 OUT_OF_SAMPLE = ("object004", "object005")
 """Nothing was chosen on their lifts."""
 
-GRIPPER = Path(__file__).resolve().parents[1] / "gripper_finger.yaml"
+GRIPPER = Path(__file__).resolve().parent / "gripper_finger.yaml"
 
 
 def lifts(data: Path) -> list[Row]:

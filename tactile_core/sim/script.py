@@ -45,7 +45,7 @@ class Press(_Part):
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it in as many parts as there are frames."""
         if self.depth_mm is not None:
-            stage.check_depth(self.depth_mm)
+            stage.gel.check_depth(self.depth_mm)
         start_mm, start_n = stage.depth_mm, stage.force_n
         for part in range(1, self.frames + 1):
             share = part / self.frames

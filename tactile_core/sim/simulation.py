@@ -17,7 +17,7 @@ from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Frame
 from tactile_core.sim.script import Scene
 from tactile_core.sim.stage import VirtualStage
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 FRAMES, TRUTH, REFERENCE = "frames", "truth", "reference"
 _COLOURS = 3
@@ -78,7 +78,7 @@ def _taken(out: Path) -> InputError:
     return InputError(f"{out} is there already; give another --out, or empty it")
 
 
-def truth_arrays(truth: Truth) -> Mapping[str, NDArray[Any]]:
+def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
     """Arrays of a truth, under the names that measured ones have."""
     return {
         "height_mm": truth.height_mm,

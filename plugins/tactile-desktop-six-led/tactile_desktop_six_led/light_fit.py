@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_desktop_six_led.light_field import DIMMEST, LightField, place_terms
+from tactile_core.algorithms.photometric import place_terms
+from tactile_desktop_six_led.light_field import DIMMEST, LightField
 
 Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
@@ -57,13 +58,13 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
     held = np.full(len(start), _RIDGE)
     held[:lamps] = _EXPONENT_RIDGE
 
-    fit = _Fit(logs, terms, known, start, held)
+    fit = _Objective(logs, terms, known, start, held)
     found = least_squares(fit.error, start, fit.jacobian, max_nfev=_ROUNDS).x
     return _unpacked(found.astype(np.float32), lamps)
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class _Objective:
     """What the fit minimises, and its derivative.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,51 +19,42 @@ Arrays = Mapping[str, NDArray[Any]]
 Part = TypeVar("Part")
 
 
-@dataclass(frozen=True)
-class ModelFile:
-    """The file of one model.
+FILE = "model.npz"
 
-    Attributes
+
+def write_model(
+    folder: Path, shape: ImageShape, arrays: Arrays, *, compressed: bool = False
+) -> None:
+    """Write the arrays of a model that was fitted on images of this shape into a bundle."""
+    save: Any = np.savez_compressed if compressed else np.savez
+    save(folder / FILE, shape=np.array(shape), **arrays)
+
+
+@contextmanager
+def stored_model(folder: Path, use: str) -> Iterator[tuple[ImageShape, Arrays]]:
+    """Lend shape and arrays of a bundle's model to a ``with`` block that rebuilds it from them.
+
+    Parameters
     ----------
     folder : Path
-        The bundle's.
     use : str
-        Name of the model, for the refusal of a file that holds none.
+        Name of the model.
+
+    Raises
+    ------
+    CalibrationError
+        The file is missing, broken or of another model, which the block may tell by a LookupError,
+        TypeError, ValueError or OverflowError.
     """
-
-    folder: Path
-    use: str
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self.folder / "model.npz"
-
-    def write(self, shape: ImageShape, arrays: Arrays, *, compressed: bool = False) -> None:
-        """Write a model that was fitted on images of this shape."""
-        save: Any = np.savez_compressed if compressed else np.savez
-        save(self.path, shape=np.array(shape), **arrays)
-
-    @contextmanager
-    def read(self) -> Iterator[tuple[ImageShape, Arrays]]:
-        """Lend shape and arrays to a ``with`` block that rebuilds the model from them.
-
-        Raises
-        ------
-        CalibrationError
-            The file is missing, broken or of another model, which the block may tell by a
-            LookupError, TypeError, ValueError or OverflowError.
-        """
-        try:
-            arrays = read_npz(self.path)
-            height, width, channels = (int(n) for n in arrays["shape"])
-            if min(height, width, channels) < 1:
-                raise ValueError("no image has such a size")
-            yield (height, width, channels), arrays
-        except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
-            raise CalibrationError(
-                f"{self.path} does not hold a {self.use} model; calibrate again"
-            ) from error
+    path = folder / FILE
+    try:
+        arrays = read_npz(path)
+        height, width, channels = (int(n) for n in arrays["shape"])
+        if min(height, width, channels) < 1:
+            raise ValueError("no image has such a size")
+        yield (height, width, channels), arrays
+    except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
+        raise CalibrationError(f"{path} does not hold a {use} model; calibrate again") from error
 
 
 def arrays_of(part: Any) -> dict[str, NDArray[Any]]:

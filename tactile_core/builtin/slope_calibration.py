@@ -15,7 +15,7 @@ from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.slope_field import Model, SlopeField
 from tactile_core.algorithms.validity import two_within
 from tactile_core.builtin.image_shape import ImageShape, check_fitting
-from tactile_core.builtin.model_file import Arrays, ModelFile
+from tactile_core.builtin.model_file import Arrays, stored_model, write_model
 from tactile_core.calibration import Calibration
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
@@ -111,7 +111,7 @@ class SlopeCalibration(Calibration):
                 "table_axis": np.array([axis.per_unit, axis.first]),
                 "table_points": np.array(self._table.points),
             }
-        ModelFile(directory, self.USE).write(self._shape, arrays)
+        write_model(directory, self._shape, arrays)
 
     @classmethod
     def load(cls, directory: Path) -> Self:
@@ -122,7 +122,7 @@ class SlopeCalibration(Calibration):
         CalibrationError
             It is missing, broken or of another model.
         """
-        with ModelFile(directory, cls.USE).read() as (shape, arrays):
+        with stored_model(directory, cls.USE) as (shape, arrays):
             blur_px = float(arrays["blur_px"])
             if not 0 <= blur_px <= max(shape[:2]):
                 raise ValueError("no image is smoothed so")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tactile_core.builtin.model_file import ModelFile, arrays_of, part_from
+from tactile_core.builtin.model_file import arrays_of, part_from, stored_model, write_model
 from tactile_core.errors import CalibrationError
 
 SHAPE = (9, 12, 3)
@@ -25,9 +25,8 @@ LINE = Line(np.array([1, 2], np.float32), 0.1)
 
 
 def test_a_part_comes_back_with_its_arrays_and_numbers(tmp_path: Path) -> None:
-    file = ModelFile(tmp_path, "lab.line")
-    file.write(SHAPE, arrays_of(LINE))
-    with file.read() as (shape, arrays):
+    write_model(tmp_path, SHAPE, arrays_of(LINE))
+    with stored_model(tmp_path, "lab.line") as (shape, arrays):
         line = part_from(Line, arrays)
     assert shape == SHAPE
     np.testing.assert_array_equal(line.slope, LINE.slope)
@@ -39,9 +38,8 @@ def test_a_part_comes_back_with_its_arrays_and_numbers(tmp_path: Path) -> None:
 def test_a_part_of_another_form_is_refused(
     tmp_path: Path, level: NDArray[np.float64] | None
 ) -> None:
-    file = ModelFile(tmp_path, "lab.line")
     arrays = {name: array for name, array in arrays_of(LINE).items() if name != "level"}
-    file.write(SHAPE, arrays if level is None else arrays | {"level": level})
+    write_model(tmp_path, SHAPE, arrays if level is None else arrays | {"level": level})
     refusal = pytest.raises(CalibrationError, match=r"hold a lab\.line model; calibrate again")
-    with refusal, file.read() as (_, read):
+    with refusal, stored_model(tmp_path, "lab.line") as (_, read):
         part_from(Line, read)

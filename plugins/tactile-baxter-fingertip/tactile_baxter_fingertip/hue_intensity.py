@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_core.builtin.image_shape import ImageShape, check_fitting, in_words, shape_of
-from tactile_core.builtin.model_file import ModelFile, arrays_of
+from tactile_core.builtin.model_file import arrays_of, stored_model, write_model
 from tactile_core.builtin.slope_calibration import DARK_FRACTION, SATURATED_FRACTION
 from tactile_core.builtin.slope_training import thinned, too_few
 from tactile_core.calibration import Calibration, Press
@@ -124,7 +124,7 @@ class HueIntensity(Calibration):
         """Write ``model.npz``."""
         blurs_px = np.array([self._blur_px, self._light_blur_px])
         arrays = {"blurs_px": blurs_px, **arrays_of(self.decoder)}
-        ModelFile(directory, self.USE).write(self._shape, arrays, compressed=True)
+        write_model(directory, self._shape, arrays, compressed=True)
 
     @classmethod
     def load(cls, directory: Path) -> Self:
@@ -135,7 +135,7 @@ class HueIntensity(Calibration):
         CalibrationError
             It is missing, broken or of another model.
         """
-        with ModelFile(directory, cls.USE).read() as (shape, arrays):
+        with stored_model(directory, cls.USE) as (shape, arrays):
             blur_px, light_blur_px = (float(b) for b in arrays["blurs_px"])
             decoder = HueDecoder.from_arrays(arrays)
         return cls(decoder, shape, blur_px, light_blur_px)

@@ -188,9 +188,3 @@ def place(shape: tuple[int, int]) -> Float32:
     x = (np.arange(w, dtype=np.float32) - (w - 1) / 2) / (w / 2)
     y = (np.arange(h, dtype=np.float32) - (h - 1) / 2) / (w / 2)
     return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)
-
-
-def place_terms(places: Float32) -> Float32:
-    """1, x, y, x², xy, y² (..., 6) of places (..., 2), in half widths from the centre."""
-    x, y = places[..., 0], places[..., 1]
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)

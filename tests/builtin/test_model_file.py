@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,3 +44,11 @@ def test_a_part_of_another_form_is_refused(
     refusal = pytest.raises(CalibrationError, match=r"hold a lab\.line model; calibrate again")
     with refusal, stored_model(tmp_path, "lab.line") as (_, read):
         part_from(Line, read)
+
+
+@pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3), (9, 9)])
+def test_a_shape_that_no_image_has_is_refused(tmp_path: Path, shape: Any) -> None:
+    write_model(tmp_path, shape, arrays_of(LINE))
+    refusal = pytest.raises(CalibrationError, match=r"hold a lab\.line model; calibrate again")
+    with refusal, stored_model(tmp_path, "lab.line"):
+        pass

@@ -107,9 +107,9 @@ def test_a_stage_pickles_in_the_middle_of_a_press() -> None:
 
 
 def test_a_script_is_played_frame_by_frame(script: Path) -> None:
-    played, stage = Script(script), VirtualStage("hex_fingertip")
-    depths = [stage.depth_mm for _ in played.played(stage)]
-    assert len(depths) == played.frames == 7
+    moves, stage = Script(script), VirtualStage("hex_fingertip")
+    depths = [stage.depth_mm for _ in moves.played(stage)]
+    assert len(depths) == moves.frames == 7
     assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
 
 

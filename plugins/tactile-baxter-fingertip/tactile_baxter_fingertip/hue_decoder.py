@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_baxter_fingertip.tables import ENTRIES, Bytes, Float32, smooth_table
-from tactile_core.algorithms.photometric import place_terms
+from tactile_core.algorithms import regression
 from tactile_core.builtin.model_file import part_from
 
 Float = NDArray[np.float64]
@@ -55,7 +55,7 @@ class HueDecoder:
     Attributes
     ----------
     evening : (6, 3, 3) float32
-        For each of :func:`place_terms`: the matrix that is applied
+        For each of the terms 1, x, y, x², xy and y² of the place: the matrix that is applied
         to (I − I₀) / I₀; their sum gives two chroma axes and the intensity.
     limits : (3,) float32
         Largest chroma, smallest and largest intensity that the tables hold.
@@ -133,7 +133,7 @@ def angle_of(yaw: Bytes) -> Float32:
 
 def evened(features: Float32, evening: Float32) -> Float32:
     """(N, 3) chroma axes and intensity of (N, 5) changes and places, as in the mean light."""
-    change, terms = features[:, :3], place_terms(features[:, 3:])
+    change, terms = features[:, :3], regression.terms(features[:, 3:], 2)
     return np.asarray(np.einsum("nt,tkj,nj->nk", terms, evening, change), np.float32)
 
 
@@ -196,7 +196,7 @@ def _evening(features: Float32, sines: Float32) -> Float32:
     nx, ny = sines.astype(np.float64).T
     slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= _COLOUR_ORDER], 1)
     usual = slope @ np.linalg.lstsq(slope, change, rcond=None)[0]
-    terms = place_terms(features[:, 3:]).astype(np.float64)
+    terms = regression.terms(features[:, 3:], 2).astype(np.float64)
     products = (terms[:, :, None] * change[:, None, :]).reshape(len(change), -1)
     normal = products.T @ products
     normal += _EVENING_RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))

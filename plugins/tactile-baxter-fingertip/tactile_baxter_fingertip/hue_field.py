@@ -10,13 +10,8 @@ from numpy.typing import NDArray
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
-from tactile_core.algorithms.photometric import (
-    DARK_FRACTION,
-    Smoothing,
-    place,
-    place_terms,
-    relative_change,
-)
+from tactile_core.algorithms import regression
+from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
 from tactile_core.algorithms.sines import planes_to_gradient
 
 Bool = NDArray[np.bool_]
@@ -72,7 +67,7 @@ class HueField:
         self._light = light
         factors, offsets = decoder.to_entries
         h, w = light.base.shape[:2]
-        terms = place_terms(place((h, w)))
+        terms = regression.terms(place((h, w)).reshape(-1, 2), 2).reshape(h, w, -1)
         floor = np.float32(DARK_FRACTION * light.full_scale)
         per_intensity = 1 / np.maximum(light.base, floor)
         self._weights: list[list[Float32]] = []

@@ -116,19 +116,6 @@ def test_a_spoilt_file_is_refused(
         HueIntensity.load(tmp_path)
 
 
-@pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3)])
-def test_a_size_that_no_image_has_is_refused(
-    model: HueIntensity, tmp_path: Path, shape: tuple[float, ...]
-) -> None:
-    model.save(tmp_path)
-    path = tmp_path / "model.npz"
-    with np.load(path) as arrays:
-        changed = {**arrays, "shape": np.array(shape)}
-    np.savez(path, **changed)
-    with pytest.raises(CalibrationError, match="calibrate again"):
-        HueIntensity.load(tmp_path)
-
-
 @pytest.mark.parametrize("name", ["yaw", "evening", "by_intensity"])
 def test_a_misshapen_table_is_refused(model: HueIntensity, name: str) -> None:
     arrays = arrays_of(model.decoder)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.photometric import place_terms
+from tactile_core.algorithms import regression
 
 Float32 = NDArray[np.float32]
 
@@ -58,7 +58,7 @@ class LightField:
 
     def rows(self, spot: Float32) -> Float32:
         """M at (N, 2) places: (3, K, N)."""
-        terms = place_terms(spot).T
+        terms = regression.terms(spot, 2).T
         across = self.across.transpose(0, 2, 1) @ terms
         facing = self.facing.T @ terms[: len(self.facing)]
         return np.asarray(np.concatenate([across, facing[None]]), np.float32)

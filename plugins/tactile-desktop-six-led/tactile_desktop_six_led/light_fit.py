@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.photometric import place_terms
+from tactile_core.algorithms import regression
 from tactile_desktop_six_led.light_field import DIMMEST, LightField
 
 Float32 = NDArray[np.float32]
@@ -51,7 +51,8 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
     gain = np.concatenate([np.ones(len(pick)), 1 + _GAIN * rng.standard_normal(len(pick))])
     pick = np.concatenate([pick, pick])
     change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
-    terms, known = place_terms(features[pick, -2:]).astype(np.float64), sines[pick]
+    known = sines[pick]
+    terms = regression.terms(features[pick, -2:], 2).astype(np.float64)
     lamps = change.shape[1]
     logs = np.log(np.maximum(change + 1, DIMMEST))
     start = _linear_start(change, terms, known)

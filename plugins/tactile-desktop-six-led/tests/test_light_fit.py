@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import check_grad
 
-from tactile_core.algorithms.photometric import place_terms
+from tactile_core.algorithms import regression
 from tactile_desktop_six_led.light_fit import _Objective
 
 
@@ -13,7 +13,7 @@ from tactile_desktop_six_led.light_fit import _Objective
 def test_the_jacobian_is_the_derivative_of_the_error(lamps, seed):
     rng = np.random.default_rng(seed)
     logs = rng.normal(0, 0.3, (12, lamps))
-    terms = place_terms(rng.uniform(-1, 1, (12, 2)))
+    terms = regression.terms(rng.uniform(-1, 1, (12, 2)), 2)
     known = rng.uniform(-0.6, 0.6, (12, 2)).astype(np.float32)
     start = np.concatenate([np.ones(lamps), rng.normal(0, 0.2, 15 * lamps)])
     fit = _Objective(logs, terms, known, start, np.full(16 * lamps, 0.03))

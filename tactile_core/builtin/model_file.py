@@ -15,11 +15,10 @@ from tactile_core.builtin.image_shape import ImageShape
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
 
-Arrays = Mapping[str, NDArray[Any]]
-Part = TypeVar("Part")
-
-
 FILE = "model.npz"
+
+Arrays = Mapping[str, NDArray[Any]]
+T = TypeVar("T")
 
 
 def write_model(
@@ -62,7 +61,7 @@ def arrays_of(part: Any) -> dict[str, NDArray[Any]]:
     return {field.name: np.asarray(getattr(part, field.name)) for field in fields(part)}
 
 
-def part_from(kind: type[Part], arrays: Arrays) -> Part:
+def part_from(kind: type[T], arrays: Arrays) -> T:
     """Rebuild a dataclass from the arrays of its fields.
 
     Raises

@@ -14,9 +14,9 @@ from collections.abc import Generator
 
 import numpy as np
 
-from tactile_core.benching.stream import Stream
-from tactile_core.benching.unit import VirtualUnit, virtual_unit
-from tactile_core.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.timing.stream import Stream
+from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.profiles.loader import load_profile
 
 PROFILES = ("hex_fingertip", "hex_fingertip_unmarked", "desktop_six_led")

@@ -10,8 +10,8 @@ from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.photometric import Smoothing
 from tactile_core.algorithms.sines import planes_to_gradient
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibration import Press
-from tactile_core.plugins import resolve
+from tactile_core.interfaces.calibration import Press
+from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Frame, Reference
 
 MODELS = ("core.mlp", "core.lookup_table", "core.polynomial")

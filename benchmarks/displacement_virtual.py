@@ -23,7 +23,7 @@ from slip_virtual import PROFILE, UNIT, calibrated, drawn, untouched
 
 from tactile_core import Pipeline
 from tactile_core.algorithms.displacement import MarkedSkin
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, MarkerField
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.truth import TrueState

@@ -24,7 +24,7 @@ from scipy.stats import rankdata
 from tactile_core import SlipState, open_sensor
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.algorithms.slip.imprint import ImprintFollower
-from tactile_core.recording import open_recording
+from tactile_core.recordings.recording import open_recording
 
 ROOT = Path(__file__).resolve().parents[1]
 LIFT_FRAME = 5

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core import load_profile
 from tactile_core.builtin.displacement import Displacement
 from tactile_core.builtin.slip import Slip
-from tactile_core.estimator import SensorContext
+from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     ContactMask,

@@ -22,7 +22,7 @@ from slip_thresholds import QUICK_MM_S, auc
 from virtual_calibration import Draw, command, simulated
 
 from tactile_core import Pipeline, load_profile
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import Frame, Reference, SlipState
 from tactile_core.sim import VirtualStage
 

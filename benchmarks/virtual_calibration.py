@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibrating.presses import SCORED_CONTACT_FRACTION, angles_deg
+from tactile_core.calibration.presses import SCORED_CONTACT_FRACTION, angles_deg
 from tactile_core.cli import main as tactile
 from tactile_core.formats.npz import read_npz
 from tactile_core.profiles.loader import load_profile

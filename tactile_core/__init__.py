@@ -10,21 +10,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tactile_core.bundle import Bundle as Bundle
-    from tactile_core.calibration import Calibration as Calibration
-    from tactile_core.calibration import Press as Press
-    from tactile_core.camera import Camera as Camera
+    from tactile_core.bundles.bundle import Bundle as Bundle
     from tactile_core.errors import CalibrationError as CalibrationError
     from tactile_core.errors import DeviceError as DeviceError
     from tactile_core.errors import InputError as InputError
     from tactile_core.errors import PluginError as PluginError
     from tactile_core.errors import ProfileError as ProfileError
     from tactile_core.errors import TactileError as TactileError
-    from tactile_core.estimator import Estimator as Estimator
-    from tactile_core.estimator import SensorContext as SensorContext
-    from tactile_core.illumination import Exposure as Exposure
-    from tactile_core.illumination import Illumination as Illumination
-    from tactile_core.pipeline import Pipeline as Pipeline
+    from tactile_core.interfaces.calibration import Calibration as Calibration
+    from tactile_core.interfaces.calibration import Press as Press
+    from tactile_core.interfaces.camera import Camera as Camera
+    from tactile_core.interfaces.estimator import Estimator as Estimator
+    from tactile_core.interfaces.estimator import SensorContext as SensorContext
+    from tactile_core.interfaces.illumination import Exposure as Exposure
+    from tactile_core.interfaces.illumination import Illumination as Illumination
+    from tactile_core.pipeline.pipeline import Pipeline as Pipeline
+    from tactile_core.pipeline.reading import Reading as Reading
+    from tactile_core.pipeline.sensor import Sensor as Sensor
+    from tactile_core.pipeline.sensor import open_sensor as open_sensor
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
     from tactile_core.quantities import DisplacementField as DisplacementField
@@ -37,16 +40,13 @@ if TYPE_CHECKING:
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
     from tactile_core.quantities import SlipState as SlipState
-    from tactile_core.reading import Reading as Reading
-    from tactile_core.sensor import Sensor as Sensor
-    from tactile_core.sensor import open_sensor as open_sensor
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "bundle": ("Bundle",),
-    "calibration": ("Calibration", "Press"),
-    "camera": ("Camera",),
+    "bundles.bundle": ("Bundle",),
+    "interfaces.calibration": ("Calibration", "Press"),
+    "interfaces.camera": ("Camera",),
     "errors": (
         "CalibrationError",
         "DeviceError",
@@ -55,9 +55,9 @@ _HOMES = {
         "ProfileError",
         "TactileError",
     ),
-    "estimator": ("Estimator", "SensorContext"),
-    "illumination": ("Exposure", "Illumination"),
-    "pipeline": ("Pipeline",),
+    "interfaces.estimator": ("Estimator", "SensorContext"),
+    "interfaces.illumination": ("Exposure", "Illumination"),
+    "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (
         "ContactMask",
@@ -72,8 +72,8 @@ _HOMES = {
         "Reference",
         "SlipState",
     ),
-    "reading": ("Reading",),
-    "sensor": ("Sensor", "open_sensor"),
+    "pipeline.reading": ("Reading",),
+    "pipeline.sensor": ("Sensor", "open_sensor"),
 }
 _MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
 

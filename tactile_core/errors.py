@@ -7,10 +7,53 @@ something that the user gave is unusable, 1 where the work itself failed (a devi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from tactile_core.profiles.source import Problem
+
+@dataclass(frozen=True)
+class Place:
+    """Where something stands in a file.
+
+    Attributes
+    ----------
+    file : Path
+    line, column : int
+        From 1; 0 for what stands in no file.
+    """
+
+    file: Path
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}" if self.line else str(self.file)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake in a profile.
+
+    Attributes
+    ----------
+    file : Path
+    line, column : int
+        From 1; 0 for what stands in no file.
+    key : str
+        E.g. ``image.width_px``; empty where the file as a whole is meant.
+    message : str
+        What is wrong and what to do, in plain words.
+    """
+
+    file: Path
+    line: int
+    column: int
+    key: str
+    message: str
+
+    def __str__(self) -> str:
+        place = Place(self.file, self.line, self.column)
+        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
 
 
 class TactileError(Exception):

@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from virtual_lab import VirtualLab
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.errors import InputError
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Frame
-from tactile_core.sensor import read_frames
 
 
 def frame(level: float, shape: tuple[int, int, int] = (4, 5, 3)) -> Frame:

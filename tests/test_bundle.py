@@ -10,10 +10,10 @@ import pytest
 from bundles_on_disk import edit
 from virtual_lab import VirtualLab
 
-from tactile_core.bundle import Bundle, check_serial
+from tactile_core.bundles.bundle import Bundle, check_serial
+from tactile_core.bundles.manifest import FORMAT, Manifest, write_manifest
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.manifest import FORMAT, Manifest, write_manifest
 
 
 @pytest.fixture

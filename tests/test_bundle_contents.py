@@ -10,7 +10,7 @@ import pytest
 
 from tactile_core.algorithms.regression import PolynomialFit
 from tactile_core.builtin.polynomial import Polynomial
-from tactile_core.bundle import Bundle, Manifest
+from tactile_core.bundles.bundle import Bundle, Manifest
 from tactile_core.errors import CalibrationError
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile

@@ -9,7 +9,7 @@ import pytest
 from bundles_on_disk import edit, held
 from virtual_lab import VirtualLab
 
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import InputError
 from tactile_core.formats import folders
 
@@ -123,7 +123,7 @@ def test_a_file_that_comes_while_a_bundle_is_replaced_is_kept(
 WRITES = """
 import sys
 from pathlib import Path
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 bundle = Bundle.load(Path(sys.argv[1]))
 for _ in range(int(sys.argv[3])):
     bundle.save(Path(sys.argv[2]))
@@ -150,7 +150,7 @@ def test_while_two_write_a_bundle_readers_always_find_one(lab: VirtualLab, tmp_p
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from tactile_core import bundle
+from tactile_core.bundles import bundle
 from tactile_core.formats import folders
 loaded = bundle.Bundle.load(Path(sys.argv[1]))
 def die(*_):

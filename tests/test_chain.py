@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy as np
 import pytest
 
-from tactile_core.chain import Chain, declared_step, without_marks
-from tactile_core.device import Options
 from tactile_core.errors import InputError, PluginError, ProfileError
-from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.pipeline.chain import Chain, declared_step, without_marks
 from tactile_core.quantities import (
     ContactMask,
     Frame,

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import pytest
 
-from tactile_core.camera import Camera
-from tactile_core.device import Device, Options
 from tactile_core.errors import CameraLost, DeviceBusy, DeviceError
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Device, Options
+from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.quantities import Image
 
 

@@ -15,9 +15,9 @@ from followed import ROOT
 from test_readme import commands
 
 import tactile_core
+from tactile_core.bundles.manifest import FORMAT
 from tactile_core.cli.app import app
-from tactile_core.hookspecs import GROUP
-from tactile_core.manifest import FORMAT
+from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.names import list_rigs
 

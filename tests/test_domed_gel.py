@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from tactile_core import ContactMask, Gradients, HeightMap, Pipeline
 from tactile_core.builtin.contact import Contact
 from tactile_core.builtin.poisson import Poisson
-from tactile_core.calibrating import Calibrated, calibrate
-from tactile_core.estimator import SensorContext
-from tactile_core.outputs import write_reading
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.result import Calibrated
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.outputs import write_reading
+from tactile_core.pipeline.reading import Reading
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
-from tactile_core.reading import Reading
 
 Array = NDArray[Any]
 

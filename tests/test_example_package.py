@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from dist_info import write_dist_info
 
-from tactile_core.chain import Chain
 from tactile_core.errors import PluginError
-from tactile_core.estimator import SensorContext
-from tactile_core.plugins import list_plugins, resolve
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.pipeline.chain import Chain
+from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.quantities import HeightMap
 
 PROJECT = Path(__file__).resolve().parents[1] / "examples" / "tactile-example-estimator"

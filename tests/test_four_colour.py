@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.calibrating import calibrate
+from tactile_core.calibration.fitting import calibrate
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "four_colour.yaml"
 

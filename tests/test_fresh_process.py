@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactile_core.errors import DeviceError, InputError
-from tactile_core.fresh_process import FreshProcess, peak_memory_mib
+from tactile_core.evaluation.fresh_process import FreshProcess, peak_memory_mib
 
 
 def count(start: int) -> Generator[int, int, None]:

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.errors import InputError
-from tactile_core.geometry import ImageGeometry
-from tactile_core.profiles.model import ImageSection
+from tactile_core.interfaces.image import ImageSection
 
 SOURCE = ((33.0, 58.0), (208.0, 61.0), (56.0, 250.0), (185.0, 244.0))
 TARGET = ((0.0, 0.0), (240.0, 0.0), (0.0, 320.0), (240.0, 320.0))

@@ -13,13 +13,13 @@ import pytest
 from imprint_scenes import COLUMNS, MARK_PX, PITCH_PX, ROWS, scene
 from typer.testing import CliRunner
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.cli.app import app
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import open_sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, SlipState
-from tactile_core.sensor import open_sensor
 
 MM_PER_PX = 0.05
 PROFILE = f"""\

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.inputs import Inputs
+from tactile_core.recordings.inputs import Inputs
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.inputs import Inputs
-from tactile_core.output_folder import WRITTEN, OutputFolder
+from tactile_core.recordings.inputs import Inputs
+from tactile_core.recordings.output_folder import WRITTEN, OutputFolder
 
 
 def write(folder: OutputFolder, text: str, name: str = "a.txt") -> Path:
@@ -130,7 +130,7 @@ def test_our_own_file_is_not_replaced_while_it_is_an_input(tmp_path: Path) -> No
 
 KILLED = """
 import os, signal, sys
-from tactile_core.output_folder import OutputFolder
+from tactile_core.recordings.output_folder import OutputFolder
 def die(path):
     path.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)

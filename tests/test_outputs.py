@@ -16,8 +16,8 @@ from tactile_core.formats.images import read_image
 from tactile_core.formats.normals import read_normals
 from tactile_core.formats.npz import read_npz
 from tactile_core.formats.tmd import read_tmd
-from tactile_core.output_folder import WRITTEN, OutputFolder
-from tactile_core.outputs import FORMATS, check_names, safe_stem, write_reading
+from tactile_core.pipeline.outputs import FORMATS, check_names, safe_stem, write_reading
+from tactile_core.pipeline.reading import Reading
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,
@@ -27,7 +27,7 @@ from tactile_core.quantities import (
     MarkerField,
     Quantity,
 )
-from tactile_core.reading import Reading
+from tactile_core.recordings.output_folder import WRITTEN, OutputFolder
 
 SHAPE = (6, 8)
 ONES = np.ones(SHAPE, bool)

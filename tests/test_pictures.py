@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.pictures import deviation, relief, side_by_side
-from tactile_core.pictures.drawing import blank, in_words, round_length, text_size, ticks, write
-from tactile_core.pictures.field import arrows
-from tactile_core.pictures.shading import colours, shaded, signed
 from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.views.arrows import arrows
+from tactile_core.views.drawing import blank, in_words, round_length, text_size, ticks, write
+from tactile_core.views.pictures import deviation, relief, side_by_side
+from tactile_core.views.shading import colours, shaded, signed
 
 
 def bump(rows: int, columns: int, mm_per_px: float = 0.1, depth_mm: float = 1.0) -> HeightMap:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.pictures import dragged, marked, relief
-from tactile_core.pictures.overlay import drag
-from tactile_core.pictures.shading import colours, painted
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, HeightMap, MarkerField
+from tactile_core.views.overlay import drag
+from tactile_core.views.pictures import dragged, marked, relief
+from tactile_core.views.shading import colours, painted
 
 SHAPE, SCALE_MM = (480, 640), 0.03
 Y, X = np.mgrid[: SHAPE[0], : SHAPE[1]]

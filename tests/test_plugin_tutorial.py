@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from dist_info import write_dist_info
 
-from tactile_core.plugins import list_plugins, profile_directories
+from tactile_core.plugins.registry import list_plugins, profile_directories
 
 PAGE = Path(__file__).resolve().parents[1] / "plugins" / "README.md"
 NAMED_BLOCK = re.compile(r"^`([\w./-]+)`:\n\n```\w+\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.camera import Camera
-from tactile_core.entry_points import installed_offers
 from tactile_core.errors import PluginError
-from tactile_core.plugins import PluginInfo, list_plugins, profile_directories, resolve
+from tactile_core.interfaces.camera import Camera
+from tactile_core.plugins.entry_points import installed_offers
+from tactile_core.plugins.registry import PluginInfo, list_plugins, profile_directories, resolve
 
 FAKES = Path(__file__).parent / "fakes"
 
@@ -329,6 +329,9 @@ def test_the_core_offers_replay_through_the_hooks_of_everyone() -> None:
 
 def test_importing_this_module_imports_no_interface_and_no_metadata_reader() -> None:
     heavy = ("importlib.metadata", "numpy", "pydantic", "cv2", "tactile_core.builtin")
-    code = f"import sys, tactile_core.plugins; print(*[m for m in {heavy!r} if m in sys.modules])"
+    code = (
+        f"import sys, tactile_core.plugins.registry; "
+        f"print(*[m for m in {heavy!r} if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import write_png
-from tactile_core.recording import Recording, open_recording
+from tactile_core.recordings.recording import Recording, open_recording
 
 
 def picture(path: Path, value: int = 0, shape: tuple[int, ...] = (6, 8, 3)) -> Path:

@@ -11,12 +11,12 @@ from command_line import tactile
 from measured.bear import record_object
 from measured.grids import on_balls
 
-from tactile_core.calibrating import calibrate
+from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.target import BallGrid, read_target
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import played_back, read_frames
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
-from tactile_core.sensor import played_back, read_frames
 
 pytestmark = pytest.mark.recordings
 

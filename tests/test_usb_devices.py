@@ -11,10 +11,10 @@ import usb.core
 import usb.util
 from usb.backend import IBackend
 
-from tactile_core import usb_devices
+from tactile_core.acquisition import usb_devices
+from tactile_core.acquisition.usb_devices import UsbDevice, usb_cameras
 from tactile_core.cli import main
 from tactile_core.errors import DeviceError
-from tactile_core.usb_devices import UsbDevice, usb_cameras
 
 LANGUAGES = bytes([4, 3, 0x09, 0x04])
 CAMERA = {

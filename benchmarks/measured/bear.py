@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 
 from measured.row import Row, command
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Gradients
-from tactile_core.sensor import read_frames
 
 Array = NDArray[Any]
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from measured.row import Row, command
-from tactile_core.calibrating import calibrate
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.target import BallGrid, read_target
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import played_back, read_frames
 from tactile_core.quantities import Gradients
-from tactile_core.sensor import played_back, read_frames
 
 ROOT = Path(__file__).resolve().parents[2]
 WITHIN = 0.8

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measured.row import Row, command
-from tactile_core.calibrating import calibrate
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.tmd import read_tmd
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Gradients, HeightMap
-from tactile_core.sensor import read_frames
 
 Array = NDArray[Any]
 

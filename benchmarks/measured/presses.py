@@ -14,17 +14,18 @@ from numpy.typing import NDArray
 from measured.press_sets import Presses
 from measured.row import Row, command
 from measured.sphere import radius_px
-from tactile_core.calibrating import Calibrated, calibrate
-from tactile_core.calibrating.presses import (
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.presses import (
     FoundPress,
     angles_deg,
     find_presses,
     light_of,
     relocated,
 )
-from tactile_core.pipeline import Pipeline
+from tactile_core.calibration.result import Calibrated
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Gradients, HeightMap
-from tactile_core.sensor import read_frames
 
 
 @dataclass(frozen=True)

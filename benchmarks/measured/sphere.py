@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tactile_core.calibrating.presses import FoundPress
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.quantities import HeightMap
 
 WITHIN = 0.65

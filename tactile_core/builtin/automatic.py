@@ -11,8 +11,8 @@ from pydantic import BaseModel, Field
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeOptions
-from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 
 

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, field_validator, model_validator
 
-from tactile_core.device import Options
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure, Illumination
 
 GREY, COLOUR = 1, 3
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
-from tactile_core import device
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.interfaces import device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactMask, HeightMap
 
 

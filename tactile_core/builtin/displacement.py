@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from tactile_core.algorithms.displacement import MarkedSkin
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
-from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
 
 

@@ -17,8 +17,8 @@ from tactile_core.builtin.image_shape import shape_of
 from tactile_core.builtin.model_file import Arrays
 from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
 from tactile_core.builtin.slope_training import blur_of, faithful, samples_of
-from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Reference
 
 CELL_BLUR_ENTRIES = 1.2

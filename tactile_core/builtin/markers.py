@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel
 
+from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.errors import InputError
-from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.marks import MarkFinder
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Frame, MarkerDetections
 
 

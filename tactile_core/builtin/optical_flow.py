@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core import device
 from tactile_core.algorithms.displacement import flow
 from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.interfaces import device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import DisplacementField, Float32, Frame, Reference
 
 _REACH_THICKNESSES = 0.5

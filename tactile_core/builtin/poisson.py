@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat
 
-from tactile_core import device
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest import rest_plane
-from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.interfaces import device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Float32, Gradients, HeightMap
 
 DriftSlope = Annotated[

@@ -14,7 +14,7 @@ from tactile_core.builtin.image_shape import shape_of
 from tactile_core.builtin.model_file import Arrays
 from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
 from tactile_core.builtin.slope_training import baked, blur_of, samples_of
-from tactile_core.calibration import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Reference
 
 

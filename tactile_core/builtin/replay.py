@@ -9,12 +9,12 @@ from typing import ClassVar
 
 from pydantic import BaseModel, Field, PositiveInt
 
-from tactile_core.camera import Camera
-from tactile_core.device import Options
 from tactile_core.errors import InputError
 from tactile_core.formats.video import NOMINAL_FPS
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Image
-from tactile_core.recording import Recording, open_recording
+from tactile_core.recordings.recording import Recording, open_recording
 
 
 class ReplayOptions(Options):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
-from tactile_core import device
 from tactile_core.algorithms.poisson import integrate_robustly
 from tactile_core.builtin.poisson import DRIFT_SLOPE, DriftSlope, height_map, set_to_rest
-from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.interfaces import device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Gradients, HeightMap
 
 

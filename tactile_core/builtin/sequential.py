@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 from pydantic import BaseModel, Field, model_validator
 
 from tactile_core.builtin.constant import LightOptions, refuse_same_names
-from tactile_core.device import Options
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure, Illumination
 
 FEWEST_LIGHTS = 3
 """Two unknowns of the normal and the albedo need three measurements (photometric stereo)."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core import device
 from tactile_core.algorithms.slip.core import NOISE_MM
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.drag import DraggedContact
@@ -13,8 +12,9 @@ from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, Im
 from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
 from tactile_core.builtin.slip_touch import TouchFinder
-from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.marks import MarkFinder
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.interfaces import device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,

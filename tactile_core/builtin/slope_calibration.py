@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.slope_field import Model, SlopeField
 from tactile_core.algorithms.validity import two_within
 from tactile_core.builtin.image_shape import ImageShape, check_fitting
 from tactile_core.builtin.model_file import Arrays, stored_model, write_model
-from tactile_core.calibration import Calibration
+from tactile_core.interfaces import device
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 SATURATED_FRACTION = 0.988

@@ -12,8 +12,8 @@ from tactile_core.algorithms.sines import to_sines
 from tactile_core.algorithms.slope_field import Model, Sampler, takes_table
 from tactile_core.builtin.image_shape import in_words, shape_of
 from tactile_core.builtin.slope_calibration import SlopeOptions, slope_field
-from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Reference
 
 MOST_SAMPLES = 12_000

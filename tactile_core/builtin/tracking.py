@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from tactile_core.algorithms.tracking import FEWEST_MARKS, MarkTracker, shows_contact
 from tactile_core.errors import InputError
-from tactile_core.estimator import Estimator, SensorContext
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 
 _IN_CONTACT = (

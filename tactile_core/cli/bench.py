@@ -10,7 +10,7 @@ import typer
 from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
-    from tactile_core.benching import Bench, Benches
+    from tactile_core.evaluation.timing import Bench, Benches
     from tactile_core.profiles.model import Profile
 
 _SMALLEST_PX, _LARGEST_PX = 64, 4096
@@ -42,8 +42,8 @@ def bench(
     Virtual units are calibrated on rendered presses. What a camera's driver takes is not counted.
     All of it takes under a minute unless several sizes are asked for.
     """
-    from tactile_core.benching import bench as measure_all
     from tactile_core.cli.progress import Bar
+    from tactile_core.evaluation.timing import bench as measure_all
 
     sizes_px = [_size(words) for words in size or []]
     profiles, unusable = _profiles(profile)

@@ -35,10 +35,10 @@ def calibrate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
-    from tactile_core.bundle import check_place, check_serial, default_place
-    from tactile_core.calibrating import calibrate as fit
-    from tactile_core.calibrating import inputs_of
-    from tactile_core.calibrating.height_target import parse_rows
+    from tactile_core.bundles.bundle import check_place, check_serial, default_place
+    from tactile_core.calibration.fitting import calibrate as fit
+    from tactile_core.calibration.fitting import inputs_of
+    from tactile_core.calibration.height_target import parse_rows
     from tactile_core.cli.progress import Bar
     from tactile_core.profiles.loader import load_profile
 

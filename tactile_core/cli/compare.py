@@ -51,13 +51,13 @@ def compare(
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.cli.table import table_lines
-    from tactile_core.comparing import compare as measure_all
-    from tactile_core.comparing.report import page, table
-    from tactile_core.comparing.variants import parse_swap
+    from tactile_core.evaluation.comparison import compare as measure_all
+    from tactile_core.evaluation.comparison.report import page, table
+    from tactile_core.evaluation.comparison.variants import parse_swap
     from tactile_core.formats.files import write_atomically
-    from tactile_core.inputs import PROFILE, Inputs
-    from tactile_core.output_folder import REPORT, OutputFolder
-    from tactile_core.sensor import FIRST
+    from tactile_core.pipeline.sensor import FIRST
+    from tactile_core.recordings.inputs import PROFILE, Inputs
+    from tactile_core.recordings.output_folder import REPORT, OutputFolder
 
     swaps = [parse_swap(words) for words in swap or []]
     given = {

@@ -15,13 +15,13 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("tactile-demo"),
 ) -> None:
     """Calibrate and measure with virtual rigs; write report.html."""
-    from tactile_core import html
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import ProfileError
+    from tactile_core.evaluation.demo import demonstrate
     from tactile_core.formats.files import write_atomically
-    from tactile_core.output_folder import REPORT, OutputFolder
     from tactile_core.profiles.loader import list_rigs, load_profile
-    from tactile_core.sim.demo import demonstrate
+    from tactile_core.recordings.output_folder import REPORT, OutputFolder
+    from tactile_core.views import html
 
     results = OutputFolder(out)
     results.check([REPORT])

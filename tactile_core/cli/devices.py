@@ -14,8 +14,8 @@ def devices(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List the USB cameras that are plugged in, any of which may be a sensor's."""
+    from tactile_core.acquisition.usb_devices import usb_cameras
     from tactile_core.cli.table import table_lines
-    from tactile_core.usb_devices import usb_cameras
 
     found = usb_cameras()
     if as_json:

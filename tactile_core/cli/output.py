@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
 from tactile_core.formats import shown
-from tactile_core.plain import plain
+from tactile_core.formats.json import plain
 
 _data: list[TextIO | None] = []
 """Where data goes while :func:`only_data_on_stdout` keeps all else away; the last one counts."""

@@ -47,7 +47,7 @@ def _description(path: Path) -> str:
 
 def plugins(as_json: AsJson = False) -> None:
     """List the plugins and what each brings."""
-    from tactile_core.plugins import list_plugins
+    from tactile_core.plugins.registry import list_plugins
 
     found = list_plugins()
     if as_json:
@@ -105,9 +105,9 @@ def doctor(
 ) -> None:
     """Say what is wrong with the plugins, and with a profile."""
     from tactile_core.errors import InputError
-    from tactile_core.plugins import list_plugins
+    from tactile_core.pipeline.sensor import open_sensor
+    from tactile_core.plugins.registry import list_plugins
     from tactile_core.profiles.loader import load_profile
-    from tactile_core.sensor import open_sensor
 
     if sim and profile is None:
         raise InputError("--sim opens the virtual twin of a profile; name one")

@@ -14,7 +14,7 @@ PATIENCE_S = 1.0
 
 
 class Bar:
-    """A :class:`tactile_core.progress.Progress` that draws on stderr."""
+    """A :class:`tactile_core.interfaces.progress.Progress` that draws on stderr."""
 
     def __init__(self) -> None:
         self._start = monotonic()

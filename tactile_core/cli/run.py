@@ -12,7 +12,7 @@ import typer
 from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
-    from tactile_core.reading import Reading
+    from tactile_core.pipeline.reading import Reading
 
 
 def run(
@@ -38,12 +38,12 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
 ) -> None:
     """Measure: height, contact and all that the profile's steps give."""
-    from tactile_core.bundle import default_place
+    from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
-    from tactile_core.inputs import PROFILE, Inputs
-    from tactile_core.output_folder import OutputFolder
-    from tactile_core.outputs import FORMATS, check_names, write_reading
-    from tactile_core.sensor import FIRST, observation_names, open_sensor
+    from tactile_core.pipeline.outputs import FORMATS, check_names, write_reading
+    from tactile_core.pipeline.sensor import FIRST, observation_names, open_sensor
+    from tactile_core.recordings.inputs import PROFILE, Inputs
+    from tactile_core.recordings.output_folder import OutputFolder
 
     if frames is not None and frames > sys.maxsize:
         raise InputError(f"--frames {frames}: no sensor delivers so many; leave the option out")

@@ -37,8 +37,7 @@ def read_labels(
     Returns
     -------
     dict of observation name to Circle
-        The name is what :func:`tactile_core.recording.open_recording` calls the observation: an
-        image's name without folder and ending, a scan's folder.
+        The name is the observation's: an image's name without folder and ending, a scan's folder.
 
     Raises
     ------

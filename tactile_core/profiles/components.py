@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.blame import blame
-from tactile_core.errors import InputError, PluginError, PluginFault
+from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
-from tactile_core.profiles.nodes import Keys, Node, Problem
+from tactile_core.plugins.blame import blame
+from tactile_core.profiles.nodes import Keys, Node, problem_at
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
 
 if TYPE_CHECKING:
-    from tactile_core.plugins import Kind
+    from tactile_core.plugins.registry import Kind
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ def check_components(source: Source) -> Checked:
             part = _component(kind, use.value)
             model: type[BaseModel] = part.Options
         except PluginError as error:
-            problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
+            problems.append(problem_at(use.place, (*keys, "use"), str(error)))
             continue
         if kind == "estimator" and _lacks_marks(source, use, part):
             problems.append(
-                Problem.at(
+                problem_at(
                     use.place,
                     (*keys, "use"),
                     f"{use.value} needs printed marks and 'gel.markers' says that there are "
@@ -73,10 +73,10 @@ def check_components(source: Source) -> Checked:
             }
             mistakes = _mistakes(part, use.value, options)
         except PluginFault as error:
-            problems.append(Problem.at(use.place, (*keys, "use"), str(error)))
+            problems.append(problem_at(use.place, (*keys, "use"), str(error)))
             continue
         except InputError as error:
-            found = [Problem.at(node.place, keys, str(error))]
+            found = [problem_at(node.place, keys, str(error))]
         else:
             if mistakes is not None:
                 found = problems_of(mistakes, tree, model, keys)
@@ -94,7 +94,7 @@ def validate_components(source: Source) -> list[Problem]:
 def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
     """Yield the options that are no number or endless, whatever a component's model thinks."""
     if isinstance(node.value, float) and not math.isfinite(node.value):
-        yield Problem.at(node.place, keys, f"should be a finite number, not {node.value}")
+        yield problem_at(node.place, keys, f"should be a finite number, not {node.value}")
     inside: Iterable[tuple[str | int, Node]] = ()
     if isinstance(node.value, dict):
         inside = node.value.items()
@@ -123,7 +123,7 @@ def _names_a_component(node: Node | None) -> bool:
 
 
 def _component(kind: Kind, use: str) -> Any:
-    from tactile_core.plugins import resolve
+    from tactile_core.plugins.registry import resolve
 
     return resolve(kind, use)
 

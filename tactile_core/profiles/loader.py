@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from tactile_core.errors import Place, Problem
 from tactile_core.profiles.components import check_components
 from tactile_core.profiles.components import validate_components as validate_components
 from tactile_core.profiles.model import Profile
@@ -17,7 +18,7 @@ from tactile_core.profiles.names import ProfileEntry as ProfileEntry
 from tactile_core.profiles.names import find_extended, find_profile
 from tactile_core.profiles.names import list_profiles as list_profiles
 from tactile_core.profiles.names import list_rigs as list_rigs
-from tactile_core.profiles.nodes import Node, Place, Problem
+from tactile_core.profiles.nodes import Node
 from tactile_core.profiles.problems import MISSING, problems_of
 from tactile_core.profiles.source import Source, read_source
 from tactile_core.profiles.yaml_tree import refusal

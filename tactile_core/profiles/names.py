@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-from tactile_core.errors import InputError, ProfileError
+from tactile_core.errors import InputError, Place, ProfileError
 from tactile_core.formats.files import expanded, is_file
 from tactile_core.formats.shown import shown
-from tactile_core.profiles.nodes import Place, Problem
+from tactile_core.profiles.nodes import problem_at
 from tactile_core.profiles.yaml_tree import read_yaml
 
 _SUFFIXES = (".yaml", ".yml")
@@ -39,7 +39,7 @@ def list_profiles() -> list[ProfileEntry]:
 
     Imports every installed plugin.
     """
-    from tactile_core.plugins import profile_directories
+    from tactile_core.plugins.registry import profile_directories
 
     entries = shipped_profiles()
     for plugin, directory in profile_directories().items():
@@ -100,7 +100,7 @@ def find_extended(name_or_path: str, place: Place) -> Path:
             if not is_file(found):
                 raise ProfileError(f"there is no file {found}")
     except ProfileError as error:
-        problem = Problem.at(place, ("extends",), str(error))
+        problem = problem_at(place, ("extends",), str(error))
         raise ProfileError(str(problem), [problem]) from None
     return found
 

@@ -1,12 +1,12 @@
-"""A tree of values that remember where they were written, and a mistake at such a place."""
+"""A tree of values that remember where they were written."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from tactile_core.errors import Place, Problem
 from tactile_core.formats.shown import printable
 
 _LONGEST_KEY = 60
@@ -15,55 +15,10 @@ Keys = tuple[str | int, ...]
 """A path in the tree: the keys of mappings and the indices of lists."""
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where something stands in a file.
-
-    Attributes
-    ----------
-    file : Path
-    line, column : int
-        From 1; 0 for what stands in no file.
-    """
-
-    file: Path
-    line: int = 0
-    column: int = 0
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}:{self.column}" if self.line else str(self.file)
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One mistake in a profile.
-
-    Attributes
-    ----------
-    file : Path
-    line, column : int
-        From 1; 0 for what stands in no file.
-    key : str
-        E.g. ``image.width_px``; empty where the file as a whole is meant.
-    message : str
-        What is wrong and what to do, in plain words.
-    """
-
-    file: Path
-    line: int
-    column: int
-    key: str
-    message: str
-
-    @classmethod
-    def at(cls, place: Place, keys: Keys, message: str) -> Problem:
-        """Make a problem of the value at ``keys``."""
-        key = printable(".".join(str(key)[:_LONGEST_KEY] for key in keys))
-        return cls(place.file, place.line, place.column, key, message)
-
-    def __str__(self) -> str:
-        place = Place(self.file, self.line, self.column)
-        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+def problem_at(place: Place, keys: Keys, message: str) -> Problem:
+    """Make a problem of the value at ``keys``."""
+    key = printable(".".join(str(key)[:_LONGEST_KEY] for key in keys))
+    return Problem(place.file, place.line, place.column, key, message)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.profiles.nodes import Keys, Node, Problem
+from tactile_core.errors import Problem
+from tactile_core.profiles.nodes import Keys, Node, problem_at
 
 _WORDS = {
     "int_type": "a whole number",
@@ -65,7 +66,7 @@ def problems_of(
         if keys in meant or (inner and all(len(one["loc"]) > len(keys) for one in errors)):
             continue  # said by the misspelt key, or by the alternative that was meant
         message = _sentence(errors, start.at(keys), model, keys)
-        found.append(Problem.at(start.origin(keys), (*prefix, *keys), message))
+        found.append(problem_at(start.origin(keys), (*prefix, *keys), message))
     return found
 
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tactile_core.errors import ProfileError
+from tactile_core.errors import Place, ProfileError
+from tactile_core.errors import Problem as Problem
 from tactile_core.profiles.merging import merge, without_nulls
-from tactile_core.profiles.nodes import Keys, Node, Place
-from tactile_core.profiles.nodes import Problem as Problem
+from tactile_core.profiles.nodes import Keys, Node, problem_at
 from tactile_core.profiles.yaml_tree import read_yaml
 
 DEEPEST = 20
@@ -114,5 +114,5 @@ def _parent(extends: Node, find: Find, chain: tuple[Path, ...]) -> Path:
 
 def _refused(extends: Node, message: str) -> ProfileError:
     keys: Keys = ("extends",)
-    problem = Problem.at(extends.place, keys, message)
+    problem = problem_at(extends.place, keys, message)
     return ProfileError(str(problem), [problem])

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tactile_core.errors import ProfileError
-from tactile_core.profiles.nodes import Keys, Node, Place, Problem
+from tactile_core.errors import Place, Problem, ProfileError
+from tactile_core.profiles.nodes import Keys, Node, problem_at
 
 MOST_BYTES = 200_000
 """A long profile has a few thousand; this many take a second to read."""
@@ -61,17 +61,17 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(path, mark.line + 1, mark.column + 1) if mark else Place(path)
-        problem = Problem.at(place, (), _words(error))
+        problem = problem_at(place, (), _words(error))
     except ReaderError as error:
         before = text[: error.position].splitlines() or [""]
         place = Place(path, len(before), len(before[-1]) + 1)
-        problem = Problem.at(place, (), "not YAML: a control character stands here")
+        problem = problem_at(place, (), "not YAML: a control character stands here")
     except _StopReadingError as stop:
         problem = stop.problem
     else:
         if tree.is_mapping:
             return tree, builder.problems
-        problem = Problem.at(tree.place, (), "a profile is a mapping of keys to values")
+        problem = problem_at(tree.place, (), "a profile is a mapping of keys to values")
     raise refusal([*builder.problems, problem])
 
 
@@ -86,7 +86,7 @@ def refusal(problems: list[Problem]) -> ProfileError:
 
 def _text(path: Path) -> str:
     def refused(message: str) -> ProfileError:
-        return refusal([Problem.at(Place(path), (), message)])
+        return refusal([problem_at(Place(path), (), message)])
 
     try:
         status = path.stat()
@@ -149,7 +149,7 @@ class _Builder:
         place, kind = self._place(event), type(event).__name__
         if getattr(event, "anchor", None) is not None and self._anchor is None:
             message = "anchors and aliases are not used in profiles; write the value, or 'extends'"
-            self._anchor = Problem.at(place, keys, message)
+            self._anchor = problem_at(place, keys, message)
             self.problems.append(self._anchor)
         if kind == "AliasEvent" and self._anchor is not None:
             raise _StopReadingError(self._anchor)
@@ -191,10 +191,10 @@ class _Builder:
         return Place(self._path, event.start_mark.line + 1, event.start_mark.column + 1)
 
     def _note(self, place: Place, keys: Keys, message: str) -> None:
-        self.problems.append(Problem.at(place, keys, message))
+        self.problems.append(problem_at(place, keys, message))
 
     def _stop(self, event: Any, keys: Keys, message: str) -> _StopReadingError:
-        return _StopReadingError(Problem.at(self._place(event), keys, message))
+        return _StopReadingError(problem_at(self._place(event), keys, message))
 
 
 def scalar(text: str) -> Any:

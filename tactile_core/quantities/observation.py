@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.quantities.quantity import Bool, Float32, Quantity
 
 if TYPE_CHECKING:
-    from tactile_core.quantities.drag import MarkerDetections
+    from tactile_core.quantities.markers import MarkerDetections
 
 Pixels = NDArray[Any]
 """uint8, uint16 or float32 intensities."""

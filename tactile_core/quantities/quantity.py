@@ -15,7 +15,7 @@ Bool = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Base of everything a :class:`~tactile_core.estimator.Estimator` may take or give.
+    """Base of everything a :class:`~tactile_core.interfaces.estimator.Estimator` may take or give.
 
     A third party's quantity subclasses this and is saved and streamed like ours.
     """

@@ -12,17 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
+from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
-from tactile_core.geometry import ImageGeometry, Size
-from tactile_core.inputs import Inputs
+from tactile_core.interfaces.progress import Progress
+from tactile_core.pipeline.sensor import images_per_observation, read_frames
 from tactile_core.profiles.loader import load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
-from tactile_core.progress import Progress
 from tactile_core.quantities import Pixels
-from tactile_core.recording import open_recording
+from tactile_core.recordings.inputs import Inputs
+from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.lights import find_lights
@@ -30,7 +31,6 @@ from tactile_core.scaffold.marks import FoundMarks, find_marks, marks_finding
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
 from tactile_core.scaffold.scale import Scale, agreed, scale_finding
 from tactile_core.scaffold.view import find_view, section_of
-from tactile_core.sensor import images_per_observation, read_frames
 
 Ask = Callable[[str], str]
 """Puts a question to somebody and returns the answer, "" where it is not known."""

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.calibrating import AZIMUTH_TOLERANCE_DEG, channel_azimuths
-from tactile_core.calibrating.known import balls
-from tactile_core.calibrating.preparation import Preparation
-from tactile_core.marks import MarkFinder
+from tactile_core.calibration.fitting import AZIMUTH_TOLERANCE_DEG, channel_azimuths
+from tactile_core.calibration.preparation import Preparation
+from tactile_core.calibration.targets import balls
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.profiles.model import Profile
-from tactile_core.progress import Progress, Silent
 from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding
-from tactile_core.sensor import read_frames
 
 WIDEST_CONTACT = 0.95
 """Of the ball's radius, by the median press: at the right scale 0.73 to 0.88 on real recordings,
@@ -42,7 +42,7 @@ def find_lights(
     parent : str
         Name of the profile that it extends, for the comments.
     presses, ball_diameter_mm, target
-        As for :func:`tactile_core.calibrating.calibrate`.
+        As for :func:`tactile_core.calibration.fitting.calibrate`.
     untouched : Reference
 
     Raises

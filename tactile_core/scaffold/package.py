@@ -10,7 +10,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import write_together
 from tactile_core.formats.folders import fresh_folder, make_folder, move_in
 from tactile_core.formats.leftovers import remove_leftovers
-from tactile_core.inputs import Inputs
+from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.place import refuse_existing
 from tactile_core.scaffold.profile import NewProfile
 
@@ -67,7 +67,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from tactile_core.hookspecs import hookimpl
+from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl
@@ -94,8 +94,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from tactile_core.device import Options
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import HeightMap, Quantity
 
 

@@ -12,8 +12,8 @@ from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.folders import make_folder
 from tactile_core.formats.leftovers import remove_leftovers
 from tactile_core.formats.shown import printable
-from tactile_core.inputs import Inputs
 from tactile_core.profiles.model import Profile
+from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.place import refuse_existing
 

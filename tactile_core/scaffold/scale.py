@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.target import read_target
-from tactile_core.geometry import ImageGeometry, Size
-from tactile_core.profiles.model import ImageSection, Profile
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.profiles.model import Profile
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.marks import FoundMarks

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.acquisition.geometry import Size
 from tactile_core.algorithms.lit_area import lit_area
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
 from tactile_core.formats.scan import Crop
-from tactile_core.geometry import Size
-from tactile_core.profiles.model import ImageSection, Profile
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize

@@ -9,10 +9,10 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import BaseModel, Field
 
-from tactile_core.camera import Camera
-from tactile_core.device import Options
 from tactile_core.formats.video import NOMINAL_FPS
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Image
 from tactile_core.sim.script import Script
 from tactile_core.sim.skin import Mode
@@ -42,22 +42,22 @@ class VirtualCamera(Camera):
     Parameters
     ----------
     options : VirtualOptions
-    profile : Profile
+    profile : SensorBuild
         The rig.
     """
 
     Options: ClassVar[type[BaseModel]] = VirtualOptions
 
-    def __init__(self, options: VirtualOptions, profile: Profile) -> None:
+    def __init__(self, options: VirtualOptions, profile: SensorBuild) -> None:
         super().__init__(options)
         self._settings, self._profile = options, profile
         self._images: Iterator[Image] = iter(())
 
     @classmethod
-    def of(cls, options: BaseModel, profile: Profile) -> Self:
+    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
         """Make the camera of a profile's virtual twin."""
         assert isinstance(options, VirtualOptions)
-        return cls(options, profile)
+        return cls(options, build)
 
     def _open(self) -> None:
         stage = VirtualStage(self._profile, self._settings.seed, self._settings.mode)

@@ -16,7 +16,7 @@ from tactile_core.algorithms.elasticity import (
     Elastomer,
 )
 from tactile_core.errors import InputError
-from tactile_core.profiles.model import Gel
+from tactile_core.interfaces.gel import Gel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.viscoelasticity import Branch
 

@@ -17,8 +17,8 @@ from pydantic import (
     model_validator,
 )
 
-from tactile_core.errors import InputError
-from tactile_core.profiles.nodes import Problem
+from tactile_core.errors import InputError, Problem
+from tactile_core.profiles.nodes import problem_at
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.yaml_tree import read_yaml
 from tactile_core.sim.indenters import make_indenter
@@ -204,7 +204,7 @@ class Script:
                     make_indenter(step.action.kind, **step.action.sizes)
                 except InputError as error:
                     keys = ("steps", number, "indenter")
-                    problems.append(Problem.at(self._tree.origin(keys), keys, str(error)))
+                    problems.append(problem_at(self._tree.origin(keys), keys, str(error)))
         return problems
 
     def played(self, stage: VirtualStage) -> Iterator[None]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.contact_state import Move, Pose, SkinState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
@@ -41,7 +41,7 @@ class Skin:
 
     Parameters
     ----------
-    profile : Profile
+    profile : SensorBuild
         Its gel and the size and scale of its image are used.
     mode : "accurate" or "fast"
         Accurate puts ten nodes or more on the radius of a contact, as far as 1280 across the gel
@@ -55,7 +55,7 @@ class Skin:
         Simulated time; it passes only where a move is given seconds.
     """
 
-    def __init__(self, profile: Profile, mode: Mode = "accurate") -> None:
+    def __init__(self, profile: SensorBuild, mode: Mode = "accurate") -> None:
         if mode not in _NODES_ACROSS:
             raise InputError(f"mode should be 'accurate' or 'fast', not {mode!r}")
         image = profile.image

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from tactile_core.errors import InputError
+from tactile_core.interfaces.component import SensorBuild
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
 from tactile_core.sim import kernels
 from tactile_core.sim.indenters import make_indenter
@@ -27,14 +27,14 @@ class VirtualStage(Skin):
 
     Parameters
     ----------
-    profile : Profile, str or Path
+    profile : SensorBuild, str or Path
         A profile, its name, or the path of its YAML file; its ``sim`` overlay is laid over it.
     seed : int
         Makes the unit (grain, places of faults) and the noise.
     mode : "accurate" or "fast"
         Accurate puts ten nodes or more on a contact's radius; fast keeps up with a camera.
     overrides : mapping, optional
-        Laid over the profile: ``{"gel": {"friction": 0.3}}``. Not with a :class:`Profile`.
+        Laid over the profile: ``{"gel": {"friction": 0.3}}``. Only with a name or a path.
     faults : Faults, optional
         Of the rig.
 
@@ -53,13 +53,13 @@ class VirtualStage(Skin):
 
     def __init__(
         self,
-        profile: Profile | str | Path,
+        profile: SensorBuild | str | Path,
         seed: int = 0,
         mode: Mode = "fast",
         overrides: Mapping[str, Any] | None = None,
         faults: Faults | None = None,
     ) -> None:
-        if not isinstance(profile, Profile):
+        if isinstance(profile, str | Path):
             profile = load_profile(profile, sim=True, overrides=overrides)
         elif overrides:
             raise TypeError("overrides are laid over a profile's name or path, not a Profile")

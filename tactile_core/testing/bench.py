@@ -11,16 +11,17 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from tactile_core.calibration import Calibration
-from tactile_core.camera import Camera
-from tactile_core.device import Device
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.estimator import Estimator, SensorContext
-from tactile_core.illumination import Illumination
-from tactile_core.plugin import KINDS, Kind, Plugin
-from tactile_core.plugins import find_plugin, resolve
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.device import Device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.illumination import Illumination
+from tactile_core.plugins.plugin import KINDS, Kind, Plugin
+from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Component, Profile
+from tactile_core.profiles.model import Profile
 from tactile_core.testing.faults import Unjudged
 from tactile_core.testing.scenes import Rig, full_rig, generic_rig, small_rig
 

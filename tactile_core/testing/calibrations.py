@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tactile_core.calibration import Calibration
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
@@ -24,7 +24,7 @@ _FLAT_SLOPE = 0.1
 
 
 class CalibrationChecks(Suite):
-    """The contract of :class:`tactile_core.calibration.Calibration`."""
+    """The contract of :class:`tactile_core.interfaces.calibration.Calibration`."""
 
     @check(Bench.calibrations)
     def test_fit(self, part: Part) -> None:

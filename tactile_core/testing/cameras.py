@@ -6,10 +6,10 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from tactile_core.camera import Camera
 from tactile_core.errors import CameraTimeout, DeviceError
-from tactile_core.form import image_fault
+from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Image
+from tactile_core.quantities.form import image_fault
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
@@ -23,7 +23,7 @@ _READS, _PATIENCE_S, _AT_ONCE_S, _STALLED_S = 4, 5.0, 0.001, 0.1
 
 
 class CameraChecks(Suite):
-    """The contract of :meth:`tactile_core.camera.Camera.read`."""
+    """The contract of :meth:`tactile_core.interfaces.camera.Camera.read`."""
 
     @check(Bench.cameras)
     def test_image(self, part: Part) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 import pytest
 
-from tactile_core.camera import Camera
+from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench
 from tactile_core.testing.faults import Fault, Unjudged

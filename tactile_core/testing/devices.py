@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactile_core.device import Device
 from tactile_core.errors import DeviceError
+from tactile_core.interfaces.device import Device
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged

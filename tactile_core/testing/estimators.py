@@ -9,9 +9,9 @@ from copy import deepcopy
 
 import numpy as np
 
-from tactile_core.chain import Step, declared_step
 from tactile_core.errors import PluginError
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.estimator import Estimator
+from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
@@ -26,7 +26,7 @@ _STATE = "set stateful: ClassVar[bool] = True and forget everything in reset(), 
 
 
 class EstimatorChecks(Suite):
-    """The contract of :class:`tactile_core.estimator.Estimator`."""
+    """The contract of :class:`tactile_core.interfaces.estimator.Estimator`."""
 
     @check(Bench.estimators)
     def test_annotations(self, part: Part) -> None:

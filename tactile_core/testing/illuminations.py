@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tactile_core.errors import DeviceError
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
@@ -13,7 +13,7 @@ from tactile_core.testing.faults import Fault, Unjudged
 
 
 class IlluminationChecks(Suite):
-    """The contract of :class:`tactile_core.illumination.Illumination`."""
+    """The contract of :class:`tactile_core.interfaces.illumination.Illumination`."""
 
     @check(Bench.illuminations)
     def test_channels(self, part: Part) -> None:

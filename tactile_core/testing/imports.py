@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tactile_core.entry_points import Offer
+from tactile_core.plugins.entry_points import Offer
 from tactile_core.testing import probe
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged

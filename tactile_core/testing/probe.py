@@ -72,9 +72,9 @@ def main(offer: str, path: str, result: str) -> None:
     sys.path[:] = json.loads(path)
     import numpy  # noqa: F401  (it changes the filters of warnings, and may be imported)
 
-    from tactile_core.entry_points import Offer
     from tactile_core.errors import PluginError
-    from tactile_core.plugin import Plugin
+    from tactile_core.plugins.entry_points import Offer
+    from tactile_core.plugins.plugin import Plugin
 
     before, modules = snapshot(), set(sys.modules)
     watch, error = Watch(), ""

@@ -13,17 +13,17 @@ from itertools import islice
 
 import numpy as np
 
-from tactile_core.bundle import Bundle
-from tactile_core.calibration import Calibration
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.manifest import Manifest
 from tactile_core.errors import PluginError, ProfileError
-from tactile_core.manifest import Manifest
-from tactile_core.pipeline import Pipeline
-from tactile_core.plugins import resolve
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import FIRST, Sensor
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.nodes import Node
 from tactile_core.profiles.yaml_tree import read_yaml
-from tactile_core.sensor import FIRST, Sensor
 from tactile_core.testing.bench import Bench, ProfileFile
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.comparing import difference

@@ -9,11 +9,11 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from tactile_core import __version__
-from tactile_core.device import Device
-from tactile_core.entry_points import installed_offers, normalized
 from tactile_core.errors import PluginError
-from tactile_core.hookspecs import GROUP
-from tactile_core.plugins import find_plugin, resolve
+from tactile_core.interfaces.device import Device
+from tactile_core.interfaces.hookspecs import GROUP
+from tactile_core.plugins.entry_points import installed_offers, normalized
+from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged
@@ -131,14 +131,14 @@ class RegistrationChecks(Suite):
                 where,
                 "it accepts a key that it does not know",
                 why="a misspelt option in a profile would be ignored in silence",
-                do="derive it from tactile_core.device.Options, or set extra='forbid'",
+                do="derive it from tactile_core.interfaces.device.Options, or set extra='forbid'",
             )
         if not model.model_config.get("frozen"):
             raise Fault(
                 where,
                 "its values can be changed after validation",
                 why="a component may then work with other options than the profile says",
-                do="derive it from tactile_core.device.Options, or set frozen=True",
+                do="derive it from tactile_core.interfaces.device.Options, or set frozen=True",
             )
         bare = [name for name, field in model.model_fields.items() if not field.description]
         if bare:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.form import form_fault as array_fault
 from tactile_core.quantities import ContactMask, Gradients, HeightMap, Quantity
+from tactile_core.quantities.form import form_fault as array_fault
 from tactile_core.testing.comparing import arrays_in
 from tactile_core.testing.scenes import Scene
 

@@ -12,11 +12,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibration import Press
+from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.errors import TactileError
-from tactile_core.estimator import SensorContext
-from tactile_core.marks import MarkFinder
-from tactile_core.profiles.model import Markers, Profile
+from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Markers
+from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,

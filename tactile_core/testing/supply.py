@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from tactile_core.chain import Step, declared_step
-from tactile_core.estimator import SensorContext
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench
 

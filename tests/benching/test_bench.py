@@ -7,11 +7,11 @@ import pytest
 from command_line import tactile
 from virtual_lab import VirtualLab
 
-from tactile_core.benching import Benches, bench
-from tactile_core.benching.stream import ACQUIRE, LAMPS, MARKS, SLOPES, WHOLE, Stream
-from tactile_core.benching.unit import VirtualUnit, virtual_unit
 from tactile_core.errors import InputError
-from tactile_core.pipeline import Pipeline
+from tactile_core.evaluation.timing import Benches, bench
+from tactile_core.evaluation.timing.stream import ACQUIRE, LAMPS, MARKS, SLOPES, WHOLE, Stream
+from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (

@@ -9,8 +9,9 @@ import pytest
 from pydantic import ValidationError
 
 from tactile_core.builtin.contact import Contact
-from tactile_core.estimator import SensorContext
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import ContactMask, HeightMap
 from tactile_core.sim.ball import BallPress
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from tactile_core import ContactMask, DisplacementField, MarkerField, load_profile
 from tactile_core.algorithms.displacement import decomposed, divergence
 from tactile_core.builtin.displacement import Displacement
-from tactile_core.estimator import SensorContext
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import Marks

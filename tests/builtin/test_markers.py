@@ -10,9 +10,10 @@ import pytest
 from tactile_core import Pipeline
 from tactile_core.builtin.markers import Markers
 from tactile_core.errors import InputError
-from tactile_core.estimator import SensorContext
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Gel, Profile
+from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, MarkerDetections, Reference
 from tactile_core.sim.optics import RigOptics
 

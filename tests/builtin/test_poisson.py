@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from tactile_core.builtin.poisson import Poisson
-from tactile_core.estimator import SensorContext
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Gradients, HeightMap
 from tactile_core.sim.ball import BallPress
 

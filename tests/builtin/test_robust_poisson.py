@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from tactile_core.builtin.poisson import Poisson
 from tactile_core.builtin.robust_poisson import RobustPoisson
-from tactile_core.estimator import SensorContext
-from tactile_core.plugins import resolve
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Gradients
 from tactile_core.sim.ball import BallPress
 

@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.errors import SequenceError
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sensor import read_frames
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

@@ -11,8 +11,8 @@ from slip_sequences import GROSS, HALF, Judged, Plan, Watch, judged, looks, smal
 
 from tactile_core.builtin.slip import Slip
 from tactile_core.errors import InputError
-from tactile_core.estimator import SensorContext
-from tactile_core.pipeline import Pipeline
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,

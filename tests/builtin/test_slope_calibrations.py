@@ -9,16 +9,16 @@ import pytest
 from gains import MOST, WELL_INSIDE, gains
 from virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.builtin.automatic import Automatic
 from tactile_core.builtin.lookup_table import LookupTable
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
 from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.calibrating.presses import FoundPress
-from tactile_core.calibration import Press
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.ball import BallPress
 

@@ -9,10 +9,11 @@ import pytest
 
 from tactile_core.builtin.tracking import Tracking
 from tactile_core.errors import InputError, ProfileError
-from tactile_core.estimator import SensorContext
-from tactile_core.pipeline import Pipeline
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Gel, ImageSection
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")

@@ -14,9 +14,10 @@ from height_lab import HEIGHT, HeightLab, make_height_lab
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.builtin.polynomial import Polynomial
-from tactile_core.calibrating import calibrate, presses
-from tactile_core.calibrating.scoring import FOLDS
-from tactile_core.calibration import Press
+from tactile_core.calibration import presses
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.scoring import FOLDS
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Reference
 from tactile_core.sim.ball import BallPress, render
 

@@ -13,13 +13,14 @@ from command_line import refused, tactile
 from height_lab import AZIMUTHS_DEG, HEIGHT, MM_PER_PX, HeightLab, make_height_lab
 from numpy.typing import NDArray
 
-from tactile_core.bundle import Bundle
-from tactile_core.calibrating import Calibrated, calibrate
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import read_tmd
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import read_frames
 from tactile_core.quantities import Gradients
-from tactile_core.sensor import read_frames
 
 Array = NDArray[np.float64]
 HALF = slice(0, HEIGHT // 2)

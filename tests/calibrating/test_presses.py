@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibrating.presses import FoundPress
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.quantities import Frame
 
 SHAPE, BALL_PX, CONTACT_PX, CENTRE_PX = (240, 320), 30.0, 22.0, (70.0, 80.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from height_lab import AZIMUTHS_DEG, HEIGHT, MM_PER_PX, WIDTH, HeightLab, lit, make_height_lab
 
-from tactile_core.calibrating import calibrate
+from tactile_core.calibration.fitting import calibrate
 from tactile_core.sim.ball import BallPress
 
 BALL_MM = 3.0

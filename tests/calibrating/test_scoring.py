@@ -9,10 +9,10 @@ from pydantic import BaseModel
 from virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.builtin.polynomial import Polynomial
-from tactile_core.bundle import Bundle
-from tactile_core.calibrating import calibrate
-from tactile_core.calibrating.presses import angles_deg
-from tactile_core.calibration import Press
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.presses import angles_deg
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Gradients, Reference
 
 tilt = st.floats(-80, 80)

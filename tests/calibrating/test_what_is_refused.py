@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.calibrating import Calibrated, calibrate
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
 
 HEADER = "file,centre_x_px,centre_y_px,contact_radius_px\n"

@@ -14,7 +14,7 @@ import command_line
 import pytest
 from virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.bundle import Bundle
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.sim.ball import BallPress
 
 LIMIT_BYTES = 60_000

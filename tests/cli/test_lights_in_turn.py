@@ -13,7 +13,7 @@ import pytest
 from command_line import refused, tactile
 from height_lab import AZIMUTHS_DEG, HeightLab, make_height_lab
 
-from tactile_core.calibrating import calibrate
+from tactile_core.calibration.fitting import calibrate
 
 Scan = list[np.ndarray]
 

@@ -12,8 +12,8 @@ import pytest
 from unruly_sensor import FAKES, profile
 
 from tactile_core.cli.output import printable
+from tactile_core.pipeline.reading import Reading
 from tactile_core.quantities import ContactMask, Frame, HeightMap
-from tactile_core.reading import Reading
 
 COMMAND = [sys.executable, "-m", "tactile_core.cli"]
 

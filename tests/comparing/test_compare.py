@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.benching.unit import virtual_unit
-from tactile_core.comparing import Comparison, compare
-from tactile_core.comparing.report import page, table
-from tactile_core.comparing.variants import parse_swap, variants_of
 from tactile_core.errors import InputError, PluginError, ProfileError
+from tactile_core.evaluation.comparison import Comparison, compare
+from tactile_core.evaluation.comparison.report import page, table
+from tactile_core.evaluation.comparison.variants import parse_swap, variants_of
+from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.formats.npz import write_npz
 from tactile_core.sim.ball import BallPress
 

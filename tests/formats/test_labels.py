@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.calibrating.known import WIDEST_LABEL
+from tactile_core.calibration.targets import WIDEST_LABEL
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import read_labels
 

@@ -197,7 +197,7 @@ def _was_made(attempt: Attempt, place: Path, box: Sandbox) -> bool:
 
 
 def _of_the_bundle(place: Path) -> Iterator[str]:
-    from tactile_core.bundle import Bundle
+    from tactile_core.bundles.bundle import Bundle
 
     try:
         Bundle.load(place)

@@ -12,7 +12,7 @@ from dist_info import write_dist_info
 
 _MODULE = """\
 from pathlib import Path
-from tactile_core.hookspecs import hookimpl
+from tactile_core.interfaces.hookspecs import hookimpl
 
 """
 _HOOK = """

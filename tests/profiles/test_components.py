@@ -19,8 +19,8 @@ from typing import Literal
 
 from pydantic import BaseModel, field_validator, model_validator
 
-from tactile_core.device import Options
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import Gradients, HeightMap
 
 

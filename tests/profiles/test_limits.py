@@ -10,8 +10,8 @@ import pytest
 from pydantic import ValidationError
 
 from tactile_core.errors import ProfileError
+from tactile_core.interfaces.component import Component
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Component
 
 if TYPE_CHECKING:
     from profiles.conftest import Install
@@ -31,7 +31,7 @@ estimators:
 OWN_OPTIONS = """\
 from pydantic import BaseModel
 
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import Gradients, HeightMap
 
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.errors import ProfileError
+from tactile_core.errors import Problem, ProfileError
 from tactile_core.profiles.loader import (
     list_profiles,
     load_profile,
@@ -20,7 +20,6 @@ from tactile_core.profiles.loader import (
     validate_components,
     validate_structure,
 )
-from tactile_core.profiles.nodes import Problem
 
 if TYPE_CHECKING:
     from profiles.conftest import Install

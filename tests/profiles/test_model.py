@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.profiles.model import Component, Gel, ImageSection, Lens, Warp
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection, Lens, Warp
 
 SQUARE = [[0, 0], [240, 0], [0, 320], [240, 320]]
 WEDGE = [[33, 58], [208, 61], [56, 250], [185, 244]]

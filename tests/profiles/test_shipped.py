@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import list_profiles, load_profile
-from tactile_core.profiles.model import Markers
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -60,8 +60,8 @@ def test_the_marks_of_the_wedge_are_where_its_profile_says(recordings: Path) -> 
     import cv2
     import numpy as np
 
+    from tactile_core.acquisition.geometry import ImageGeometry
     from tactile_core.algorithms.markers import find_marker_diameter
-    from tactile_core.geometry import ImageGeometry
 
     wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
     untouched = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))

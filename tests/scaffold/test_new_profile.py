@@ -11,8 +11,9 @@ import pytest
 from scaffold.pictures import lights, photograph, photograph_presses, sensor
 
 from tactile_core.errors import InputError, ProfileError
+from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Markers, Profile
+from tactile_core.profiles.model import Profile
 from tactile_core.scaffold import KnownSize, NewProfile, new_profile
 
 UNMARKED = "hex_fingertip_unmarked"

@@ -2,9 +2,9 @@
 
 import pytest
 
+from tactile_core.evaluation.demo import demonstrate
+from tactile_core.interfaces.progress import Silent
 from tactile_core.profiles.loader import list_rigs, load_profile
-from tactile_core.progress import Silent
-from tactile_core.sim.demo import demonstrate
 
 
 def test_a_rig_is_no_revision_of_another():

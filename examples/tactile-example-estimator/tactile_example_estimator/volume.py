@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from tactile_core.device import Options
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import HeightMap, Quantity
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from tactile_example_estimator.volume import PressedVolume, Volume, VolumeOptions
 
-from tactile_core.estimator import SensorContext
-from tactile_core.profiles.model import Gel, ImageSection
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import HeightMap
 
 MM_PER_PX = 0.05

@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import BaseModel, Field, model_validator
 
 from tactile_core.builtin.constant import ConstantIllumination
-from tactile_core.device import Options
+from tactile_core.interfaces.device import Options
 
 CHANNELS = ("red", "green", "blue")
 

@@ -16,9 +16,9 @@ from tactile_core.builtin.image_shape import ImageShape, check_fitting, in_words
 from tactile_core.builtin.model_file import arrays_of, stored_model, write_model
 from tactile_core.builtin.slope_calibration import DARK_FRACTION, SATURATED_FRACTION
 from tactile_core.builtin.slope_training import thinned, too_few
-from tactile_core.calibration import Calibration, Press
-from tactile_core.device import Options
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 
 FEWEST_SAMPLES = 500

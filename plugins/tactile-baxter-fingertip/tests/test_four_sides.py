@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactile_baxter_fingertip.four_sides import FourSides, FourSidesOptions
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.ball import BallPress, render
 

@@ -14,9 +14,9 @@ from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_baxter_fingertip.hue_intensity import HueIntensity, HueIntensityOptions
 from tactile_core.algorithms.sines import to_gradient
 from tactile_core.builtin.model_file import arrays_of
-from tactile_core.calibrating.presses import angles_deg
+from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Reference
 
 UNSEEN = Ball((71.3, 64.8))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tactile_core.hookspecs import hookimpl
+from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl

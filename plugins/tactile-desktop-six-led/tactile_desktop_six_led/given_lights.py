@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.calibration import Calibration, Press
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 _ROUNDS = 12

@@ -11,7 +11,7 @@ from cli.test_cli import tactile
 from numpy.typing import NDArray
 
 from tactile_core.errors import CalibrationError
-from tactile_core.pipeline import Pipeline
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions, robust_normals
 from tactile_desktop_six_led.photometric_stereo import PhotometricStereo

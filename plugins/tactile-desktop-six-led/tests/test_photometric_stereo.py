@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sines import to_gradient
-from tactile_core.calibration import Press
 from tactile_core.errors import CalibrationError
-from tactile_core.plugins import resolve
+from tactile_core.interfaces.calibration import Press
+from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Frame, Gradients, Reference
 from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.photometric_stereo import PhotometricStereo

@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import BaseModel, Field, model_validator
 
 from tactile_core.builtin.constant import ConstantIllumination
-from tactile_core.device import Options
+from tactile_core.interfaces.device import Options
 
 ARRAY_TILT_DEG = 71.0
 """Tilt of the arrays to the gel (review, section 4.2)."""

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from tactile_core.plugins import resolve
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_hex_fingertip.tricolour import Tricolour, TricolourOptions
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
 
 Float32 = NDArray[np.float32]
 
@@ -44,7 +44,7 @@ class Chip:
     jpeg_quality: int | None
 
     @classmethod
-    def of(cls, profile: Profile) -> Chip:
+    def of(cls, profile: SensorBuild) -> Chip:
         """Return what the profile says.
 
         Raises

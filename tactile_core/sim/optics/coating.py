@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
 
 Float32 = NDArray[np.float32]
 
@@ -33,7 +33,7 @@ class Coating:
     roughness: float
 
     @classmethod
-    def of(cls, profile: Profile) -> Coating:
+    def of(cls, profile: SensorBuild) -> Coating:
         """Return what the profile's gel and optics say."""
         share, roughness = _SEMI_SPECULAR if profile.gel.coating == "semi_specular" else (0.0, 0.35)
         said = profile.optics.coat

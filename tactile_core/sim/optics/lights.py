@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.illumination import Exposure, Illumination
-from tactile_core.plugins import resolve
-from tactile_core.profiles.model import Profile
-from tactile_core.profiles.optics import Lamps
+from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.optics import Lamps
+from tactile_core.plugins.registry import resolve
 
 Float32 = NDArray[np.float32]
 
@@ -138,7 +138,7 @@ def light_field(
     return np.ascontiguousarray(fine.transpose(2, 0, 1))
 
 
-def illumination_of(profile: Profile) -> Illumination:
+def illumination_of(profile: SensorBuild) -> Illumination:
     """Make the profile's illumination, unopened: it tells the sequence of exposures.
 
     Raises
@@ -150,11 +150,13 @@ def illumination_of(profile: Profile) -> Illumination:
     return cls(cls.Options.model_validate(profile.illumination.options))
 
 
-def lamps_of(profile: Profile, exposures: tuple[Exposure, ...], options: Any) -> tuple[Lamp, ...]:
+def lamps_of(
+    profile: SensorBuild, exposures: tuple[Exposure, ...], options: Any
+) -> tuple[Lamp, ...]:
     """Return the lamps that the illumination's options tell.
 
     Where these do not place every light that the exposures name, lights stand evenly around.
-    A light may say ``feeds`` and any key of :class:`~tactile_core.profiles.optics.Lamps` itself.
+    A light may say ``feeds`` and any key of :class:`~tactile_core.interfaces.optics.Lamps` itself.
     """
     image = profile.image
     diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.profiles.model import Markers, Profile
+from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults
 
 Float32 = NDArray[np.float32]
@@ -54,7 +55,7 @@ class Marks:
     joined: NDArray[np.int_]
 
     @classmethod
-    def of(cls, profile: Profile, faults: Faults, seed: int) -> Marks | None:
+    def of(cls, profile: SensorBuild, faults: Faults, seed: int) -> Marks | None:
         """Return the print that the profile's gel carries; None for a bare one."""
         told = profile.gel.markers
         if told is None:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.illumination import Exposure
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.sim import kernels
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
@@ -38,7 +38,7 @@ class RigOptics:
 
     Parameters
     ----------
-    profile : Profile
+    profile : SensorBuild
     seed : int
         Makes the unit (grain, places of faults) and its noise; the same seed gives the same frames.
     faults : Faults, optional
@@ -64,7 +64,7 @@ class RigOptics:
 
     def __init__(
         self,
-        profile: Profile,
+        profile: SensorBuild,
         *,
         seed: int = 0,
         faults: Faults | None = None,

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import Lamp, light_field
@@ -44,7 +44,7 @@ class LightSource:
 
 
 def sources_of(
-    profile: Profile,
+    profile: SensorBuild,
     lamps: Sequence[Lamp],
     *,
     rest_mm: Float32 | None,
@@ -56,7 +56,7 @@ def sources_of(
 
     Parameters
     ----------
-    profile : Profile
+    profile : SensorBuild
     lamps : sequence of Lamp
     rest_mm : (H, W) float32 or None
         Height of the skin at rest, towards the camera; None for a flat gel.
@@ -161,7 +161,7 @@ class Shining:
             yield rows, light
 
 
-def _towards_camera(profile: Profile, shape: tuple[int, int]) -> Float32:
+def _towards_camera(profile: SensorBuild, shape: tuple[int, int]) -> Float32:
     """(3, H, W) unit vectors from the skin to the pupil, above the image centre."""
     y, x = ((np.arange(n) - (n - 1) / 2) * profile.image.mm_per_px for n in shape)
     diagonal_mm = 2 * float(np.hypot(x[-1], y[-1]))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.dome import rest_height
-from tactile_core.profiles.model import Profile
+from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import SHAPES, Marks
 
@@ -87,14 +87,14 @@ class Membrane:
 
     Parameters
     ----------
-    profile : Profile
+    profile : SensorBuild
     lamps : int
         Each sees a grain of its own.
     faults : Faults
     seed : int
     """
 
-    def __init__(self, profile: Profile, lamps: int, faults: Faults, seed: int) -> None:
+    def __init__(self, profile: SensorBuild, lamps: int, faults: Faults, seed: int) -> None:
         image, coat = profile.image, profile.optics.coat
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from tactile_core.hookspecs import hookimpl
+from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Misspelt:

@@ -120,7 +120,7 @@ def _staged(rng: Random) -> Any:
 
 
 def _measured(rng: Random) -> Any:
-    from tactile_core.pipeline import Pipeline
+    from tactile_core.pipeline.pipeline import Pipeline
     from tactile_core.quantities import Frame, Reference
 
     names = ("red", "green", "blue")
@@ -157,7 +157,7 @@ def _opened(rng: Random) -> Any:
 
 
 def _calibrated(rng: Random) -> Any:
-    from tactile_core.calibrating import calibrate
+    from tactile_core.calibration.fitting import calibrate
 
     return calibrate(
         "small.yaml",
@@ -231,13 +231,13 @@ def _video_read(rng: Random, path: Path) -> Any:
 
 
 def _recording_read(rng: Random, path: Path) -> Any:
-    from tactile_core.recording import open_recording
+    from tactile_core.recordings.recording import open_recording
 
     return list(open_recording(path, images_per_observation=rng.choice((1, 1, 3, 3, 0, -1))))
 
 
 def _bundle_read(rng: Random, path: Path) -> Any:
-    from tactile_core.bundle import Bundle
+    from tactile_core.bundles.bundle import Bundle
 
     return Bundle.load(path)
 

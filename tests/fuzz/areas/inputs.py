@@ -177,7 +177,7 @@ def bundles(box: Sandbox, rng: Random) -> Attempt:
 
 def seal(box: Sandbox, name: str) -> None:
     """Write the hashes that belong to what a bundle holds now, as a forger would."""
-    from tactile_core.manifest import Manifest, write_manifest
+    from tactile_core.bundles.manifest import Manifest, write_manifest
 
     folder = box.work / name
     try:

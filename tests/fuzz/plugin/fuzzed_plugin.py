@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from pydantic import model_validator
 
-from tactile_core.calibration import Calibration
-from tactile_core.camera import Camera
-from tactile_core.device import Options
-from tactile_core.estimator import Estimator
-from tactile_core.hookspecs import hookimpl
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator
+from tactile_core.interfaces.hookspecs import hookimpl
+from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.quantities import Gradients, HeightMap, Image, Quantity
 
 

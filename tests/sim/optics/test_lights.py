@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from virtual_rigs import QUIET, SHAPE, level, rig, slope
 
-from tactile_core.profiles.optics import Lamps
+from tactile_core.interfaces.optics import Lamps
 from tactile_core.sim.optics import Faults, RigOptics
 from tactile_core.sim.optics.lights import Lamp, lamps_of, light_field
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_core.acquisition import average
+from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.calibrating.presses import angles_deg
-from tactile_core.calibration import Press
-from tactile_core.marks import MarkFinder
-from tactile_core.plugins import resolve
+from tactile_core.calibration.presses import angles_deg
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.component import Component
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.model import Component
 from tactile_core.quantities import Frame
 from tactile_core.sim.ball import BallPress
 from tactile_core.sim.optics import RigOptics

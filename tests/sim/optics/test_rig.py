@@ -7,7 +7,7 @@ from virtual_rigs import HEIGHT, QUIET, SHAPE, WIDTH, bump, level, rig, shift, s
 
 import sensor_profiles
 from tactile_core.errors import InputError
-from tactile_core.illumination import Exposure
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.ball import BallPress
 from tactile_core.sim.optics import Faults, RigOptics

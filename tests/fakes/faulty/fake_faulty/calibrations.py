@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.calibration import Calibration
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Frame, Gradients
 
 

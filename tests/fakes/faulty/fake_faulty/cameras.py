@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactile_core.camera import Camera
-from tactile_core.device import Options
 from tactile_core.errors import CameraTimeout, DeviceError
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Image
 
 DRIVER = Path(__file__)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from tactile_core.builtin.poisson import Poisson
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import Gradients, HeightMap, Quantity
 
 

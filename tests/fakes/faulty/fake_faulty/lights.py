@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import count
 
 from tactile_core.errors import DeviceError
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination
 
 
 class Lights(Illumination):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tactile_core.camera import Camera
+from tactile_core.interfaces.camera import Camera
 
 
 class NotAnEstimator:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from tactile_core.hookspecs import hookimpl
+from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination
 
 
 class Lamp(Illumination):

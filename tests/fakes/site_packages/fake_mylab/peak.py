@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tactile_core.estimator import Estimator
+from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import HeightMap, Quantity
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.camera import Camera
+from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Image
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import BaseModel, field_validator
 
 from fake_unruly.deeds import do
-from tactile_core.calibration import Calibration, Press
-from tactile_core.camera import Camera
-from tactile_core.device import Options
-from tactile_core.estimator import Estimator
-from tactile_core.illumination import Exposure, Illumination
+from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import Estimator
+from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, Quantity, Reference
 
 SHAPE = 6, 8

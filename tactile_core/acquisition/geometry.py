@@ -1,0 +1,275 @@
+"""From the camera's pixels to the image in which everything is measured.
+
+Order: crop, flip, rotate, lens, warp, else a resize where sizes differ. Coordinates count from 0
+and are integers at pixel centres, so halving an image maps x to (x − 0.5) / 2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.quantities import Pixels
+
+Size = tuple[int, int]
+"""Width and height, px."""
+
+_UNDISTORT_STEPS = 50
+_CORNER = np.array([[0, 0], [1, 0], [0, 1]])
+
+
+class ImageGeometry:
+    """What a profile's ``image`` section says of one camera image.
+
+    Parameters
+    ----------
+    section : ImageSection
+        The profile's ``image`` section.
+    """
+
+    def __init__(self, section: ImageSection) -> None:
+        self._section = section
+        self._maps: tuple[Size, NDArray[np.int16], NDArray[np.uint16]] | None = None
+        self._homography = None if section.warp is None else _homography(section)
+
+    @property
+    def size_px(self) -> Size:
+        """Width and height of the resulting image."""
+        return self._section.width_px, self._section.height_px
+
+    def apply(self, pixels: Pixels) -> Pixels:
+        """Return the resulting image; the input itself where there is nothing to do.
+
+        Parameters
+        ----------
+        pixels : (H, W) or (H, W, 3) uint8 or uint16
+            As the camera sends them.
+
+        Returns
+        -------
+        (height_px, width_px) or (height_px, width_px, 3), of the same dtype, contiguous
+            What the lens or the warp brings in from outside the camera's image is 0.
+
+        Raises
+        ------
+        InputError
+            The image's depth or colour is not what the profile says, or the crop reaches beyond it.
+        """
+        pixels = self._turned(self._cropped(self._checked(pixels)))
+        if self._section.lens is not None or self._homography is not None:
+            pixels = self._remapped(np.ascontiguousarray(pixels))
+        if _size(pixels) != self.size_px:
+            pixels = self._resized(np.ascontiguousarray(pixels))
+        return np.ascontiguousarray(pixels)
+
+    def map_points(self, xy: ArrayLike, camera_size_px: Size | None = None) -> NDArray[np.float64]:
+        """Carry points from the camera's image to the resulting one.
+
+        Parameters
+        ----------
+        xy : (N, 2)
+            In the camera's pixels.
+        camera_size_px : (width, height), optional
+            Of the camera's image; by default what the profile amounts to without a resize.
+
+        Returns
+        -------
+        (N, 2) float64
+            May lie outside the image.
+        """
+        points = np.array(xy, np.float64).reshape(-1, 2)
+        section = self._section
+        if section.crop is not None:
+            points -= section.crop[:2]
+            size: Size = section.crop[2:]
+        else:
+            size = camera_size_px or self._assumed_camera_size()
+        points, size = self._turn_points(points, size)
+        if section.lens is not None:
+            points = self._undistort_points(points)
+        if self._homography is not None:
+            projected = _homogeneous(points) @ self._homography.T
+            return np.asarray(projected[:, :2] / projected[:, 2:])
+        return np.asarray((points + 0.5) * (np.array(self.size_px) / size) - 0.5)
+
+    def camera_mm_per_px(self, camera_size_px: Size | None = None) -> float:
+        """Scale of the camera's own pixels on the gel, in the middle of its image.
+
+        Parameters
+        ----------
+        camera_size_px : (width, height), optional
+            As in :meth:`map_points`.
+        """
+        width, height = camera_size_px or self._assumed_camera_size()
+        if self._section.crop is not None:
+            x, y, width, height = self._section.crop
+            middle = np.array([x + width / 2, y + height / 2])
+        else:
+            middle = np.array([width / 2, height / 2])
+        corner, right, down = self.map_points(middle + _CORNER, camera_size_px)
+        area = abs(float(np.linalg.det(np.stack([right - corner, down - corner]))))
+        return float(self._section.mm_per_px * np.sqrt(area))
+
+    def stretch(self, camera_size_px: Size) -> float:
+        """How much more the resize to the profile's size enlarges along x than along y.
+
+        1 where shapes agree, and where a warp decides.
+        """
+        if self._homography is not None:
+            return 1.0
+        crop = self._section.crop
+        width, height = camera_size_px if crop is None else crop[2:]
+        if self._section.rotate_deg % 180:
+            width, height = height, width
+        return self.size_px[0] * height / (width * self.size_px[1])
+
+    def _checked(self, pixels: Pixels) -> Pixels:
+        section = self._section
+        wanted = np.uint8 if section.bit_depth == 8 else np.uint16
+        if pixels.dtype != wanted:
+            raise InputError(
+                f"the image has {8 * pixels.dtype.itemsize}-bit values and the profile says "
+                f"bit_depth: {section.bit_depth}; record as the profile says, or correct 'image'"
+            )
+        if 8 < section.bit_depth < 16 and pixels.max(initial=0) > section.full_scale:
+            raise InputError(
+                f"the image has intensities up to {pixels.max()} and {section.bit_depth} bits end "
+                f"at {section.full_scale:.0f}; correct 'image.bit_depth'"
+            )
+        if section.color == "grey" and pixels.ndim == 3:
+            grey = pixels[..., 0]
+            if not ((grey == pixels[..., 1]).all() and (grey == pixels[..., 2]).all()):
+                raise InputError(
+                    "the image is in colour and the profile says color: grey; correct 'image.color'"
+                )
+            return grey  # a grey image that was stored as colour
+        if section.color == "rgb" and pixels.ndim == 2:
+            raise InputError(
+                "the image is grey and the profile says color: rgb; correct 'image.color'"
+            )
+        return pixels
+
+    def _cropped(self, pixels: Pixels) -> Pixels:
+        crop = self._section.crop
+        if crop is None:
+            return pixels
+        x, y, width, height = crop
+        if x + width > pixels.shape[1] or y + height > pixels.shape[0]:
+            raise InputError(
+                f"the crop {list(crop)} reaches beyond the camera's {pixels.shape[1]} × "
+                f"{pixels.shape[0]} image; correct 'image.crop'"
+            )
+        return pixels[y : y + height, x : x + width]
+
+    def _turned(self, pixels: Pixels) -> Pixels:
+        section = self._section
+        if section.flip == "none" and section.rotate_deg == 0:
+            return pixels
+        import cv2  # a numpy view of reversed rows costs ten times as much to copy
+
+        if section.flip != "none":
+            pixels = cv2.flip(pixels, {"horizontal": 1, "vertical": 0, "both": -1}[section.flip])
+        if section.rotate_deg:
+            turns = (cv2.ROTATE_90_CLOCKWISE, cv2.ROTATE_180, cv2.ROTATE_90_COUNTERCLOCKWISE)
+            pixels = cv2.rotate(pixels, turns[section.rotate_deg // 90 - 1])
+        return np.asarray(pixels)
+
+    def _turn_points(
+        self, points: NDArray[np.float64], size: Size
+    ) -> tuple[NDArray[np.float64], Size]:
+        (x, y), (width, height) = points.T, size
+        if self._section.flip in ("horizontal", "both"):
+            x = width - 1 - x
+        if self._section.flip in ("vertical", "both"):
+            y = height - 1 - y
+        for _ in range(self._section.rotate_deg // 90):
+            x, y = height - 1 - y, x
+            width, height = height, width
+        return np.stack([x, y], 1), (width, height)
+
+    def _assumed_camera_size(self) -> Size:
+        width, height = self.size_px
+        return (height, width) if self._section.rotate_deg % 180 else (width, height)
+
+    def _resized(self, pixels: Pixels) -> Pixels:
+        import cv2
+
+        width, height = _size(pixels)
+        shrinks = self.size_px[0] <= width and self.size_px[1] <= height
+        method = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+        return np.asarray(cv2.resize(pixels, self.size_px, interpolation=method))
+
+    def _remapped(self, pixels: Pixels) -> Pixels:
+        """Lens and warp in one interpolation; two would blur twice."""
+        import cv2
+
+        size = self.size_px if self._homography is not None else _size(pixels)
+        if self._maps is None or self._maps[0] != size:
+            self._maps = (size, *self._make_maps(size))
+        _, places, fractions = self._maps
+        return np.asarray(
+            cv2.remap(pixels, places, fractions, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+        )
+
+    def _make_maps(self, size: Size) -> tuple[NDArray[np.int16], NDArray[np.uint16]]:
+        import cv2
+
+        matrix, distortion = self._camera()
+        onto = matrix if self._homography is None else self._homography @ matrix
+        # OpenCV undoes `onto`, distorts and projects: with H K for the new camera that is H⁻¹ first
+        places, fractions = cv2.initUndistortRectifyMap(
+            matrix, distortion, np.eye(3), onto, size, cv2.CV_16SC2
+        )
+        return np.asarray(places, np.int16), np.asarray(fractions, np.uint16)
+
+    def _camera(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        lens = self._section.lens
+        if lens is None:
+            return np.eye(3), np.zeros(4)
+        distortion = np.zeros(14)
+        distortion[: len(lens.distortion)] = lens.distortion
+        return np.array(lens.matrix, np.float64), distortion
+
+    def _undistort_points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Invert the distortion by fixed point: OpenCV's own inverse stops after five steps."""
+        import cv2
+
+        if not len(points):
+            return points
+        matrix, distortion = self._camera()
+        inverse = np.linalg.inv(matrix)
+        seen = _homogeneous(points) @ inverse.T
+        rays = seen.copy()
+        for _ in range(_UNDISTORT_STEPS):
+            bent, _ = cv2.projectPoints(
+                rays[:, None], np.zeros(3), np.zeros(3), np.eye(3), distortion
+            )
+            rays[:, :2] += seen[:, :2] - bent.reshape(-1, 2)
+        return np.asarray((rays @ matrix.T)[:, :2])
+
+
+def _homogeneous(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([points, np.ones(len(points))])
+
+
+def _size(pixels: NDArray[Any]) -> Size:
+    return pixels.shape[1], pixels.shape[0]
+
+
+def _homography(section: ImageSection) -> NDArray[np.float64]:
+    import cv2
+
+    assert section.warp is not None
+    source, target = (
+        np.array(quad, np.float32) for quad in (section.warp.source, section.warp.target)
+    )
+    homography = np.asarray(cv2.getPerspectiveTransform(source, target), np.float64)
+    if not np.isfinite(homography).all() or abs(np.linalg.det(homography)) < 1e-12:
+        raise InputError(
+            "image.warp: three of the four points lie on a line; give four corners of a quadrangle"
+        )
+    return homography

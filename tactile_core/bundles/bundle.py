@@ -1,0 +1,252 @@
+"""The calibration bundle: one physical unit's model, reference and manifest in a folder."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactile_core.bundles.manifest import (
+    Manifest,
+    bundle_files,
+    check_files,
+    read_manifest,
+    write_manifest,
+)
+from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
+from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
+from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.plugins.blame import blame
+from tactile_core.profiles.loader import profile_hash
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Reference
+
+SCALE_TOLERANCE = 0.01
+"""Scales of input and bundle may differ by this fraction."""
+
+_ATTEMPTS = 50
+_SERIAL = re.compile(r"[A-Za-z0-9._-]+")
+
+
+@dataclass(frozen=True, eq=False)
+class Bundle:
+    """A fitted calibration with all that it needs to be used again."""
+
+    manifest: Manifest
+    calibration: Calibration
+    reference: Reference
+
+    def save(self, directory: Path, report: Callable[[Path], None] | None = None) -> None:
+        """Write the bundle beside its place, then put it there in one step.
+
+        An older bundle there is replaced. At no moment is there neither; of several writers the
+        last one's stays.
+
+        Parameters
+        ----------
+        directory : Path
+        report : callable, optional
+            Writes more files (``report.html`` and its pictures) into the folder it is given.
+
+        Raises
+        ------
+        InputError
+            The folder holds anything but a bundle.
+        OSError
+            The disk is full or refuses; what was there before is still there.
+        """
+        directory = check_place(directory)
+        with fresh_folder(directory) as fresh:
+            with blame("the calibration", self.calibration):
+                self.calibration.save(fresh)
+            _save_reference(self.reference, fresh / "reference.npz")
+            if report is not None:
+                report(fresh)
+            write_manifest(fresh, self.manifest)
+            replace_folder(fresh, directory, bundle_files)
+
+    @classmethod
+    def load(cls, directory: Path) -> Bundle:
+        """Read a bundle and check that it is whole.
+
+        One that is replaced meanwhile is read again.
+
+        Raises
+        ------
+        CalibrationError
+            The folder is no bundle, is broken, or was written by another version.
+        """
+        directory = Path(directory)
+        for _ in range(_ATTEMPTS):
+            before = _identity(directory)
+            try:
+                bundle = cls._loaded(directory)
+            except Exception:
+                if _identity(directory) == before:
+                    raise
+            else:
+                if _identity(directory) == before:
+                    return bundle
+        raise CalibrationError(f"bundle {directory} is replaced all the time; try again")
+
+    @classmethod
+    def _loaded(cls, directory: Path) -> Bundle:
+        from tactile_core.plugins.registry import resolve
+
+        manifest = read_manifest(directory)
+        check_files(directory, manifest)
+        model = resolve("calibration", manifest.model)
+        try:
+            with blame("the calibration", model):
+                calibration: Calibration = model.load(directory)
+        except PluginFault:
+            raise
+        except TactileError as error:
+            raise type(error)(f"bundle {directory}: {error}") from error
+        except Exception as error:
+            raise CalibrationError(
+                f"bundle {directory}: {manifest.model} cannot load its model "
+                f"({type(error).__name__}: {error}); calibrate again"
+            ) from error
+        return cls(manifest, calibration, _load_reference(directory / "reference.npz", manifest))
+
+    def check(self, profile: Profile, serial: str | None = None) -> list[str]:
+        """Refuse a profile or unit that the bundle is not for; return warnings.
+
+        Raises
+        ------
+        CalibrationError
+            Another sensor, serial, image size, bit depth or scale.
+        """
+        mine, image = self.manifest, profile.image
+        for what, ours, theirs in (
+            ("sensor", mine.profile, profile.name),
+            ("serial", mine.serial, serial if serial is not None else mine.serial),
+            ("image size", mine.image_size_px, (image.width_px, image.height_px)),
+            ("bit depth", mine.bit_depth, image.bit_depth),
+        ):
+            if ours != theirs:
+                raise CalibrationError(
+                    f"the bundle was made for {what} {_plain(ours)}, not {_plain(theirs)}; "
+                    f"use the bundle of this sensor or run 'tactile calibrate'"
+                )
+        if abs(image.mm_per_px / mine.mm_per_px - 1) > SCALE_TOLERANCE:
+            raise CalibrationError(
+                f"the bundle was made at {mine.mm_per_px:g} mm per pixel and this input has "
+                f"{image.mm_per_px:g}; calibrate at the scale of the input"
+            )
+        if mine.profile_hash != profile_hash(profile):
+            return [
+                "the profile's image, light or gel has changed since this bundle was made; "
+                "calibrate again if readings look wrong"
+            ]
+        return []
+
+
+def now() -> str:
+    """Return the date and time for a manifest, ISO 8601 in UTC."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def check_serial(serial: str) -> str:
+    """Return the serial if it may name a folder.
+
+    Raises
+    ------
+    InputError
+        It has other characters than letters, digits, ``.``, ``_`` and ``-``.
+    """
+    if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
+        raise InputError(f"serial {serial!r}: use only letters, digits, '.', '_' and '-'")
+    return serial
+
+
+def check_place(directory: Path) -> Path:
+    """Return the folder, without links, if a bundle may be written there.
+
+    Raises
+    ------
+    InputError
+        It holds anything but a bundle.
+    """
+    directory = led_to(Path(directory))
+    bundle_files(directory)
+    return directory
+
+
+def default_place(profile: Profile, serial: str | None) -> Path:
+    """Folder in the user's data directory where the unit's bundle belongs."""
+    from platformdirs import user_data_path
+
+    return user_data_path("tactile-core") / "bundles" / profile.name / (serial or "default")
+
+
+def _identity(directory: Path) -> tuple[int, int, int] | None:
+    """Tell a folder from another one that takes its place."""
+    try:
+        found = directory.stat()
+    except OSError:
+        return None
+    # numbers of folders that are gone are given anew; the time is that of the last renaming
+    return found.st_dev, found.st_ino, found.st_ctime_ns
+
+
+def _save_reference(reference: Reference, path: Path) -> None:
+    arrays: dict[str, Any] = {
+        "pixels": reference.pixels,
+        "channels": np.array(reference.channels),
+        "full_scale": reference.full_scale,
+        "noise": reference.noise,
+        "frames": reference.frames,
+    }
+    if reference.marks is not None:
+        arrays["marks"] = reference.marks
+    write_npz(path, arrays)
+
+
+def _load_reference(path: Path, manifest: Manifest) -> Reference:
+    try:
+        arrays = read_npz(path)
+        reference = Reference(
+            pixels=arrays["pixels"],
+            channels=tuple(str(name) for name in arrays["channels"]),
+            full_scale=float(arrays["full_scale"]),
+            noise=float(arrays["noise"]),
+            frames=int(arrays["frames"]),
+            marks=arrays.get("marks"),
+        )
+        _check_reference(reference, manifest)
+    except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
+        raise CalibrationError(f"{path}: the reference is damaged; calibrate again") from error
+    return reference
+
+
+def _check_reference(reference: Reference, manifest: Manifest) -> None:
+    """Raise ValueError at arrays that cannot be the reference of this bundle."""
+    width, height = manifest.image_size_px
+    pixels, marks = reference.pixels, reference.marks
+    numbers = reference.full_scale, reference.noise
+    if not (
+        reference.channels == manifest.channels
+        and pixels.shape == (height, width, len(manifest.channels))
+        and pixels.dtype == np.float32
+        and np.isfinite(pixels).all()
+        and (marks is None or (marks.shape == (height, width) and marks.dtype == bool))
+        and np.isfinite(numbers).all()
+        and reference.full_scale > 0
+        and reference.noise >= 0
+        and reference.frames >= 1
+    ):
+        raise ValueError("its arrays do not fit the manifest")
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, tuple):
+        return " × ".join(str(part) for part in value)
+    return str(value) or "(none)"

@@ -1,0 +1,96 @@
+"""A grid of balls that is pressed in one frame: found as a whole, or a part from its own pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
+from tactile_core.algorithms.dome import flat_equivalent
+from tactile_core.calibration.fold import Fold
+from tactile_core.calibration.preparation import Preparation
+from tactile_core.calibration.presses import FoundPress, press_image, untouched_press
+from tactile_core.quantities import Bool, Frame
+
+
+@dataclass(frozen=True, eq=False)
+class PressedGrid:
+    """Balls in one frame, whose circles a target tells roughly.
+
+    Attributes
+    ----------
+    file : str
+    frame : Frame
+        As it was recorded.
+    prepare : Preparation
+    centres_px : (N, 2) float
+        As the target has them.
+    ball_radius_px : float
+    dome_radius_px : float or None
+    """
+
+    file: str
+    frame: Frame
+    prepare: Preparation
+    centres_px: np.ndarray
+    ball_radius_px: float
+    dome_radius_px: float | None = None
+
+    def found(self) -> list[FoundPress]:
+        """Refine all circles together."""
+        circles, _ = refine_grid(self._image(self._whole), self.centres_px, self._touching_px)
+        return self._presses(self._whole, circles)
+
+    def without(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
+        """Refine the others in a frame that does not show those held out."""
+        others = [i for i in range(len(self.centres_px)) if i not in held_out]
+        if not others:
+            return None
+        frame = self.prepare.without(self.frame, self._around(held_out))
+        centres_px = self.centres_px[others]
+        circles, light = refine_grid(self._image(frame), centres_px, self._touching_px)
+        used = [press for press in self._presses(frame, circles) if press.used]
+        if not used:
+            return None
+        reference = self.prepare.untouched
+        rest = untouched_press(used, reference)
+        located = self._located(light, held_out)
+        return Fold(used, reference, located.__getitem__, (rest,))
+
+    def _located(self, light: GridLight, which: Collection[int]) -> dict[int, FoundPress]:
+        numbers = sorted(which)
+        centres_px = self.centres_px[numbers]
+        circles = light.locate(self._image(self._whole), centres_px, self._touching_px)
+        return dict(zip(numbers, self._presses(self._whole, circles), strict=True))
+
+    def _presses(self, frame: Frame, circles: Sequence[Circle]) -> list[FoundPress]:
+        return [
+            FoundPress(self.file, frame, circle, self.ball_radius_px, True, self.dome_radius_px)
+            for circle in circles
+        ]
+
+    @cached_property
+    def _whole(self) -> Frame:
+        """The whole frame, ready to be measured."""
+        return self.prepare(self.frame)
+
+    @property
+    def _touching_px(self) -> float:
+        return flat_equivalent(self.ball_radius_px, self.dome_radius_px)
+
+    def _image(self, frame: Frame) -> PressImage:
+        return press_image(frame, self.prepare.untouched)
+
+    def _around(self, which: Collection[int]) -> Bool:
+        """(H, W) bool: half of the way from some balls to the nearest others."""
+        height, width = self.frame.pixels.shape[:2]
+        x, y = np.arange(width), np.arange(height)[:, None]
+        around = np.zeros((height, width), np.bool_)
+        for i in which:
+            apart = np.hypot(*(np.delete(self.centres_px, i, axis=0) - self.centres_px[i]).T)
+            x0, y0 = self.centres_px[i]
+            around |= np.hypot(x - x0, y - y0) < apart.min() / 2
+        return around

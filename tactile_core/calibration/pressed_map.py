@@ -1,0 +1,66 @@
+"""Bands of a height map's rows, of which some are held out from the frame that shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactile_core.algorithms.background import smooth_background
+from tactile_core.calibration.fold import Fold
+from tactile_core.calibration.map_block import MapBlock
+from tactile_core.calibration.preparation import Preparation
+from tactile_core.calibration.presses import resting
+from tactile_core.interfaces.calibration import Press
+from tactile_core.quantities import Bool, Frame
+
+RESTING_PIXELS = 300
+"""Beside a height map's rows: enough to hold the model level in places that the rows leave out, and
+too few to draw its slopes towards nought."""
+
+
+@dataclass(frozen=True, eq=False)
+class PressedMap:
+    """A surface whose height map is known, in one frame.
+
+    Attributes
+    ----------
+    bands : sequence of MapBlock
+        On the whole frame.
+    frame : Frame
+        As it was recorded.
+    prepare : Preparation
+    stands_in : bool
+        The reference is the frame's own large-scale light.
+    """
+
+    bands: Sequence[MapBlock]
+    frame: Frame
+    prepare: Preparation
+    stands_in: bool
+
+    def resting(self, prepare: Preparation) -> Press:
+        """Skin at rest, of the reference of a preparation."""
+        return resting(self.frame, prepare.untouched, RESTING_PIXELS)
+
+    def without(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
+        """Return the other bands, in a frame that does not show those held out."""
+        hidden = np.logical_or.reduce([self.bands[i].area() for i in held_out])
+        prepare = self._preparation(hidden) if self.stands_in else self.prepare
+        target = replace(self.bands[0].target, frame=prepare.without(self.frame, hidden))
+        others = [
+            replace(band, target=target) for i, band in enumerate(self.bands) if i not in held_out
+        ]
+        used = [band for band in others if band.used]
+        if not used:
+            return None
+        rest = self.resting(prepare)
+        return Fold(used, prepare.untouched, self.bands.__getitem__, (rest,))
+
+    def _preparation(self, hidden: Bool) -> Preparation:
+        """With the large-scale light of what is not hidden as reference."""
+        shown = np.where(hidden[..., None], 0, self.frame.pixels)
+        light = smooth_background(shown, hidden)
+        untouched = replace(self.prepare.untouched, pixels=light)
+        return Preparation.of(untouched, self.prepare.finder, self.prepare.follows)

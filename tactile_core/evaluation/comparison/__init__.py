@@ -1,0 +1,114 @@
+"""One recording measured in several ways, and how far each is from the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+
+from tactile_core.errors import InputError
+from tactile_core.evaluation.comparison.accuracy import Accuracy
+from tactile_core.evaluation.comparison.clock import Clock, in_turn
+from tactile_core.evaluation.comparison.memory import peak_of_stream_mib
+from tactile_core.evaluation.comparison.results import Comparison as Comparison
+from tactile_core.evaluation.comparison.results import Scored as Scored
+from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
+from tactile_core.evaluation.comparison.variants import Recording, Variant, variants_of
+from tactile_core.evaluation.fresh_process import one_thread
+from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.outputs import merged_arrays
+from tactile_core.pipeline.sensor import images_per_observation
+from tactile_core.recordings.recording import open_recording
+
+
+def compare(
+    profile: str | Path,
+    *,
+    input: Path,
+    truth: Path,
+    swaps: Iterable[tuple[str, str]] = (),
+    bundle: Path | None = None,
+    reference: Path | str | None = None,
+    serial: str | None = None,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Measure one recording in several ways and compare each with the truth.
+
+    Variants take turns frame by frame, so that a busy machine slows all alike.
+
+    Parameters
+    ----------
+    profile : str or Path
+        A profile's name or the path of its YAML file.
+    input : Path
+        The recording.
+    truth : Path
+        Folder of ``NAME.npz``, one a frame, with arrays as ``tactile run`` writes them; every array
+        that both have is compared, at every pixel.
+    swaps : iterable of (step, use)
+        Each is one change of the profile as it is: ``("height", "core.robust_poisson")``, or
+        ``("calibration", path of a bundle)``.
+    bundle : Path, optional
+        The calibration of all variants but those that swap it; by default the unit's own.
+    reference : Path or "first", optional
+        The untouched sensor; by default each bundle's.
+    serial : str, optional
+        The unit.
+    progress : Progress, optional
+
+    Raises
+    ------
+    InputError
+        A frame has no truth, or one of another size; a step is not there.
+    ProfileError, PluginError, CalibrationError
+        A variant cannot be built.
+    """
+    progress = progress or Silent()
+    variants = variants_of(profile, swaps, bundle)
+    recording = Recording(Path(input), reference, serial)
+    folder = Truth(Path(truth))
+    count = _checked_count(variants[0], recording, folder)
+    progress.stage("comparing", 0.7)
+    scores = [Accuracy() for _ in variants]
+    shown: tuple[float, str, Arrays, tuple[Arrays, ...]] | None = None
+    frames = 0
+    with one_thread(), ExitStack() as stack:
+        sensors = [stack.enter_context(variant.open(recording)) for variant in variants]
+        clock = Clock([sensor.pipeline for sensor in sensors])
+        for readings in in_turn([sensor.stream() for sensor in sensors]):
+            name = readings[0].source
+            true = folder.of(name)
+            arrays = tuple(merged_arrays(reading) for reading in readings)
+            names = [common_names(measured, true, folder.path(name)) for measured in arrays]
+            if not any(names):
+                raise InputError(
+                    f"nothing that {folder.path(name)} tells ({', '.join(true)}) was measured; "
+                    f"give --bundle, or a truth of what this profile measures"
+                )
+            for score, measured, common in zip(scores, arrays, names, strict=True):
+                score.add(measured, true, common)
+            clock.note(readings)
+            top = float(true["height_mm"].max()) if "height_mm" in true else 0.0
+            if shown is None or top > shown[0]:
+                shown = top, name, true, arrays
+            frames += 1
+            progress.fraction(frames / count if count else 0.0)
+        if shown is None:
+            raise InputError(f"{input} holds no frame; give a recording with some")
+        clock.fill()
+    progress.stage("memory", 0.3)
+    scored = []
+    for number, variant in enumerate(variants):
+        peak_mib, notes = peak_of_stream_mib(variant, recording)
+        accuracy, times = scores[number].summary(), clock.latency_ms(number)
+        scored.append(Scored(variant.name, accuracy, times, peak_mib, notes))
+        progress.fraction((number + 1) / len(variants))
+    return Comparison(variants[0].profile, frames, tuple(scored), *shown[1:])
+
+
+def _checked_count(plain: Variant, recording: Recording, truth: Truth) -> int | None:
+    """Count the frames, and refuse before long work what has no truth."""
+    per_frame = images_per_observation(plain.profile)
+    files = open_recording(recording.input, images_per_observation=per_frame)
+    truth.check([observation.name for observation in files.files])
+    return files.count

@@ -1,0 +1,69 @@
+"""Time per frame of several variants, which take turns so that a busy machine slows all alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.reading import Reading
+from tactile_core.quantities import Frame
+
+LEAST_FRAMES = 20
+"""Shorter recordings are measured again, for the time alone, until there are so many."""
+
+
+def in_turn(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
+    """Yield the readings of each frame; which stream is first changes from frame to frame."""
+    number = 0
+    while True:
+        readings: dict[int, Reading] = {}
+        for turn in range(len(streams)):
+            index = (number + turn) % len(streams)
+            reading = next(streams[index], None)
+            if reading is None:
+                return
+            readings[index] = reading
+        yield [readings[index] for index in range(len(streams))]
+        number += 1
+
+
+class Clock:
+    """Collects the latencies of readings.
+
+    The first reading prepares tables and is not counted.
+
+    Parameters
+    ----------
+    pipelines : sequence of Pipeline
+        Those that the readings come from.
+    """
+
+    def __init__(self, pipelines: Sequence[Pipeline]) -> None:
+        self._pipelines = pipelines
+        self._latency_ms: list[list[float]] = [[] for _ in pipelines]
+        self._frames: list[Frame] = []
+        self._warm = False
+
+    def latency_ms(self, index: int) -> tuple[float, ...]:
+        """What was counted of one pipeline."""
+        return tuple(self._latency_ms[index])
+
+    def note(self, readings: Sequence[Reading]) -> None:
+        """Count the readings of a frame, one of each pipeline."""
+        if len(self._frames) < LEAST_FRAMES:
+            # found marks are part of the work, so a repetition has to find them again
+            self._frames.append(replace(readings[0].frame, marks=None))
+        if self._warm:
+            for times, reading in zip(self._latency_ms, readings, strict=True):
+                times.append(reading.latency_ms)
+        self._warm = True
+
+    def fill(self) -> None:
+        """Measure the first frames again until enough are counted."""
+        while len(self._latency_ms[0]) < LEAST_FRAMES:
+            for pipeline in self._pipelines:
+                pipeline.reset()
+            again = [map(pipeline.process, self._frames) for pipeline in self._pipelines]
+            for readings in in_turn(again):
+                self.note(readings)

@@ -1,0 +1,120 @@
+"""A comparison as a table, and as a page with pictures of one frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tactile_core.evaluation.comparison.results import Comparison
+from tactile_core.evaluation.comparison.truth import Arrays
+from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.views import html
+from tactile_core.views.pictures import deviation, relief
+
+NOTHING = "–"
+
+_EXPLAINED = (
+    "Normals: angle between measured and true normals over all pixels, and over those in the true "
+    "contact. Height: root mean square of measured less true height, over the same two sets; peak: "
+    "mean difference of the highest points. IoU: pixels that both call contact over pixels that "
+    "either does. Time: from frame to reading on one core, one thread, variants taking turns. "
+    "Memory: largest resident memory of a process that only measures this recording, Python and "
+    "libraries included."
+)
+
+
+def table(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+    """Header and one row for each variant."""
+    summaries = [variant.summary() for variant in comparison.variants]
+    extra = sorted({name for s in summaries for kind in ("iou", "rmse") for name in s[kind]})
+    extra = [name for name in extra if name != "contact"]
+    header = [
+        "variant",
+        "normals, ° (mean / median / p90)",
+        "in contact, °",
+        "height, µm",
+        "in contact, µm",
+        "peak, µm",
+        "contact IoU",
+        *extra,
+        "time, ms (median / p90)",
+        "memory, MiB",
+    ]
+    return header, [_row(summary, extra) for summary in summaries]
+
+
+def page(comparison: Comparison) -> str:
+    """HTML of the table and, for the frame with the highest truth, height and error."""
+    parts = [
+        html.paragraph(f"{comparison.profile.name}: {comparison.frames} frames."),
+        html.table(*table(comparison)),
+        html.paragraph(_EXPLAINED),
+    ]
+    truth = comparison.shown_truth
+    if "height_mm" in truth:
+        parts.append(html.heading(f"Frame {comparison.shown}"))
+        parts += _figures(comparison, truth)
+    return html.page("One recording, measured in several ways", parts)
+
+
+def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
+    shown = comparison.shown_arrays
+    mm_per_px = next(float(a["mm_per_px"]) for a in shown if "mm_per_px" in a)
+    true_map = _map(truth["height_mm"], mm_per_px)
+    heights = [_map(a["height_mm"], mm_per_px) if "height_mm" in a else None for a in shown]
+    errors = [np.abs(h.mm - true_map.mm) for h in heights if h is not None]
+    # one scale for all; single pixels do not set it
+    most_mm = max((float(np.percentile(error, 99.5)) for error in errors), default=0.0)
+    figures = [html.figure(relief(true_map, _contact(truth, mm_per_px)), "truth")]
+    for variant, height, arrays in zip(comparison.variants, heights, shown, strict=True):
+        figures.append(html.heading(variant.name))
+        if height is None:
+            figures.append(html.paragraph("No height was measured."))
+            continue
+        figures.append(html.figure(relief(height, _contact(arrays, mm_per_px)), "measured"))
+        error = deviation(height, true_map, most_mm=most_mm)
+        figures.append(html.figure(error, "measured less true: red is too high"))
+    return figures
+
+
+def _map(height_mm: np.ndarray, mm_per_px: float) -> HeightMap:
+    mm = np.asarray(height_mm, np.float32)
+    return HeightMap(mm, np.ones(mm.shape, bool), mm_per_px)
+
+
+def _contact(arrays: Arrays, mm_per_px: float) -> ContactMask | None:
+    return ContactMask(arrays["contact"], mm_per_px) if "contact" in arrays else None
+
+
+def _row(summary: dict[str, Any], extra: list[str]) -> list[str]:
+    return [
+        summary["variant"],
+        _several(summary["normal_error_deg"]),
+        _several(summary["normal_error_in_contact_deg"]),
+        _microns(summary["height_rmse_mm"]),
+        _microns(summary["height_rmse_in_contact_mm"]),
+        _microns(summary["peak_error_mm"]),
+        _said(summary["iou"].get("contact"), "{:.3f}"),
+        *(_other(summary["iou"].get(name, summary["rmse"].get(name))) for name in extra),
+        _several(summary["latency_ms"]),
+        _said(summary["peak_memory_mib"], "{:.0f}"),
+    ]
+
+
+def _said(value: float | None, form: str) -> str:
+    return NOTHING if value is None else form.format(value)
+
+
+def _several(values: dict[str, float] | None) -> str:
+    return NOTHING if values is None else " / ".join(f"{value:.2f}" for value in values.values())
+
+
+def _microns(value_mm: float | None) -> str:
+    return NOTHING if value_mm is None else f"{1e3 * value_mm:.1f}"
+
+
+def _other(value: Any) -> str:
+    if value is None:
+        return NOTHING
+    return " ".join(f"{v:.4g}" for v in (value if isinstance(value, list) else [value]))

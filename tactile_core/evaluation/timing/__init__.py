@@ -1,0 +1,115 @@
+"""Cost of each stage of a frame's way on this machine, on virtual units of the profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from tactile_core.errors import TactileError
+from tactile_core.evaluation.fresh_process import one_thread
+from tactile_core.evaluation.timing.machine import available_cores, machine
+from tactile_core.evaluation.timing.processes import WARM_UP_FRAMES, streamed
+from tactile_core.evaluation.timing.results import Bench as Bench
+from tactile_core.evaluation.timing.results import Benches as Benches
+from tactile_core.evaluation.timing.results import Cost as Cost
+from tactile_core.evaluation.timing.stream import Stream
+from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
+from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.profiles.model import Profile
+
+SECONDS = 6.0
+"""How long the stages of all units are measured together."""
+
+_FEWEST_ROUNDS = 10
+
+
+def bench(
+    profiles: Sequence[Profile],
+    *,
+    sizes_px: Sequence[tuple[int, int]] = (),
+    calibration: str | None = None,
+    seconds: float = SECONDS,
+    progress: Progress | None = None,
+) -> Benches:
+    """Measure what each stage costs, one thread on one core.
+
+    Every profile gets a virtual unit, calibrated on rendered presses. All units take turns, a frame
+    at a time, so that a machine that slows down slows all alike.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile
+    sizes_px : sequence of (width, height), optional
+        Image sizes; by default each profile's own.
+    calibration : str, optional
+        The model that is fitted, ``plugin.name``; by default each profile's own.
+    seconds : float
+        How long to measure the stages of all together; each is measured ten times at least.
+    progress : Progress, optional
+
+    Raises
+    ------
+    TactileError
+        Not one of the profiles can be built; with more than one, those that cannot are left out.
+    """
+    progress = progress or Silent()
+    asked = [(profile, size) for profile in profiles for size in (*sizes_px,) or (None,)]
+    units: list[VirtualUnit] = []
+    left_out = []
+    with one_thread():
+        for profile, size_px in asked:
+            progress.stage(f"calibrating {profile.name}", 0.4 / len(asked))
+            try:
+                units.append(virtual_unit(profile, size_px=size_px, model=calibration))
+            except TactileError as error:
+                if len(profiles) == 1:
+                    raise
+                left_out.append(f"{profile.name}: {error}")
+        progress.stage("measuring stages", 0.25)
+        all_costs, rounds = _costs(units, seconds, progress)
+    benches = []
+    for unit, costs in zip(units, all_costs, strict=True):
+        progress.stage(f"streaming {unit.profile.name}", 0.35 / len(units))
+        alone, ratio = streamed(unit, two=available_cores() > 1)
+        benches.append(
+            Bench(
+                profile=unit.profile.name,
+                model=unit.bundle.manifest.model,
+                size_px=unit.bundle.manifest.image_size_px,
+                stages=costs,
+                rounds=rounds,
+                peak_memory_mib=alone.peak_memory_mib,
+                two_process_ratio=ratio,
+                uses_numba=alone.uses_numba,
+            )
+        )
+    return Benches(machine(), tuple(benches), tuple(left_out))
+
+
+def _costs(
+    units: Sequence[VirtualUnit], seconds: float, progress: Progress
+) -> tuple[list[tuple[Cost, ...]], int]:
+    streams = [Stream(unit) for unit in units]
+    for stream in streams:
+        for _ in range(WARM_UP_FRAMES):
+            stream.whole()
+            stream.staged()
+    times: list[dict[str, list[float]]] = [{} for _ in streams]
+    start, rounds = perf_counter(), 0
+    while rounds < _FEWEST_ROUNDS or perf_counter() - start < seconds:
+        for stream, collected in zip(streams, times, strict=True):
+            for name, time_ms in (stream.staged() | stream.whole()).items():
+                collected.setdefault(name, []).append(time_ms)
+        rounds += 1
+        done = min(rounds / _FEWEST_ROUNDS, (perf_counter() - start) / seconds)
+        progress.fraction(min(done, 1.0))
+    costs = [
+        tuple(
+            Cost(name, float(np.median(values)), float(np.percentile(values, 90)))
+            for name, values in collected.items()
+        )
+        for collected in times
+    ]
+    return costs, rounds

@@ -1,0 +1,123 @@
+"""A sensor without a device: what a frame goes through, stage by stage or at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from itertools import cycle
+from time import perf_counter
+
+import numpy as np
+
+from tactile_core.acquisition.acquisition import Acquisition
+from tactile_core.conditioning.light_drift import DriftFollower
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
+from tactile_core.evaluation.timing.still import StillCamera
+from tactile_core.evaluation.timing.unit import VirtualUnit
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import devices
+from tactile_core.plugins.returned import measured_by
+from tactile_core.quantities import Frame, Pixels, Quantity, Reference
+
+ACQUIRE, LAMPS, MARKS, SLOPES = "acquire", "lamps verified", "marks masked", "slopes"
+WHOLE = "whole frame"
+
+
+class Stream:
+    """Runs a virtual unit's frames as a live sensor does.
+
+    What the camera sends costs as much whatever it shows, so an even image takes its way through
+    the geometry, and the rendered frame follows. The frames show one contact that is dragged to and
+    fro, as a live sensor sees: a new contact in each would be searched for anew by the steps that
+    follow marks and slip.
+
+    Parameters
+    ----------
+    unit : VirtualUnit
+    """
+
+    def __init__(self, unit: VirtualUnit) -> None:
+        self._pipeline = Pipeline(unit.profile, unit.bundle)
+        self._bundle = unit.bundle
+        self._frames = cycle(unit.stroke)
+        self._marks = MarkFinder.of(unit.profile, self._pipeline.reference)
+        assert self._pipeline.reference is not None
+        self._drift = DriftFollower(self._pipeline.reference)
+        image = unit.profile.image
+        _, self._lights = devices(unit.profile)
+        self._lights.open()
+        camera = StillCamera([_camera_image(image)])
+        self._acquisition = Acquisition(camera.open(), self._lights, image)
+
+    def whole(self) -> dict[str, float]:
+        """Take and process one frame; return its time in ms under :data:`WHOLE`."""
+        frame, times = next(self._frames), dict[str, float]()
+        with _timed(times, WHOLE):
+            self._acquisition.observe()
+            self._pipeline.process(frame)
+        return times
+
+    def staged(self) -> dict[str, float]:
+        """Take one frame and bring it through each stage; return the times in ms."""
+        frame, times = next(self._frames), dict[str, float]()
+        with _timed(times, ACQUIRE):
+            self._acquisition.observe()
+        self.through(frame, times)
+        return times
+
+    def through(self, frame: Frame, times: dict[str, float]) -> Mapping[type[Quantity], Quantity]:
+        """Bring a frame through each stage as the pipeline does, and note the times in ms.
+
+        Returns
+        -------
+        mapping of type to Quantity
+            What the pipeline measures too, beside the frame and the reference.
+        """
+        reference = self._pipeline.reference
+        assert reference is not None
+        if in_turn(frame):
+            expected = pattern_of(reference)
+            with _timed(times, LAMPS):
+                verify(frame, expected, WHOLE)
+        if self._marks is not None:
+            with _timed(times, MARKS):
+                frame = self._marks.marked(frame)
+        calibration = self._bundle.calibration
+        with _timed(times, SLOPES):
+            lit = frame if calibration.follows_drift else self._drift.followed(frame)
+            measured = measured_by(calibration, lit, reference)
+        by_type: dict[type[Quantity], Quantity] = {
+            Frame: frame,
+            Reference: reference,
+            type(measured): measured,
+        }
+        for step in self._pipeline.steps:
+            if step.missing(by_type) is not None:
+                continue
+            with _timed(times, step.name):
+                taken = (by_type.get(kind) for kind in step.takes)
+                with step.blamed():
+                    by_type[step.gives] = step.estimator.estimate(*taken)
+        return by_type
+
+
+def _camera_image(image: ImageSection) -> Pixels:
+    """Return mid-grey pixels of the size, depth and colour that the profile's camera sends."""
+    width, height = image.width_px, image.height_px
+    if image.rotate_deg % 180:
+        width, height = height, width
+    if image.crop is not None:
+        x, y, width, height = image.crop
+        width, height = x + width, y + height
+    shape = (height, width) if image.color == "grey" else (height, width, 3)
+    dtype = np.uint8 if image.bit_depth == 8 else np.uint16
+    return np.full(shape, int(image.full_scale) // 2, dtype)
+
+
+@contextmanager
+def _timed(times: dict[str, float], name: str) -> Iterator[None]:
+    start = perf_counter()
+    yield
+    times[name] = 1e3 * (perf_counter() - start)

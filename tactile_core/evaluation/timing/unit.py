@@ -1,0 +1,176 @@
+"""A virtual unit of a profile, calibrated on rendered presses at known places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from tactile_core.acquisition.acquisition import Acquisition, average
+from tactile_core.algorithms.circles import Circle
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.manifest import Manifest
+from tactile_core.calibration.presses import FoundPress
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.evaluation.timing.still import StillCamera
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.illumination import Illumination
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.pipeline.sensor import devices
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.returned import fitted_by
+from tactile_core.profiles.loader import profile_hash
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Pixels
+from tactile_core.sim.ball import BallPress
+from tactile_core.sim.optics.rig import RigOptics
+
+PRESSES = 8
+_BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
+
+_STROKE_PX = (1.0, 2.0, 3.0, 2.0)
+_DRAGGED_RADII = 2.5
+"""How far from a ball it drags the skin along, in radii of its contact."""
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualUnit:
+    """A profile, its calibration and frames as its camera would give them.
+
+    Attributes
+    ----------
+    frames : tuple of Frame
+        Balls pressed here and there; their marks are not found yet.
+    stroke : tuple of Frame
+        One ball that drags the skin to and fro, a pixel from frame to frame, over and over.
+    """
+
+    profile: Profile
+    bundle: Bundle
+    frames: tuple[Frame, ...]
+    stroke: tuple[Frame, ...]
+
+
+def virtual_unit(
+    profile: Profile, *, size_px: tuple[int, int] | None = None, model: str | None = None
+) -> VirtualUnit:
+    """Render presses of a ball and fit the profile's calibration on them.
+
+    Parameters
+    ----------
+    profile : Profile
+    size_px : (width, height), optional
+        Of the image instead of the profile's; the same width of the gel is seen.
+    model : str, optional
+        The calibration to fit, ``plugin.name``; else the profile's.
+
+    Raises
+    ------
+    PluginError, InputError
+        The profile's light cannot be made.
+    CalibrationError
+        The presses do not determine the model.
+    """
+    profile = profile if size_px is None else _resized(profile, size_px)
+    cls = resolve("calibration", profile.calibration.use if model is None else model)
+    component = profile.calibration if model is None else Component(use=model)
+    image = profile.image
+    _, lights = devices(profile)
+    take = partial(_frame, RigOptics(profile), lights)
+    finder = MarkFinder.of(profile, average([take(None, 0)]))
+
+    def seen(ball: BallPress | None, seed: int) -> Frame:
+        frame = take(ball, seed)
+        return frame if finder is None else replace(frame, marks=finder.find(frame.pixels))
+
+    untouched = seen(None, 0)
+    reference = replace(average([untouched]), marks=untouched.marks)
+    ball_mm = _BALL_OF_WIDTH * image.width_px * image.mm_per_px
+    rng = np.random.default_rng(0)
+    presses = []
+    for seed in range(1, PRESSES + 1):
+        x, y = rng.uniform(0.15, 0.85, 2) * (image.width_px, image.height_px)
+        ball = BallPress((float(x), float(y)), ball_mm, _DEPTH_OF_BALL * ball_mm)
+        circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
+        frame = seen(ball, seed)
+        radius_px = ball_mm / 2 / image.mm_per_px
+        presses.append(FoundPress("", frame, circle, radius_px))
+    options = options_of(cls, component)
+    fitted = fitted_by(cls, [press.training() for press in presses], reference, options)
+    manifest = Manifest(
+        profile=profile.name,
+        model=getattr(type(fitted), "USE", component.use),
+        image_size_px=(image.width_px, image.height_px),
+        channels=lights.channels,
+        mm_per_px=image.mm_per_px,
+        bit_depth=image.bit_depth,
+        ball_diameter_mm=ball_mm,
+        presses_used=PRESSES,
+        profile_hash=profile_hash(profile),
+    )
+    frames = tuple(replace(press.frame, marks=None) for press in presses[:_KEPT_FRAMES])
+    middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
+    held = BallPress(middle_px, ball_mm, _DEPTH_OF_BALL * ball_mm)
+    stroke = tuple(take(held, seed, moved) for seed, moved in enumerate(_STROKE_PX))
+    return VirtualUnit(profile, Bundle(manifest, fitted, reference), frames, stroke)
+
+
+def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:
+    width, height = size_px
+    scale = profile.image.mm_per_px * profile.image.width_px / width
+    changed = {"width_px": width, "height_px": height, "mm_per_px": scale}
+    image = ImageSection.model_validate(profile.image.model_dump() | changed)
+    return profile.model_copy(update={"image": image})
+
+
+def _frame(
+    optics: RigOptics,
+    lights: Illumination,
+    ball: BallPress | None,
+    seed: int,
+    dragged_px: float = 0.0,
+) -> Frame:
+    image = optics.profile.image
+    shape = (image.height_px, image.width_px)
+    height_mm, displacement_mm = np.zeros(shape), None
+    if ball is not None:
+        x, y = ball.centre_px
+        ball = replace(ball, centre_px=(x + dragged_px, y))
+        height_mm = ball.height_mm(shape, image.mm_per_px)
+        if dragged_px:
+            displacement_mm = image.mm_per_px * dragged_px * _drag(ball, shape, image.mm_per_px)
+    pixels = optics.expose(height_mm, displacement_mm, frame=seed)
+    exposures = [
+        _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
+        for exposure in lights.exposures()
+    ]
+    # what is rendered is straight already
+    straight = ImageSection(
+        width_px=image.width_px,
+        height_px=image.height_px,
+        mm_per_px=image.mm_per_px,
+        color=image.color,
+        bit_depth=image.bit_depth,
+    )
+    with StillCamera(exposures) as camera, lights:
+        frame = Acquisition(camera, lights, straight).observe()
+    assert frame is not None
+    return replace(frame, sequence=seed)
+
+
+def _drag(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
+    """(H, W, 2) of skin that a ball drags along x by 1: all of it inside, ever less outside."""
+    x, y = (np.arange(n) - at for n, at in zip(shape[::-1], ball.centre_px, strict=True))
+    beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
+    along = np.clip(1 - beyond / _DRAGGED_RADII, 0, 1)
+    return np.stack([along, np.zeros(shape)], axis=-1)
+
+
+def _exposure(pixels: Pixels, channels: Sequence[int]) -> Pixels:
+    """(H, W, 3) of lights that shine together, (H, W) of one alone, dark where none shines."""
+    if not channels:
+        return np.zeros_like(pixels[..., 0])
+    return np.ascontiguousarray(pixels[..., channels].squeeze())

@@ -1,0 +1,71 @@
+"""A part of a sensor, as a profile names it, and what a part may know of the sensor build."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Protocol
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from tactile_core.formats.shown import shown
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.interfaces.optics import Optics
+
+_USE = r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$"
+
+
+def _component_named(text: str) -> str:
+    if not re.fullmatch(_USE, text):
+        raise ValueError(f"should be plugin.name, for example 'core.poisson', not {shown(text)}")
+    return text
+
+
+class Component(BaseModel):
+    """A part that a plugin provides: ``use: plugin.name`` and that part's own options."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    use: Annotated[str, AfterValidator(_component_named)] = Field(
+        description="The component's name, plugin.name.", json_schema_extra={"pattern": _USE}
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_a_mapping(cls, value: Any) -> Any:
+        if isinstance(value, str):
+            raise ValueError(f"should be a mapping; write {{use: {value}}}")
+        return value
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The keys beside ``use``; the component's own ``Options`` check them."""
+        return dict(self.model_extra or {})
+
+
+class GelImage(Protocol):
+    """A gel and the image that shows it: a profile, or the context of a step."""
+
+    @property
+    def gel(self) -> Gel:
+        """The elastomer and its markers."""
+
+    @property
+    def image(self) -> ImageSection:
+        """The image in which everything is measured."""
+
+
+class SensorBuild(GelImage, Protocol):
+    """One sensor build, as far as its parts may know it; a profile is one."""
+
+    @property
+    def name(self) -> str:
+        """The profile's name."""
+
+    @property
+    def illumination(self) -> Component:
+        """The lights, and how one observation is exposed."""
+
+    @property
+    def optics(self) -> Optics:
+        """Light beyond the places of the lights, for the virtual sensor."""

@@ -1,0 +1,79 @@
+"""The estimator interface: one typed step from quantities to a quantity."""
+
+from __future__ import annotations
+
+from abc import ABC
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+from pydantic import BaseModel
+
+from tactile_core.algorithms.dome import rest_height
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.quantities import Float32, Reference
+
+
+@dataclass(frozen=True)
+class SensorContext:
+    """What a step may know of the sensor build and unit that it works for.
+
+    Attributes
+    ----------
+    image : ImageSection
+        Size and scale of the image in which every quantity lives.
+    gel : Gel
+        Thickness, stiffness, coating and markers, as far as the profile gives them.
+    reference : Reference or None
+        The untouched sensor.
+    """
+
+    image: ImageSection
+    gel: Gel
+    reference: Reference | None = None
+
+    @cached_property
+    def rest_mm(self) -> Float32 | None:
+        """(H, W) z of the untouched skin in the sensor frame, 0 at the apex; None if flat."""
+        if self.gel.radius_mm is None:
+            return None
+        image = self.image
+        return rest_height(
+            (image.height_px, image.width_px),
+            mm_per_px=image.mm_per_px,
+            radius_mm=self.gel.radius_mm,
+        )
+
+
+class Estimator(ABC):
+    """One step of the chain.
+
+    A subclass defines ``estimate``; the annotations of its arguments and of its return value
+    *are* the declaration of what it takes and gives, and ``X | None`` marks an input that may be
+    missing::
+
+        class Contact(Estimator):
+            def estimate(self, height: HeightMap) -> ContactMask: ...
+    """
+
+    Options: ClassVar[type[BaseModel]] = Options
+    stateful: ClassVar[bool] = False
+    """True for tracking and slip: readings depend on those before, so the steps are never split
+    over workers."""
+    needs_marks: ClassVar[bool] = False
+    """True for a step that makes sense only where marks are printed on the gel: it is left out,
+    with a note, where a revision says ``gel.markers: null``."""
+
+    estimate: Any
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        self.options = options
+        self.context = context
+
+    def reset(self) -> None:  # noqa: B027  (only stateful steps have something to forget)
+        """Forget everything about earlier frames."""
+
+    def tare(self) -> None:  # noqa: B027  (only steps that tell a load have one to subtract)
+        """Take the load of the last frame for zero from now on, until :meth:`reset`."""

@@ -1,0 +1,48 @@
+"""The whole plugin contract.
+
+A plugin is a module or object named by an entry point in the group ``tactile_core.v1``. Each hook
+takes no arguments and returns a mapping from a component's short name to ``"module:Class"``, so
+that naming one component imports one module. Profiles name components ``plugin.name``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pluggy
+
+GROUP = "tactile_core.v1"
+
+hookspec = pluggy.HookspecMarker("tactile_core")
+hookimpl = pluggy.HookimplMarker("tactile_core")
+
+
+@hookspec
+def tactile_cameras() -> Mapping[str, str]:
+    """Cameras: ``{name: "module:Class"}`` of :class:`tactile_core.interfaces.camera.Camera`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_illuminations() -> Mapping[str, str]:
+    """Illuminations: subclasses of :class:`tactile_core.interfaces.illumination.Illumination`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_calibrations() -> Mapping[str, str]:
+    """Calibrations: subclasses of :class:`tactile_core.interfaces.calibration.Calibration`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_estimators() -> Mapping[str, str]:
+    """Estimators: subclasses of :class:`tactile_core.interfaces.estimator.Estimator`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_profiles() -> Path:
+    """Return the directory that holds the plugin's ``*.yaml`` profiles."""
+    raise NotImplementedError

@@ -1,0 +1,160 @@
+"""The image in which everything is measured, and how it is made from the camera's."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Literal
+
+from pydantic import (
+    Field,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+    ValidationInfo,
+    field_validator,
+)
+
+from tactile_core.formats.headers import MOST_PIXELS
+from tactile_core.interfaces.section import Section
+
+Point = tuple[float, float]
+Quad = tuple[Point, Point, Point, Point]
+Point3 = tuple[float, float, float]
+Crop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
+
+_MOST_PX = 32_766
+"""OpenCV addresses pixels by 16 bits."""
+_FINEST_MM = 1e-6
+"""A pixel of a nanometre, a thousandth of what light can resolve."""
+_WIDEST_MM = 1000.0
+_FLATTEST = 1e-3
+"""Least area of a triangle of corners, over that of the box around them."""
+_DISTORTIONS = (4, 5, 8, 12, 14)
+
+
+class Warp(Section):
+    """Perspective: four points of the source image and where they go."""
+
+    source: Quad = Field(description="Four corners [x, y] in the image before the warp, in px.")
+    target: Quad = Field(description="Where they go in the width_px × height_px image, in px.")
+
+    @field_validator("source", "target")
+    @classmethod
+    def _four_corners(cls, quad: Quad) -> Quad:
+        xs, ys = zip(*quad, strict=True)
+        box = (max(xs) - min(xs)) * (max(ys) - min(ys))
+        if min(map(abs, _turns(quad))) <= _FLATTEST * box:
+            raise ValueError("three of the four corners lie on one line")
+        return quad
+
+    @field_validator("target")
+    @classmethod
+    def _same_order(cls, target: Quad, info: ValidationInfo) -> Quad:
+        turns = zip(_turns(info.data.get("source", target)), _turns(target), strict=True)
+        if len({before * after > 0 for before, after in turns}) > 1:
+            raise ValueError("lists the corners in another order than source")
+        return target
+
+
+def _turns(quad: Quad) -> list[float]:
+    """Twice the signed area of each triangle of corners; positive where it turns x towards y."""
+    return [
+        (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        for (ax, ay), (bx, by), (cx, cy) in combinations(quad, 3)
+    ]
+
+
+class Lens(Section):
+    """Pinhole camera with radial and tangential distortion, as OpenCV's calibration gives it."""
+
+    matrix: tuple[Point3, Point3, Point3] = Field(description="Camera matrix, 3 × 3, in px.")
+    distortion: list[float] = Field(
+        min_length=4, max_length=14, description="k1, k2, p1, p2[, k3 …]."
+    )
+
+    @field_validator("matrix")
+    @classmethod
+    def _is_a_camera_matrix(
+        cls, matrix: tuple[Point3, Point3, Point3]
+    ) -> tuple[Point3, Point3, Point3]:
+        (fx, _, _), (below, fy, _), last = matrix
+        if fx <= 0 or fy <= 0 or below != 0 or last != (0, 0, 1):
+            raise ValueError("should be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0")
+        return matrix
+
+    @field_validator("distortion")
+    @classmethod
+    def _known_number(cls, distortion: list[float]) -> list[float]:
+        if len(distortion) not in _DISTORTIONS:
+            raise ValueError(f"should have 4, 5, 8, 12 or 14 numbers, not {len(distortion)}")
+        return distortion
+
+
+class ImageSection(Section):
+    """From the camera's pixels to the image in which everything is measured.
+
+    Order: crop, flip, rotate, lens, warp, else a resize if the sizes differ.
+    """
+
+    width_px: PositiveInt = Field(le=_MOST_PX, description="Width of the resulting image.")
+    height_px: PositiveInt = Field(le=_MOST_PX, description="Height of the resulting image.")
+    mm_per_px: PositiveFloat = Field(description="Scale of the resulting image on the gel.")
+    crop: Crop | None = Field(
+        default=None, description="[x, y, width, height] in the camera's pixels."
+    )
+    flip: Literal["none", "horizontal", "vertical", "both"] = Field(
+        default="none", description="Mirror the image."
+    )
+    rotate_deg: Literal[0, 90, 180, 270] = Field(default=0, description="Turn the image clockwise.")
+    lens: Lens | None = Field(default=None, description="Undistort.")
+    warp: Warp | None = Field(default=None, description="Perspective correction.")
+    color: Literal["rgb", "grey"] = Field(
+        default="rgb", description="What one exposure shows: colour or one intensity."
+    )
+    transfer: Literal["gamma", "linear"] = Field(
+        default="gamma", description="Whether intensities are gamma-coded or linear in light."
+    )
+    bit_depth: Literal[8, 10, 12, 14, 16] = Field(
+        default=8, description="Bits per intensity as the camera delivers them."
+    )
+
+    @field_validator("height_px")
+    @classmethod
+    def _fits_memory(cls, height_px: int, info: ValidationInfo) -> int:
+        width_px = info.data.get("width_px", 0)
+        if width_px * height_px > MOST_PIXELS:
+            raise ValueError(
+                f"makes an image of {width_px} × {height_px}; at most {MOST_PIXELS / 1e6:.0f} "
+                f"megapixels are measured"
+            )
+        return height_px
+
+    @field_validator("crop")
+    @classmethod
+    def _lies_in_an_image(cls, crop: Crop | None) -> Crop | None:
+        if crop is not None and (max(crop) > _MOST_PX or crop[2] * crop[3] > MOST_PIXELS):
+            raise ValueError(
+                f"should lie within {_MOST_PX} px and have at most {MOST_PIXELS / 1e6:.0f} "
+                f"megapixels"
+            )
+        return crop
+
+    @field_validator("mm_per_px")
+    @classmethod
+    def _not_px_per_mm(cls, mm_per_px: float, info: ValidationInfo) -> float:
+        if mm_per_px < _FINEST_MM:
+            raise ValueError(
+                f"should be {_FINEST_MM:g} at least, not {mm_per_px:g}, which no camera resolves"
+            )
+        width_mm = mm_per_px * info.data.get("width_px", 0)
+        if width_mm > _WIDEST_MM:
+            raise ValueError(
+                f"{mm_per_px:g} mm per pixel makes the image {width_mm / 1000:.3g} m wide; "
+                f"if this is pixels per mm, write {1 / mm_per_px:.4g}"
+            )
+        return mm_per_px
+
+    @property
+    def full_scale(self) -> float:
+        """The largest intensity."""
+        return float(2**self.bit_depth - 1)

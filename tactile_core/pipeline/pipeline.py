@@ -1,0 +1,321 @@
+"""Profile + bundle + reference → readings, with no device: pickles, and runs anywhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.sequence import Pattern
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.conditioning.light_drift import DriftFollower
+from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.chain import Chain, Step, without_marks
+from tactile_core.pipeline.reading import Reading
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.returned import measured_by
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import (
+    Frame,
+    Gradients,
+    HeightMap,
+    MarkerDetections,
+    Pixels,
+    Quantity,
+    Reference,
+)
+
+_EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
+"""What may come with a frame of a calibrated unit; some calibrations give height directly."""
+
+_INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
+
+_RELEVANT_SHARE = 0.01
+"""Of a frame's intensities: fewer that are saturated or dark are filled without a word."""
+
+_COMPILING_MS = 2000.0
+"""No frame takes so long, unless kernels are compiled."""
+
+
+class Pipeline:
+    """Turns frames into readings.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+        A profile, its name, or the path of its YAML file.
+    bundle : Bundle or Path, optional
+        The unit's calibration; without one, the steps that need slopes are left out.
+    reference : Reference, optional
+        The untouched sensor; the bundle's own where it is not given.
+    serial : str, optional
+        The unit's serial; a bundle of another unit is refused.
+
+    Raises
+    ------
+    ProfileError, PluginError
+        The profile or one of its parts is unusable.
+    CalibrationError
+        The bundle is not for this sensor.
+    InputError
+        The reference does not fit the profile.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | str | Path,
+        bundle: Bundle | Path | None = None,
+        reference: Reference | None = None,
+        *,
+        serial: str | None = None,
+    ) -> None:
+        self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
+        self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
+        notes: list[str] = []
+        if self.bundle is not None:
+            notes += self.bundle.check(self.profile, serial)
+            reference = reference if reference is not None else self.bundle.reference
+        self._calibration = self._uncalibrated() if self.bundle is None else self.bundle.calibration
+        if self._calibration is not None and self.bundle is None:
+            notes.append("no bundle: slopes come from the lights as the profile gives them")
+        self._marks = MarkFinder.of(self.profile, reference)
+        self.reference = self._prepared(reference)
+        self._drift = None if self.reference is None else DriftFollower(self.reference)
+        self._expected: Pattern | None = None
+        self._chain, markless = self._build_chain()
+        self.reference = self._with_detections(self.reference)
+        self._used = False
+        if markless:
+            notes.append(
+                f"the gel carries no marks, so these steps are left out: {', '.join(markless)}"
+            )
+        notes += self._notes_of_left_out()
+        self.notes = tuple(notes)
+
+    def process(self, frame: Frame, *, tare: bool = False) -> Reading:
+        """Measure one frame.
+
+        Parameters
+        ----------
+        frame : Frame
+            (H, W, K) as the profile describes it.
+        tare : bool
+            Take this frame's load for zero, in this reading and in those after it.
+
+        Raises
+        ------
+        InputError
+            The frame's size or channels are not the profile's.
+        """
+        plain = kernels.ready() is None
+        if self._used:
+            # who measures a second frame will measure more of them
+            kernels.load()
+        self._used = True
+        start = perf_counter()
+        self._check(frame.pixels, "frame")
+        if in_turn(frame):
+            self._verify(frame)
+        if self._marks is not None and frame.marks is None:
+            frame = self._marks.marked(frame)
+        given: dict[type[Quantity], Quantity] = {Frame: frame}
+        if self.reference is not None:
+            given[Reference] = self.reference
+        if self._calibration is not None and (self.reference is not None or self.bundle is None):
+            measured = self._measured(self._calibration, frame)
+            given[type(measured)] = measured
+        result = self._chain.run(given, tare=tare)
+        measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
+        latency_ms = 1e3 * (perf_counter() - start)
+        warnings = [*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)]
+        for quantity in measured_only.values():
+            with blame(f"the quantity {type(quantity).__name__}", quantity):
+                warnings += quantity.warnings()
+        if plain and kernels.ready() is not None and latency_ms > _COMPILING_MS:
+            warnings.append(
+                f"this frame took {latency_ms / 1e3:.0f} s, in which the extra 'fast' compiled its "
+                f"kernels, once for this installation"
+            )
+        return Reading(
+            frame=frame,
+            quantities=measured_only,
+            steps=result.steps,
+            latency_ms=latency_ms,
+            relative=self.reference is not None and self.reference.relative,
+            warnings=tuple(warnings),
+        )
+
+    @property
+    def used(self) -> bool:
+        """Whether any frame was measured."""
+        return self._used
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps of the profile's chain, in order."""
+        return self._chain.steps
+
+    def with_reference(self, reference: Reference) -> Pipeline:
+        """Return the same pipeline measured against another untouched state."""
+        return Pipeline(self.profile, self.bundle, reference)
+
+    def reset(self) -> None:
+        """Forget everything about earlier frames."""
+        self._chain.reset()
+
+    def tare(self) -> None:
+        """Take the load of the last frame for zero from now on, until :meth:`reset`."""
+        self._chain.tare()
+
+    def _build_chain(self) -> tuple[Chain, list[str]]:
+        """The chain, and the steps left out of it since the gel carries no marks."""
+        image, gel = self.profile.image, self.profile.gel
+        if self._marks is not None:
+            gel = self._marks.told(gel, image.mm_per_px)
+        context = SensorContext(image, gel, self.reference)
+        steps = {}
+        for name, component in self.profile.estimators.items():
+            kind = resolve("estimator", component.use)
+            with blame(f"step {name!r}", kind):
+                steps[name] = kind(options_of(kind, component), context)
+        markless = without_marks(steps) if self.profile.gel.markers is None else []
+        chain = Chain({name: step for name, step in steps.items() if name not in markless})
+        chain.check(_EVER_GIVEN)
+        return chain, markless
+
+    def _with_detections(self, reference: Reference | None) -> Reference | None:
+        """Add the marks of the untouched skin, found by the very step that finds a frame's."""
+        step = next((s for s in self._chain.steps if s.gives is MarkerDetections), None)
+        if reference is None or step is None or reference.detections is not None:
+            return reference
+        dtype = np.uint8 if reference.full_scale <= np.iinfo(np.uint8).max else np.uint16
+        shown = Frame(
+            np.rint(reference.pixels).astype(dtype),
+            reference.channels,
+            self.profile.image.mm_per_px,
+            reference.full_scale,
+            reference.marks,
+        )
+        given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
+        found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
+        with step.blamed():
+            step.estimator.reset()
+        detections = None if found is None else found.by_type[MarkerDetections]
+        assert detections is None or isinstance(detections, MarkerDetections)
+        return replace(reference, detections=detections)
+
+    def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
+        reference = self.reference
+        if reference is None or self._drift is None:
+            even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
+            reference = Reference(even, frame.channels, frame.full_scale)
+        elif not calibration.follows_drift:
+            frame = self._drift.followed(frame)
+        return measured_by(calibration, frame, reference)
+
+    def _uncalibrated(self) -> Calibration | None:
+        component = self.profile.calibration
+        cls: type[Calibration] = resolve("calibration", component.use)
+        lights = self.profile.illumination.options.get("lights", ())
+        azimuths, elevations = (
+            [float(light[angle]) for light in lights] for angle in ("azimuth_deg", "elevation_deg")
+        )
+        with blame("the calibration", cls):
+            return cls.from_lights(options_of(cls, component), azimuths, elevations)
+
+    def _notes_of_left_out(self) -> list[str]:
+        left_out = self._left_out()
+        unreferenced = [name for name, kind in left_out.items() if kind is Reference]
+        others = [name for name in left_out if name not in unreferenced]
+        no_reference = "no reference", "give --reference, a recording of the untouched sensor"
+        no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
+        reasons = [
+            (unreferenced, no_reference),
+            (others, no_bundle if self.bundle is None else no_reference),
+        ]
+        return [
+            f"{why}, so these steps are left out: {', '.join(steps)}; {remedy}"
+            for steps, (why, remedy) in reasons
+            if steps
+        ]
+
+    def _left_out(self) -> dict[str, type[Quantity]]:
+        """The steps that cannot run, each with the first thing of those given that is missing."""
+        given: set[type[Quantity]] = {Frame}
+        if self.reference is not None:
+            given.add(Reference)
+        if self._calibration is not None and (self.reference is not None or self.bundle is None):
+            given |= {Gradients, HeightMap}
+        left_out = self._chain.left_out(given)
+        giver = {step.gives: step.name for step in self._chain.steps}
+        for name, kind in left_out.items():
+            while giver.get(kind) in left_out:
+                kind = left_out[giver[kind]]
+            left_out[name] = kind
+        return left_out
+
+    def _prepared(self, reference: Reference | None) -> Reference | None:
+        if reference is None:
+            return None
+        self._check(reference.pixels, "reference")
+        if self._marks is not None and reference.marks is None:
+            return replace(reference, marks=self._marks.find(reference.pixels))
+        return reference
+
+    def _verify(self, frame: Frame) -> None:
+        """Refuse an observation whose exposures do not each show their own light."""
+        if self.bundle is not None and frame.channels != self.bundle.manifest.channels:
+            raise CalibrationError(
+                f"the lights fire in the order {', '.join(frame.channels)} and the bundle was made "
+                f"with {', '.join(self.bundle.manifest.channels)}; use the profile that it was "
+                f"made with or calibrate again"
+            )
+        if self._expected is None and self.reference is not None:
+            expected = None
+            if self.bundle is not None:
+                expected = pattern_of(self.bundle.reference)
+            verify(self.reference, expected, "the reference")
+            self._expected = expected or pattern_of(self.reference)
+        verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
+
+    def _check(self, pixels: Pixels, what: str) -> None:
+        image, shape = self.profile.image, pixels.shape
+        if len(shape) != 3 or pixels.dtype not in _INTENSITIES:
+            raise InputError(
+                f"the {what} holds {pixels.dtype} in the shape {shape}; give (H, W, K) with K "
+                f"channels of uint8, uint16 or float32"
+            )
+        if shape[:2] != (image.height_px, image.width_px):
+            raise InputError(
+                f"the {what} is {shape[1]} × {shape[0]} and the profile {self.profile.name!r} says "
+                f"{image.width_px} × {image.height_px}; correct 'image' in the profile"
+            )
+        if self.bundle is not None and shape[2] != len(self.bundle.manifest.channels):
+            raise InputError(
+                f"the {what} has {shape[2]} channels and the bundle was made for "
+                f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
+            )
+
+
+def _exposure_warnings(frame: Frame) -> tuple[str, ...]:
+    warnings = []
+    if frame.saturated_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
+        )
+    if frame.too_dark_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
+            f"the lights"
+        )
+    return tuple(warnings)

@@ -1,0 +1,306 @@
+"""Open a sensor by its profile's name and read quantities from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from tactile_core.acquisition.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
+from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.bundles.bundle import Bundle, check_serial, default_place
+from tactile_core.errors import CameraLost, InputError
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.gel import markers_misfit
+from tactile_core.interfaces.illumination import Illumination
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.reading import Reading
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Reference
+
+_SAME_SHAPE = 0.01
+"""Stretch below which an image has the profile's shape but for rounding."""
+
+FIRST = "first"
+"""As ``reference``: take the first frame, and mark every reading relative."""
+
+
+def open_sensor(
+    profile: Profile | str | Path,
+    *,
+    serial: str | None = None,
+    bundle: Bundle | Path | str | None = None,
+    input: Path | str | None = None,
+    reference: Reference | Path | str | None = None,
+    sim: bool = False,
+    script: Path | str | None = None,
+) -> Sensor:
+    """Assemble a sensor from its profile and open it.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+        A shipped or plugin's profile by name, or the path of a YAML file.
+    serial : str, optional
+        Which physical unit: selects its bundle, and refuses another unit's.
+    bundle : Bundle or path, optional
+        The calibration; by default the one in the user's data directory, if there is one.
+    input : path, optional
+        Measure a recording instead of the profile's camera.
+    reference : Reference, path or "first", optional
+        The untouched sensor; by default the bundle's. ``"first"`` takes the first frame, and each
+        reading is marked relative.
+    sim : bool
+        Apply the profile's ``sim`` overlay: the virtual twin of the rig.
+    script : path, optional
+        What happens in front of the twin: YAML as for ``tactile simulate``. Else what the overlay
+        names, or a ball that comes and goes.
+
+    Returns
+    -------
+    Sensor
+        Open; use it in a ``with`` block.
+
+    Raises
+    ------
+    ProfileError, PluginError, CalibrationError, InputError
+        Something given is unusable; the message says what to do.
+    DeviceError
+        A device cannot be opened; nothing is left open.
+    """
+    resolved = profile if isinstance(profile, Profile) else _loaded(profile, sim, script)
+    if serial is not None:
+        check_serial(serial)
+    if bundle is None:
+        place = default_place(resolved, serial)
+        bundle = Bundle.load(place) if place.is_dir() else None
+    elif not isinstance(bundle, Bundle):
+        bundle = Bundle.load(Path(bundle))
+    return Sensor(resolved, bundle, reference, serial=serial, input=input).open()
+
+
+def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
+    if script is None:
+        return load_profile(profile, sim=sim)
+    if not sim:
+        raise InputError(f"{script} tells what happens to a virtual twin; ask for it with --sim")
+    return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})
+
+
+class Sensor:
+    """Acquisition in front of a :class:`~tactile_core.pipeline.pipeline.Pipeline`."""
+
+    def __init__(
+        self,
+        profile: Profile,
+        bundle: Bundle | None = None,
+        reference: Reference | Path | str | None = None,
+        *,
+        serial: str | None = None,
+        input: Path | str | None = None,
+    ) -> None:
+        self.notes: tuple[str, ...] = ()
+        if input is not None:
+            profile, self.notes = played_back(profile, Path(input))
+        self.profile = profile
+        self._serial = serial
+        self._bundle = bundle
+        self._given_reference = reference
+        self._camera, self._illumination = devices(profile)
+        self._acquisition = Acquisition(self._camera, self._illumination, profile.image)
+        self._pipeline: Pipeline | None = None
+        self._pending: list[Frame] = []
+
+    @property
+    def pipeline(self) -> Pipeline:
+        """What turns this sensor's frames into readings; pickles."""
+        if self._pipeline is None:
+            raise InputError("the sensor is closed; open it with 'with open_sensor(…) as sensor:'")
+        return self._pipeline
+
+    def open(self) -> Self:
+        """Open lights and camera; on failure nothing stays open."""
+        try:
+            with blame(LIGHTS, self._illumination):
+                self._illumination.attach(self._camera)
+                self._illumination.open()
+            with blame(CAMERA, self._camera):
+                self._camera.open()
+            reference = self._reference()
+            self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
+            self.notes += self._pipeline.notes
+        except BaseException as error:
+            try:
+                self.close()
+            except Exception as second:  # it must not hide why opening failed
+                error.add_note(f"closing failed as well: {second}")
+            raise
+        return self
+
+    def close(self) -> None:
+        """Close camera and lights, the lights even where the camera fails; may be called twice."""
+        try:
+            with blame(CAMERA, self._camera):
+                self._camera.close()
+        finally:
+            with blame(LIGHTS, self._illumination):
+                self._illumination.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def read(self, timeout_s: float = 1.0) -> Reading:
+        """Observe once and measure.
+
+        Raises
+        ------
+        CameraTimeout
+            No observation within ``timeout_s`` per exposure.
+        CameraLost
+            The camera went away or the recording has come to its end.
+        """
+        frame = self._next(timeout_s)
+        if frame is None:
+            raise CameraLost("the recording has come to its end")
+        return self.pipeline.process(frame)
+
+    def stream(self, timeout_s: float = 1.0, *, tare_frame: int | None = None) -> Iterator[Reading]:
+        """Yield readings until the recording ends; without end on a live camera.
+
+        ``tare_frame`` is the sequence number of the frame whose load is taken for zero, from there
+        on.
+        """
+        while (frame := self._next(timeout_s)) is not None:
+            yield self.pipeline.process(frame, tare=frame.sequence == tare_frame)
+
+    def tare(self) -> None:
+        """Take the load of the last reading for zero: later ones tell the change since then.
+
+        Raises
+        ------
+        InputError
+            Nothing was read yet.
+        """
+        if not self.pipeline.used:
+            raise InputError("there is no load to tare before the first reading; call read() first")
+        self.pipeline.tare()
+
+    def capture_reference(self, frames: int = 10) -> Reference:
+        """Take the mean of the next ``frames`` observations as the untouched sensor.
+
+        Nothing may touch the gel meanwhile.
+        """
+        taken = [frame for frame in (self._next(1.0) for _ in range(frames)) if frame is not None]
+        reference = average(taken)
+        self._pipeline = self.pipeline.with_reference(reference)
+        return self._pipeline.reference or reference
+
+    def _next(self, timeout_s: float) -> Frame | None:
+        return self._pending.pop(0) if self._pending else self._acquisition.observe(timeout_s)
+
+    def _reference(self) -> Reference | None:
+        given = self._given_reference
+        if given is None or isinstance(given, Reference):
+            return given
+        if str(given) != FIRST:
+            return read_reference(self.profile, Path(given))
+        first = self._acquisition.observe()
+        if first is None:
+            raise InputError("the input holds no frame to take the reference from")
+        self._pending.append(first)
+        reference = average([first])
+        return Reference(**{**vars(reference), "relative": True})
+
+
+def devices(profile: Profile) -> tuple[Camera, Illumination]:
+    """Make the camera and the lights that a profile names, closed."""
+    camera: type[Camera] = resolve("camera", profile.camera.use)
+    with blame(CAMERA, camera):
+        made = camera.of(options_of(camera, profile.camera), profile)
+    return made, _lights(profile)
+
+
+def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
+    """Return the profile with a recording in place of its camera, and notes for the user."""
+    from tactile_core.recordings.recording import open_recording
+
+    count = images_per_observation(profile)
+    recording = open_recording(path, images_per_observation=count)
+    notes: tuple[str, ...] = ()
+    image = profile.image
+    if recording.crop is not None:
+        image = image.model_copy(update={"crop": recording.crop})
+    if recording.mm_per_px is not None:
+        # The scan's scale is that of the camera's pixels, the profile's that of the result's.
+        camera_scale = ImageGeometry(image).camera_mm_per_px(recording.size_px)
+        scale = image.mm_per_px * recording.mm_per_px / camera_scale
+        if scale != image.mm_per_px:
+            notes = (
+                f"{path.name} gives a scale of {scale:g} mm per pixel, which replaces the "
+                f"profile's {image.mm_per_px:g}",
+            )
+            image = image.model_copy(update={"mm_per_px": scale})
+            misfit = markers_misfit(profile.gel, image)
+            if misfit is not None:
+                raise InputError(f"{notes[0]}, but then the gel {misfit}")
+    stretch = ImageGeometry(image).stretch(recording.size_px)
+    if abs(stretch - 1) > _SAME_SHAPE:
+        width, height = recording.size_px
+        notes = (
+            *notes,
+            f"{path.name} holds images of {width} × {height}, which are stretched to the profile's "
+            f"{image.width_px} × {image.height_px}, so that mm_per_px does not hold in both "
+            f"directions; set 'image.crop' or the size in the profile",
+        )
+    camera = Component.model_validate(
+        {"use": "core.replay", "path": path, "images_per_observation": count}
+    )
+    return profile.model_copy(update={"camera": camera, "image": image}), notes
+
+
+def observation_names(profile: Profile, path: Path) -> list[str]:
+    """Names of a recording's observations; of a video's the first alone."""
+    from tactile_core.recordings.recording import open_recording
+
+    recording = open_recording(path, images_per_observation=images_per_observation(profile))
+    if recording.video is not None:
+        return [f"{path.stem}_{0:06d}"]
+    return [observation.name for observation in recording.files]
+
+
+def images_per_observation(profile: Profile) -> int:
+    """How many exposures the profile's lights take for one frame, a dark one included."""
+    return len(exposures_of(_lights(profile)))
+
+
+def read_reference(profile: Profile, path: Path) -> Reference:
+    """Average the observations of a recording of the untouched sensor."""
+    return average(list(read_frames(profile, path)))
+
+
+def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
+    """Yield the frames of a recording, in image coordinates."""
+    profile, _ = played_back(profile, path)
+    camera, illumination = devices(profile)
+    with illumination, camera:
+        yield from Acquisition(camera, illumination, profile.image)
+
+
+def _lights(profile: Profile) -> Illumination:
+    lights: type[Illumination] = resolve("illumination", profile.illumination.use)
+    with blame(LIGHTS, lights):
+        return lights(options_of(lights, profile.illumination))

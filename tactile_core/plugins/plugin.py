@@ -1,0 +1,223 @@
+"""One plugin: its module imported, its hooks validated, its components looked up."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Literal, NoReturn, Self, TypeVar, get_args
+
+from pluggy import HookCaller, PluginManager, PluginValidationError
+
+from tactile_core.errors import PluginError, words_of
+from tactile_core.interfaces import hookspecs
+from tactile_core.plugins.entry_points import Offer
+
+Kind = Literal["camera", "illumination", "calibration", "estimator"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+_HOOKS: Mapping[Kind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
+_ALL_HOOKS = (*_HOOKS.values(), "tactile_profiles")
+_COMPONENT_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a plugin registers and what of it is unusable."""
+
+    components: Mapping[Kind, tuple[str, ...]]
+    profiles: Path | None
+    problems: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """An imported plugin whose hooks fit the contract."""
+
+    offer: Offer
+    _hooks: Mapping[str, HookCaller]
+
+    @classmethod
+    def load(cls, offer: Offer) -> Self:
+        """Import the plugin and validate its hooks.
+
+        Raises
+        ------
+        PluginError
+            It cannot be imported, or implements hooks that are not in the contract.
+        """
+        found = _attempt(partial(_object, offer.value), f"{offer} cannot be imported", offer)
+        manager = PluginManager("tactile_core")
+        manager.add_hookspecs(hookspecs)
+        try:
+            manager.register(found, offer.name)
+        except PluginValidationError as error:
+            raise PluginError(
+                f"{offer} has a hook that does not fit ({words_of(error)}); {_remedy(offer)}"
+            ) from error
+        callers = manager.get_hookcallers(found) or []
+        unknown = [
+            caller.name
+            for caller in callers
+            if not caller.has_spec()
+            and not all(implementation.optionalhook for implementation in caller.get_hookimpls())
+        ]
+        if unknown:
+            raise PluginError(
+                f"{offer} implements {unknown[0]}, which is no hook of {offer.group}"
+                f"{_instead(unknown[0], _ALL_HOOKS)}"
+            )
+        hooks = {caller.name: caller for caller in callers}
+        for name in _ALL_HOOKS:
+            if name not in hooks and callable(getattr(found, name, None)):
+                raise PluginError(
+                    f"{offer}: mark {name} with @hookimpl of tactile_core.interfaces.hookspecs"
+                )
+        return cls(offer, hooks)
+
+    def components(self, kind: Kind) -> Mapping[str, str]:
+        """Return ``{name: "module:Class"}`` of one kind; empty where the plugin has none.
+
+        Raises
+        ------
+        PluginError
+            The hook fails or returns something else.
+        """
+        hook = _HOOKS[kind]
+        registered = self._call(hook)
+        if registered is None:
+            return {}
+        if not isinstance(registered, Mapping) or not all(
+            isinstance(value, str) and isinstance(name, str) and _COMPONENT_NAME.fullmatch(name)
+            for name, value in registered.items()
+        ):
+            raise PluginError(
+                f"{self.offer}: {hook} must return {{name: 'module:Class'}} with names of letters, "
+                f"digits and '_', not {registered!r}"
+            )
+        return registered
+
+    def component(self, kind: Kind, name: str) -> type:
+        """Import one component and return its class.
+
+        Raises
+        ------
+        PluginError
+            There is none of this name and kind, or it is not a class that implements the
+            interface.
+        """
+        registered = self.components(kind)
+        if name not in registered:
+            self._refuse(kind, name, registered)
+        value = registered[name]
+        what = f"{self.offer}: {kind} {self.offer.name}.{name} ({value})"
+        interface = _interface(kind)
+        found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
+        if not isinstance(found, type) or not issubclass(found, interface):
+            raise PluginError(
+                f"{what} is no subclass of tactile_core.{interface.__name__}; {_remedy(self.offer)}"
+            )
+        unwritten = sorted(getattr(found, "__abstractmethods__", ()))
+        if unwritten:
+            raise PluginError(
+                f"{what} does not define {', '.join(unwritten)}; {_remedy(self.offer)}"
+            )
+        return found
+
+    def profile_directory(self) -> Path | None:
+        """Return the folder of the plugin's profiles, or None.
+
+        Raises
+        ------
+        PluginError
+            The hook fails or names no folder.
+        """
+        given = self._call("tactile_profiles")
+        if given is None:
+            return None
+        if not isinstance(given, str | Path) or not Path(given).is_dir():
+            raise PluginError(
+                f"{self.offer}: tactile_profiles must return an existing folder, not {given!r}"
+            )
+        return Path(given)
+
+    def report(self, *, import_components: bool) -> Report:
+        """Tell what the plugin registers and collect every problem instead of raising."""
+        problems: list[str] = []
+        components: dict[Kind, tuple[str, ...]] = {}
+        for kind in KINDS:
+            names = tuple(_collect(partial(self.components, kind), problems) or ())
+            if names:
+                components[kind] = names
+            if import_components:
+                for name in names:
+                    _collect(partial(self.component, kind, name), problems)
+        profiles = _collect(self.profile_directory, problems)
+        if not problems and not components and profiles is None:
+            problems.append(f"{self.offer} registers no component and no profile")
+        return Report(components, profiles, tuple(problems))
+
+    def _call(self, hook: str) -> Any:
+        if hook not in self._hooks:
+            return None
+        caller = self._hooks[hook]
+        results = _attempt(caller, f"{self.offer}: {hook} failed", self.offer)
+        return results[0] if results else None
+
+    def _refuse(self, kind: Kind, name: str, registered: Mapping[str, str]) -> NoReturn:
+        for other in KINDS:
+            if other != kind and name in (_collect(partial(self.components, other), []) or ()):
+                raise PluginError(
+                    f"{self.offer.name}.{name} of {self.offer.origin} is of the kind {other}; "
+                    f"name it there, or another component here"
+                )
+        raise PluginError(f"{self.offer} has no {kind} {name!r}{_instead(name, tuple(registered))}")
+
+
+def _object(value: str) -> Any:
+    module, colon, attribute = (part.strip() for part in value.partition(":"))
+    if not module or (colon and not attribute):
+        raise ValueError(f"{value!r} is not of the form 'module:name'")
+    found: Any = import_module(module)
+    for part in attribute.split(".") if attribute else ():
+        found = getattr(found, part)
+    return found
+
+
+def _interface(kind: Kind) -> type:
+    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), kind.capitalize())
+    return interface
+
+
+def _attempt(action: Callable[[], T], what: str, offer: Offer) -> T:
+    """Run a plugin's code; whatever it raises, even an exit, must not take the host down."""
+    try:
+        return action()
+    except (Exception, SystemExit) as error:
+        raise PluginError(f"{what} ({words_of(error)}); {_remedy(offer)}") from error
+
+
+def _collect(action: Callable[[], T], problems: list[str]) -> T | None:
+    try:
+        return action()
+    except PluginError as error:
+        problems.append(str(error))
+        return None
+
+
+def _instead(name: str, known: tuple[str, ...]) -> str:
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, n=1)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    return f"; it has {', '.join(sorted(known)) or 'none at all'}"
+
+
+def _remedy(offer: Offer) -> str:
+    return f"repair or update {offer.distribution}"

@@ -1,0 +1,258 @@
+"""Components by name: ``resolve("camera", "core.replay")`` imports that plugin and that module.
+
+What is installed is known from metadata alone (:mod:`tactile_core.plugins.entry_points`). A plugin
+that is broken is an error where it is named and a line of :func:`list_plugins` elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, overload
+from weakref import WeakKeyDictionary
+
+from tactile_core import __version__
+from tactile_core.errors import PluginError
+from tactile_core.interfaces.hookspecs import GROUP
+from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
+from tactile_core.plugins.plugin import Kind as Kind
+from tactile_core.plugins.plugin import Plugin
+
+if TYPE_CHECKING:
+    from tactile_core.interfaces.calibration import Calibration
+    from tactile_core.interfaces.camera import Camera
+    from tactile_core.interfaces.estimator import Estimator
+    from tactile_core.interfaces.illumination import Illumination
+
+# Known without metadata, so that the core works from a source tree, and first, so that no other
+# distribution can take its place.
+_CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__)
+
+_RESOLVED: WeakKeyDictionary[type, tuple[str, Offer]] = WeakKeyDictionary()
+"""Under which name each component's class was resolved, and who offers it."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a class comes from.
+
+    Attributes
+    ----------
+    name : str
+        ``plugin.name`` of a component, else the class's module and name.
+    offer : Offer or None
+        The plugin that brings it; None for a class of no plugin.
+    """
+
+    name: str
+    offer: Offer | None
+
+    @property
+    def is_core(self) -> bool:
+        """Whether it is the core's own."""
+        return self.offer is _CORE
+
+    def __str__(self) -> str:
+        if self.offer is None or self.is_core:
+            return self.name
+        return f"{self.name}, from {self.offer.origin}"
+
+
+@dataclass(frozen=True)
+class PluginInfo:
+    """One installed plugin, or what is wrong with it.
+
+    Attributes
+    ----------
+    name, distribution, version, group : str
+        As its metadata says.
+    status : {"ok", "broken", "other API"}
+        "other API" is a plugin for another entry-point group, which was not imported.
+    problems : tuple of str
+        One sentence each; empty when ``status`` is "ok".
+    components : mapping of kind to names
+        ``{"camera": ("replay",), …}``: what the plugin registers, without the plugin's name.
+    profiles : Path or None
+        The folder of the profiles that it ships.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    group: str = GROUP
+    status: Literal["ok", "broken", "other API"] = "ok"
+    problems: tuple[str, ...] = ()
+    components: Mapping[Kind, tuple[str, ...]] = field(default_factory=dict)
+    profiles: Path | None = None
+
+
+@overload
+def resolve(kind: Literal["camera"], name: str) -> type[Camera]: ...
+@overload
+def resolve(kind: Literal["illumination"], name: str) -> type[Illumination]: ...
+@overload
+def resolve(kind: Literal["calibration"], name: str) -> type[Calibration]: ...
+@overload
+def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
+def resolve(kind: Kind, name: str) -> type:
+    """Return the class of the component ``plugin.name``.
+
+    Imports the plugin that is named and the one module that holds the component, nothing else.
+
+    Parameters
+    ----------
+    kind : {"camera", "illumination", "calibration", "estimator"}
+        The interface that the class must implement.
+    name : str
+        E.g. ``"core.replay"``.
+
+    Raises
+    ------
+    PluginError
+        The plugin is missing, broken, for another API or claimed by two distributions, or it has
+        no such component of this kind.
+    """
+    plugin_name, dot, component = name.partition(".")
+    if not dot or not component:
+        example = f"{_CORE.name}.{plugin_name or 'name'}"
+        raise PluginError(f"{kind} {name!r}: write plugin.name, for example {example!r}")
+    offer = _offer(plugin_name, wanted_by=f"{kind} {name!r}")
+    found = Plugin.load(offer).component(kind, component)
+    _RESOLVED[found] = name, offer
+    return found
+
+
+def origin_of(cls: type) -> Origin:
+    """Tell where a class comes from: the plugin that it was resolved from, or that its package is.
+
+    A class that was unpickled, or that a component brings with it, was never resolved by name.
+    """
+    if cls in _RESOLVED:
+        return Origin(*_RESOLVED[cls])
+    package = cls.__module__.partition(".")[0]
+    offers = (_CORE, *_foreign_offers())
+    return Origin(
+        f"{cls.__module__}.{cls.__qualname__}",
+        next((o for o in offers if re.split("[.:]", o.value)[0] == package), None),
+    )
+
+
+def find_plugin(name: str) -> Plugin:
+    """Import a plugin by its name.
+
+    Raises
+    ------
+    PluginError
+        It is missing, broken, for another API or claimed by two distributions.
+    """
+    return Plugin.load(_offer(name, wanted_by="this"))
+
+
+def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
+    """Import every installed plugin and tell what each registers, the core's own first.
+
+    Parameters
+    ----------
+    import_components : bool
+        Import each registered component too and report those that cannot be used.
+    """
+    offers = sorted(_foreign_offers(), key=lambda offer: (offer.name, offer.distribution))
+    return [_inspect(offer, import_components) for offer in (_CORE, *offers)]
+
+
+def profile_directories() -> Mapping[str, Path]:
+    """Return the folder of profiles of each plugin that ships one, by the plugin's name.
+
+    Imports every installed plugin, so ask for shipped profiles first. A broken plugin is left
+    out here; :func:`list_plugins` says what is wrong with it.
+    """
+    return {info.name: info.profiles for info in list_plugins() if info.profiles is not None}
+
+
+def _foreign_offers() -> list[Offer]:
+    return [
+        offer
+        for offer in installed_offers()
+        if (offer.name, normalized(offer.distribution)) != (_CORE.name, _CORE.distribution)
+    ]
+
+
+def _offer(plugin_name: str, wanted_by: str) -> Offer:
+    if plugin_name == _CORE.name:
+        return _CORE
+    package = "tactile-" + plugin_name.replace("_", "-")
+    offers = _foreign_offers()
+    named = [
+        offer
+        for offer in offers
+        if offer.name == plugin_name or (offer.problem and offer.distribution == package)
+    ]
+    if not named:
+        raise PluginError(_missing(plugin_name, package, wanted_by, [o.name for o in offers]))
+    chosen = next((offer for offer in named if offer.group == GROUP), named[0])
+    objection = _objection(chosen)
+    if objection:
+        raise PluginError(objection)
+    return chosen
+
+
+def _inspect(offer: Offer, import_components: bool) -> PluginInfo:
+    info = PluginInfo(offer.name, offer.distribution, offer.version, offer.group)
+    objection = _objection(offer)
+    if objection:
+        other = bool(offer.group) and offer.group != GROUP
+        return replace(info, status="other API" if other else "broken", problems=(objection,))
+    try:
+        report = Plugin.load(offer).report(import_components=import_components)
+    except PluginError as error:
+        return replace(info, status="broken", problems=(str(error),))
+    return replace(
+        info,
+        status="broken" if report.problems else "ok",
+        problems=report.problems,
+        components=report.components,
+        profiles=report.profiles,
+    )
+
+
+def _objection(offer: Offer) -> str:
+    """Say why an offer cannot even be imported; empty when it can."""
+    if offer is _CORE:
+        return ""
+    if offer.problem:
+        return f"{offer}: {offer.problem}"
+    if offer.group != GROUP:
+        return _other_api(offer)
+    rivals = [
+        rival
+        for rival in (_CORE, *_foreign_offers())
+        if (rival.name, rival.group) == (offer.name, offer.group)
+    ]
+    return _collision(rivals) if len(rivals) > 1 else ""
+
+
+def _collision(offers: list[Offer]) -> str:
+    claimants = " and ".join(offer.origin for offer in offers)
+    return f"plugin {offers[0].name!r} is claimed by {claimants}; uninstall all but one of them"
+
+
+def _other_api(offer: Offer) -> str:
+    newer = int(offer.group.rpartition("v")[2]) > int(GROUP.rpartition("v")[2])
+    upgrade = _CORE.distribution if newer else offer.distribution
+    return (
+        f"{offer} is written for {offer.group} and {_CORE.origin} speaks {GROUP}; "
+        f"run 'pip install --upgrade {upgrade}'"
+    )
+
+
+def _missing(plugin_name: str, package: str, wanted_by: str, installed: list[str]) -> str:
+    from difflib import get_close_matches
+
+    near = get_close_matches(plugin_name, [_CORE.name, *installed], n=1)
+    meant = f"did you mean {near[0]!r}? Otherwise " if near else ""
+    return (
+        f"{wanted_by} needs the plugin {plugin_name!r}, which is not installed; "
+        f"{meant}run 'pip install {package}'"
+    )

@@ -1,0 +1,39 @@
+"""What a plugin's calibration returns, refused where its interface does not allow it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import BaseModel
+
+from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.plugins.blame import blame, fault
+from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
+from tactile_core.quantities.form import form_fault
+
+
+def fitted_by(
+    cls: type[Calibration], samples: Sequence[Press], reference: Reference, options: BaseModel
+) -> Calibration:
+    """Fit a calibration, and refuse what its interface does not allow."""
+    with blame("the calibration", cls):
+        fitted = cls.fit(samples, reference, options)
+    if not isinstance(fitted, Calibration):
+        raise fault("the calibration", cls, f"fitted {type(fitted).__name__}, no Calibration")
+    return fitted
+
+
+def measured_by(
+    calibration: Calibration, frame: Frame, reference: Reference
+) -> Gradients | HeightMap:
+    """Measure a frame with a calibration, and refuse what its interface does not allow."""
+    with blame("the calibration", calibration):
+        measured = calibration.measure(frame, reference)
+    if not isinstance(measured, Gradients | HeightMap):
+        wrong = f"{type(measured).__name__} instead of Gradients or a HeightMap"
+    else:
+        wrong = form_fault(measured, frame.pixels.shape[:2])
+        wrong = wrong and f"a quantity of the wrong form: {wrong}"
+    if wrong:
+        raise fault("the calibration", calibration, f"returned {wrong}")
+    return measured

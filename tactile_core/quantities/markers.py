@@ -1,0 +1,91 @@
+"""The printed marks: where each is, and which is which."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.quantities.quantity import Bool, Float32, Quantity
+
+Int32 = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerDetections(Quantity):
+    """The marks that one frame shows, in no order and without identity.
+
+    Attributes
+    ----------
+    centres_px : (N, 2) float32
+        x and y of each mark's centroid, in the image.
+    cut : (N,) bool
+        The image's border cuts the mark, so that its centre is an estimate, perhaps out of view.
+    """
+
+    centres_px: Float32
+    cut: Bool
+    timestamp_s: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerField(Quantity):
+    """Where every mark of the untouched skin is now.
+
+    Attributes
+    ----------
+    ids : (N,) int32
+        A mark keeps its number for as long as it is followed.
+    reference_px : (N, 2) float32
+        x and y of each mark on the untouched skin, or where it was when the load was tared.
+    px : (N, 2) float32
+        x and y of each mark now; inferred from its neighbours where it is not seen.
+    seen : (N,) bool
+        False where the position is inferred, or the mark's identity is not sure.
+    mm_per_px : float
+    started_in_contact : bool
+        The marks were away from rest when following began: the reference shows a contact, and
+        displacements tell the change since then, or the first frame did, and identities rest on
+        how the skin deforms and not on having watched it.
+    notes : tuple of str
+        Sentences for the user about this frame.
+    untouched_px : (N, 2) float32 or None
+        x and y of each mark in the image of the reference, which a tare leaves as it is; None where
+        it is ``reference_px``.
+    """
+
+    ids: Int32
+    reference_px: Float32
+    px: Float32
+    seen: Bool
+    mm_per_px: float
+    timestamp_s: float = 0.0
+    started_in_contact: bool = False
+    notes: tuple[str, ...] = ()
+    untouched_px: Float32 | None = None
+
+    @property
+    def displacement_mm(self) -> Float32:
+        """(N, 2) how far each mark was dragged: +x right, +y down."""
+        return (self.px - self.reference_px) * np.float32(self.mm_per_px)
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Positions, identities and displacements, as ``marker_…``."""
+        return {
+            "markers_px": self.px,
+            "marker_ids": self.ids,
+            "marker_reference_px": self.reference_px,
+            "marker_displacement_mm": self.displacement_mm,
+            "marker_seen": self.seen,
+        }
+
+    def summary(self) -> Mapping[str, Any]:
+        """How many marks are seen, of how many."""
+        return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
+
+    def warnings(self) -> tuple[str, ...]:
+        """The notes."""
+        return self.notes

@@ -1,0 +1,190 @@
+"""A folder for results, in which only files that a command has written are written again."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from tactile_core.errors import InputError
+from tactile_core.formats.folders import make_folder, rename_new
+from tactile_core.formats.leftovers import beside, remove_leftovers
+from tactile_core.formats.shown import printable
+from tactile_core.recordings.inputs import Inputs
+
+WRITTEN = ".tactile-outputs"
+"""The list of what was written, in the folder: one JSON object a line, added to and never cut."""
+
+REPORT = "report.html"
+
+_HEADER = '{"written_by": "tactile-core"}'
+
+_Stamp = tuple[int, int]
+
+
+class OutputFolder:
+    """Where a command puts its results.
+
+    A file that is there already is replaced only if the folder's list says that a command wrote
+    it, and it has not changed since: same size, same time of writing.
+
+    Parameters
+    ----------
+    path : Path
+        Made when the first file is written.
+    inputs : Inputs, optional
+        What the results must not hit.
+
+    Raises
+    ------
+    InputError
+        It, or a parent, is a file, or it is an input, or has a recording's file in it.
+    """
+
+    def __init__(self, path: Path | str, inputs: Inputs | None = None) -> None:
+        self.path = Path(path)
+        self._inputs = inputs or Inputs()
+        for part in (self.path, *self.path.parents):
+            if part.exists() and not part.is_dir():
+                raise InputError(f"{part} is a file; name a folder for the results")
+        self._inputs.refuse_shared(self.path)
+        self._former = {(entry["file"], _stamp_of(entry)) for entry in self._written()}
+        self._made = False
+
+    def check(self, names: Iterable[str]) -> None:
+        """Refuse now what :meth:`write` would refuse for files of these names.
+
+        Raises
+        ------
+        InputError
+            With the file, and what to do.
+        """
+        for name in names:
+            self._refuse_foreign(name, "")
+
+    def write(self, name: str, writer: Callable[[Path], None], *, of: str = "") -> Path:
+        """Write one file whole or not at all, and return its path.
+
+        Parameters
+        ----------
+        name : str
+        writer : callable
+            Writes the content to the path that it is given.
+        of : str
+            What it tells of, for messages.
+
+        Raises
+        ------
+        InputError
+            There is such a file that no command wrote, that is an input, or that was written
+            before in this run.
+        OSError
+            The disk is full or refuses; what was there before is still there.
+        """
+        path = self.path / name
+        self._make()
+        self._refuse_foreign(name, of)
+        fresh = beside(path)
+        try:
+            writer(fresh)
+            ours_is_there = self._refuse_foreign(name, of)
+            # noted before it is there: a result that is not in the list could not be replaced
+            self._note(name, fresh, of)
+            if ours_is_there:
+                fresh.replace(path)
+            else:
+                _put(fresh, path)
+        except BaseException:
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)
+            raise
+        return path
+
+    def _make(self) -> None:
+        if not self._made:
+            make_folder(self.path)
+            remove_leftovers(self.path)
+            self._made = True
+
+    def _refuse_foreign(self, name: str, of: str) -> bool:
+        """Whether there is a file that may be replaced."""
+        path = self.path / name
+        try:
+            found = path.lstat()
+        except FileNotFoundError:
+            return False
+        self._inputs.refuse_file(path)
+        stamp = found.st_size, found.st_mtime_ns
+        if (name, stamp) in self._former:
+            return True
+        for entry in self._written():
+            if (entry["file"], _stamp_of(entry)) == (name, stamp):
+                first = printable(entry["of"]) or "another result"
+                raise InputError(
+                    f"{path} was written for {first} in this run and would be written again for "
+                    f"{printable(of) or 'another'}; give them names of their own"
+                )
+        raise _foreign(path)
+
+    def _written(self) -> list[dict[str, Any]]:
+        path = self.path / WRITTEN
+        if not os.path.lexists(path):
+            return []
+        if path.is_symlink() or not path.is_file():
+            raise _not_ours(path)
+        lines = path.read_bytes().split(b"\n")
+        if lines[0] != _HEADER.encode():
+            raise _not_ours(path)
+        # a line that was cut off by a full disk tells of no file
+        return [entry for line in lines[1:] if (entry := _entry(line)) is not None]
+
+    def _note(self, name: str, fresh: Path, of: str) -> None:
+        found = fresh.lstat()
+        entry = {"file": name, "of": of, "size": found.st_size, "mtime_ns": found.st_mtime_ns}
+        path = self.path / WRITTEN
+        # one write at the end of the file: lines of two processes do not mix
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+        number = os.open(path, flags, 0o666)
+        try:
+            head = "" if os.fstat(number).st_size else _HEADER
+            line = f"{head}\n{json.dumps(entry)}".encode()
+            if os.write(number, line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        finally:
+            os.close(number)
+
+
+def _put(fresh: Path, path: Path) -> None:
+    try:
+        rename_new(fresh, path)
+    except FileExistsError:
+        raise _foreign(path) from None
+
+
+def _entry(line: bytes) -> dict[str, Any] | None:
+    try:
+        entry = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    kinds = {"file": str, "of": str, "size": int, "mtime_ns": int}
+    ours = isinstance(entry, dict) and all(isinstance(entry.get(k), t) for k, t in kinds.items())
+    return entry if ours else None
+
+
+def _stamp_of(entry: dict[str, Any]) -> _Stamp:
+    return entry["size"], entry["mtime_ns"]
+
+
+def _foreign(path: Path) -> InputError:
+    return InputError(
+        f"{path} is there already and is not as tactile wrote it; move it away or name another "
+        f"--out folder"
+    )
+
+
+def _not_ours(path: Path) -> InputError:
+    return InputError(f"{path} is not a list that tactile wrote; name another --out folder")

@@ -1,0 +1,113 @@
+"""What frames a picture of the skin: a line above it, a scale bar beneath, a colour bar beside."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.views.drawing import (
+    FAINT,
+    INK,
+    blank,
+    in_words,
+    round_length,
+    text_size,
+    ticks,
+    write,
+)
+
+Rgb = NDArray[np.uint8]
+
+SMALLEST_PX = 640
+FOOT, GAP = 46, 18
+_MARGIN, _TITLE, _BAR, _LABELS = 22, 46, 16, 72
+
+
+def unit_of(picture: Rgb) -> float:
+    """How much larger than on the smallest sheet words and lines are drawn."""
+    return int(max(picture.shape[:2])) / SMALLEST_PX
+
+
+def framed(
+    picture: Rgb,
+    *,
+    mm_per_px: float,
+    bar: Rgb,
+    span_mm: tuple[float, float],
+    title: str,
+    facts: str,
+) -> Rgb:
+    """Put a picture on a sheet that says what its colours and lengths mean.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        Its larger side is at least 640 px.
+    mm_per_px : float
+        Size of one of its pixels on the gel.
+    bar : (H, 3) uint8
+        Colours from the lowest to the highest value.
+    span_mm : (lowest, highest)
+        The values of the first and the last colour.
+    title, facts : str
+        The line above the picture, left and right.
+
+    Returns
+    -------
+    (H', W', 3) uint8
+        R, G, B.
+    """
+    h, w = picture.shape[:2]
+    unit = unit_of(picture)
+    margin, head, foot, gap, wide, labels = (
+        round(part * unit) for part in (_MARGIN, _TITLE, FOOT, GAP, _BAR, _LABELS)
+    )
+    sheet = blank(head + h + foot, margin + w + gap + wide + labels)
+    sheet[head : head + h, margin : margin + w] = picture
+    _title(sheet, (margin, head), unit, title, facts, w)
+    _scale_bar(sheet, (margin, head + h), unit, mm_per_px, w)
+    left = margin + w + gap
+    sheet[head : head + h, left : left + wide] = bar[::-1, None]
+    _bar_labels(sheet, left + wide, head, h, unit, *span_mm)
+    return sheet
+
+
+def _title(
+    sheet: Rgb, left_top: tuple[int, int], unit: float, title: str, facts: str, width: int
+) -> None:
+    left, top = left_top
+    base = top - 16 * unit
+    wide = text_size(facts, unit)[0]
+    if title:
+        while text_size(title, unit)[0] > max(width - wide - 20 * unit, 0) and len(title) > 4:
+            title = title[:-4] + "..."
+        write(sheet, title, (left, base), unit)
+    write(sheet, facts, (left + width - wide if title else left, base), unit, FAINT)
+
+
+def _scale_bar(
+    sheet: Rgb, left_top: tuple[int, int], unit: float, mm_per_px: float, width: int
+) -> None:
+    left, top = left_top
+    length_mm = round_length(0.25 * width * mm_per_px)
+    length_px = round(length_mm / mm_per_px)
+    thick = max(3, round(4 * unit))
+    y = round(top + 20 * unit)
+    cv2.rectangle(sheet, (left, y), (left + length_px, y + thick - 1), INK, -1)
+    write(
+        sheet, f"{length_mm:g} mm", (left + length_px + 10 * unit, y + thick / 2 + 5 * unit), unit
+    )
+
+
+def _bar_labels(
+    sheet: Rgb, left: int, top: int, length: int, unit: float, low: float, high: float
+) -> None:
+    marks = ticks(low, high)
+    step = marks[1] - marks[0] if len(marks) > 1 else high - low
+    line = max(1, round(unit))
+    for value in marks:
+        y = round(top + (length - 1) * (high - value) / (high - low))
+        cv2.line(sheet, (left, y), (round(left + 5 * unit), y), FAINT, line)
+        write(sheet, in_words(value, step), (left + 10 * unit, y + 5 * unit), unit)
+    write(sheet, "mm", (left + 10 * unit, top - 16 * unit), unit, FAINT)

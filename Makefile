@@ -11,7 +11,7 @@ PLUGINS := $(wildcard plugins/tactile-*)
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
 
-# On all cores; what has compiled kernels runs with them and without (tests/kernel_paths.py).
+# On all cores; what has compiled kernels runs with them and without (tests/support/kernel_paths.py).
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
-from kernel_paths import kernels_or_numpy  # noqa: F401
+from support.kernel_paths import kernels_or_numpy  # noqa: F401
 
 if TYPE_CHECKING:
-    from virtual_lab import VirtualLab
+    from support.virtual_lab import VirtualLab
 
 # Before anything imports numpy: its threads only wait for each other on matrices this small.
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -48,6 +48,6 @@ def recordings() -> Path:
 @pytest.fixture(scope="session")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> VirtualLab:
     """A calibrated virtual sensor; calibrated once for all tests."""
-    from virtual_lab import make_lab
+    from support.virtual_lab import make_lab
 
     return make_lab(tmp_path_factory.mktemp("lab"))

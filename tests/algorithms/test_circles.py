@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from virtual_lab import BALL_MM, VirtualLab
+from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.algorithms.circles import (
     Circle,

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from imprint_scenes import MARK_PX, MARKS, scene
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
+from support.imprint_scenes import MARK_PX, MARKS, scene
 
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.algorithms.slip.imprint import ImprintFollower, ImprintMotion

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gains import MOST, WELL_INSIDE, gains
-from virtual_lab import BALL_MM, VirtualLab
+from support.gains import MOST, WELL_INSIDE, gains
+from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import refused, tactile
-from virtual_lab import BALL_MM, VirtualLab
+from support.command_line import refused, tactile
+from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.sim.ball import BallPress
 

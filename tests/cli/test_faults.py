@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from unruly_sensor import FAKES, profile
-from virtual_lab import BALL_MM, VirtualLab
+from support.unruly_sensor import FAKES, profile
+from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.cli import main
 from tactile_core.formats.images import write_png

@@ -10,9 +10,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import command_line
 import pytest
-from virtual_lab import BALL_MM, VirtualLab
+from support import command_line
+from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.sim.ball import BallPress

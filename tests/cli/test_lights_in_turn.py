@@ -10,8 +10,8 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from command_line import refused, tactile
-from height_lab import AZIMUTHS_DEG, HeightLab, make_height_lab
+from support.command_line import refused, tactile
+from support.height_lab import AZIMUTHS_DEG, HeightLab, make_height_lab
 
 from tactile_core.calibration.fitting import calibrate
 

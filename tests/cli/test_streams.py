@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from unruly_sensor import FAKES, profile
+from support.unruly_sensor import FAKES, profile
 
 from tactile_core.cli.output import printable
 from tactile_core.pipeline.reading import Reading

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 import pytest
-from dist_info import write_dist_info
+from support.dist_info import write_dist_info
 
 _MODULE = """\
 from pathlib import Path

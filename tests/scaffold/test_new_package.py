@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from dist_info import write_dist_info
 from scaffold.pictures import photograph, sensor
+from support.dist_info import write_dist_info
 
 from tactile_core.errors import InputError
 from tactile_core.scaffold import NewPackage, new_package, new_profile

@@ -1,7 +1,7 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from virtual_lab import VirtualLab
+from support.virtual_lab import VirtualLab
 
 from tactile_core.sim.ball import BallPress, render
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import refused, tactile
+from support.command_line import refused, tactile
 
 from tactile_core.errors import InputError
 from tactile_core.formats.npz import read_npz

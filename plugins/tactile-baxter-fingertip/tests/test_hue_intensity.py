@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from four_lamps import Ball, frame_of, presses, untouched
-from gains import MOST, gains
+from support.four_lamps import Ball, frame_of, presses, untouched
+from support.gains import MOST, gains
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight

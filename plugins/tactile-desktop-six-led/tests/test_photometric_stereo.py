@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gains import MOST, gains
 from numpy.typing import NDArray
+from support.gains import MOST, gains
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sines import to_gradient

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from virtual_rigs import QUIET, level, rig
+from support.virtual_rigs import QUIET, level, rig
 
 from tactile_core.errors import InputError
 from tactile_core.sim.optics import Faults, RigOptics

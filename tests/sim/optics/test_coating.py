@@ -1,5 +1,5 @@
 import numpy as np
-from virtual_rigs import QUIET, level, rig, slope
+from support.virtual_rigs import QUIET, level, rig, slope
 
 from tactile_core.sim.optics import RigOptics
 

@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from virtual_rigs import QUIET, SHAPE, bump, level, rig, shift
+from support.virtual_rigs import QUIET, SHAPE, bump, level, rig, shift
 
 from tactile_core.algorithms.sequence import faults as found_faults
 from tactile_core.algorithms.sequence import pattern

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from virtual_rigs import QUIET, SHAPE, level, rig, slope
+from support.virtual_rigs import QUIET, SHAPE, level, rig, slope
 
 from tactile_core.interfaces.optics import Lamps
 from tactile_core.sim.optics import Faults, RigOptics

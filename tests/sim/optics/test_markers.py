@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from virtual_rigs import QUIET, SCALE_MM, SHAPE, level, rig, shift
+from support.virtual_rigs import QUIET, SCALE_MM, SHAPE, level, rig, shift
 
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

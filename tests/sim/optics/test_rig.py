@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtual_rigs import HEIGHT, QUIET, SHAPE, WIDTH, bump, level, rig, shift, slope
+from support.virtual_rigs import HEIGHT, QUIET, SHAPE, WIDTH, bump, level, rig, shift, slope
 
 import sensor_profiles
 from tactile_core.errors import InputError

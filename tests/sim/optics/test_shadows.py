@@ -2,7 +2,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from virtual_rigs import HEIGHT, QUIET, SCALE_MM, SHAPE, WIDTH, bump, level, rig
+from support.virtual_rigs import HEIGHT, QUIET, SCALE_MM, SHAPE, WIDTH, bump, level, rig
 
 from tactile_core.sim.optics import RigOptics
 from tactile_core.sim.optics.rig import Mode

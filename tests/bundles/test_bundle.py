@@ -1,0 +1,272 @@
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.bundles_on_disk import edit
+from support.virtual_lab import VirtualLab
+
+from tactile_core.bundles.bundle import Bundle, check_serial
+from tactile_core.bundles.manifest import FORMAT, Manifest, write_manifest
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.npz import read_npz, write_npz
+
+
+@pytest.fixture
+def copy(lab: VirtualLab, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(lab.bundle, tmp_path / "bundle"))
+
+
+def sealed(bundle: Path, **changes: object) -> None:
+    """Edit a manifest and make its hashes fit again, as somebody of ill will does."""
+    path = bundle / "manifest.json"
+    manifest = Manifest.model_validate_json(path.read_text())
+    write_manifest(bundle, manifest.model_copy(update=changes))
+
+
+def test_a_bundle_comes_back_as_it_was_saved(lab: VirtualLab, tmp_path: Path) -> None:
+    first = Bundle.load(lab.bundle)
+    first.save(tmp_path / "again")
+    again = Bundle.load(tmp_path / "again")
+    of_the_folder: dict[str, Any] = {"files": {}, "content_hash": ""}
+    assert again.manifest.model_copy(update=of_the_folder) == first.manifest.model_copy(
+        update=of_the_folder
+    )
+    np.testing.assert_array_equal(again.reference.pixels, first.reference.pixels)
+
+
+def test_a_manifest_says_where_it_comes_from(lab: VirtualLab) -> None:
+    manifest = Bundle.load(lab.bundle).manifest
+    assert (manifest.profile, manifest.serial) == ("virtual_lab", "0007")
+    assert manifest.ball_diameter_mm == 4.0
+    assert manifest.held_out is not None
+
+
+def test_learned_lights_come_from_where_the_lamps_are(lab: VirtualLab) -> None:
+    learned = Bundle.load(lab.bundle).manifest.channel_azimuth_deg
+    off = (np.array(learned) - [90, 210, 330] + 180) % 360 - 180
+    assert np.abs(off).max() < 5
+
+
+def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
+    with pytest.raises(CalibrationError, match="serial 0007, not 0008"):
+        Bundle.load(lab.bundle).check(lab.profile, "0008")
+
+
+def test_another_sensors_bundle_is_refused(lab: VirtualLab) -> None:
+    other = lab.profile.model_copy(update={"name": "other"})
+    with pytest.raises(CalibrationError, match="sensor virtual_lab, not other"):
+        Bundle.load(lab.bundle).check(other)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"width_px": 161}, "image size"),
+        ({"bit_depth": 16}, "bit depth"),
+        ({"mm_per_px": 0.127}, "mm per pixel"),
+    ],
+)
+def test_another_image_is_refused(lab: VirtualLab, change: dict[str, object], words: str) -> None:
+    image = lab.profile.image.model_copy(update=change)
+    with pytest.raises(CalibrationError, match=words):
+        Bundle.load(lab.bundle).check(lab.profile.model_copy(update={"image": image}))
+
+
+def test_a_scale_within_one_per_cent_is_the_same_scale(lab: VirtualLab) -> None:
+    image = lab.profile.image.model_copy(update={"mm_per_px": 0.1245 * 1.005})
+    Bundle.load(lab.bundle).check(lab.profile.model_copy(update={"image": image}))
+
+
+def test_a_changed_light_is_a_warning(lab: VirtualLab) -> None:
+    light = lab.profile.illumination.model_copy(update={"use": "other.light"})
+    notes = Bundle.load(lab.bundle).check(lab.profile.model_copy(update={"illumination": light}))
+    assert "has changed since" in notes[0]
+
+
+def test_a_newer_bundle_is_refused(copy: Path) -> None:
+    edit(copy, format=FORMAT + 1, of_the_future=True)
+    with pytest.raises(CalibrationError, match=r"newer than this version.*upgrade tactile-core"):
+        Bundle.load(copy)
+
+
+def test_an_older_bundle_is_refused(copy: Path) -> None:
+    edit(copy, format=FORMAT - 1)
+    with pytest.raises(CalibrationError, match=r"older than this version.*calibrate again"):
+        Bundle.load(copy)
+
+
+def test_a_damaged_array_is_refused(copy: Path) -> None:
+    path = next(copy.glob("*.npz"))
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(CalibrationError, match="damaged"):
+        Bundle.load(copy)
+
+
+DAMAGED = {
+    "empty": b"",
+    "list": b"[]",
+    "incomplete": b'{"format": %d}' % FORMAT,
+    "NUL": b"\0",
+    "not UTF-8": b'{"format": "\xff"}',
+    "deep": b'{"format": ' + b"[" * 100_000,
+    "huge": b'{"format": 1, "x": "' + b"x" * 10_000_000 + b'"}',
+    "half of a pair": b'{"format": 2, "profile": "\\ud800"}',
+    "format in words": b'{"format": "99"}',
+    "format true": b'{"format": true}',
+    "format 2.5": b'{"format": 2.5}',
+    "long number": b'{"format": ' + b"9" * 10_000 + b"}",
+}
+
+
+@pytest.mark.parametrize("text", DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_manifest_is_refused(copy: Path, text: bytes) -> None:
+    (copy / "manifest.json").write_bytes(text)
+    with pytest.raises(CalibrationError, match="damaged"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"mm_per_px": float("nan")},
+        {"mm_per_px": float("inf")},
+        {"mm_per_px": 0},
+        {"mm_per_px": -0.1},
+        {"mm_per_px": "0.1245"},
+        {"image_size_px": [0, 120]},
+        {"bit_depth": True},
+        {"channels": "rgb"},
+        {"of_ours": "not"},
+    ],
+    ids=str,
+)
+def test_a_manifest_that_cannot_be_ours_is_refused(copy: Path, change: dict[str, object]) -> None:
+    edit(copy, **change)
+    with pytest.raises(CalibrationError, match="damaged"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize("change", [{"serial": "0008"}, {"held_out": None}, {"created": "today"}])
+def test_an_edited_manifest_is_refused(copy: Path, change: dict[str, object]) -> None:
+    edit(copy, **change)
+    with pytest.raises(CalibrationError, match="edited"):
+        Bundle.load(copy)
+
+
+def test_a_manifest_names_every_other_file_with_its_hash(lab: VirtualLab) -> None:
+    names = Bundle.load(lab.bundle).manifest.files
+    assert set(names) == {"model.npz", "reference.npz", "report.html"}
+    assert all(len(digest) == 64 for digest in names.values())
+
+
+@pytest.mark.parametrize("name", ["model.npz", "reference.npz", "report.html"])
+@pytest.mark.parametrize("gone", [True, False])
+def test_a_named_file_that_is_gone_or_changed_is_refused(copy: Path, name: str, gone: bool) -> None:
+    if gone:
+        (copy / name).unlink()
+    else:
+        (copy / name).write_bytes((copy / name).read_bytes() + b" ")
+    with pytest.raises(CalibrationError, match=f"{name} is not the file that was written"):
+        Bundle.load(copy)
+
+
+def test_an_unnamed_file_beside_does_not_damage_a_bundle(copy: Path) -> None:
+    (copy / "ball.npz").write_bytes(b"somebody's results")
+    Bundle.load(copy)
+
+
+def test_a_text_that_is_not_utf8_is_kept_readable(lab: VirtualLab, tmp_path: Path) -> None:
+    first = Bundle.load(lab.bundle)
+    values = first.manifest.model_dump() | {"revision": os.fsdecode(b"ball\xff")}
+    replace(first, manifest=Manifest.model_validate(values)).save(tmp_path / "b")
+    assert Bundle.load(tmp_path / "b").manifest.revision == r"ball\udcff"
+
+
+def broken(**changes: object) -> Callable[[Path], None]:
+    def damage(bundle: Path) -> None:
+        arrays: dict[str, Any] = dict(read_npz(bundle / "reference.npz"))
+        for name, value in changes.items():
+            if value is None:
+                del arrays[name]
+            else:
+                arrays[name] = value(arrays[name]) if callable(value) else np.asarray(value)
+        write_npz(bundle / "reference.npz", arrays)
+
+    return damage
+
+
+def overwritten(data: bytes) -> Callable[[Path], None]:
+    return lambda bundle: (bundle / "reference.npz").write_bytes(data) and None
+
+
+REFERENCES = {
+    "empty": overwritten(b""),
+    "no archive": overwritten(b"PK\x03\x04" + bytes(100)),
+    "no pixels": broken(pixels=None),
+    "scalar pixels": broken(pixels=1.0),
+    "other size": broken(pixels=lambda a: a[:-1]),
+    "NaN": broken(pixels=lambda a: a * np.float32(np.nan)),
+    "integers": broken(pixels=lambda a: a.astype(np.int32)),
+    "words": broken(pixels="pixels"),
+    "fewer channels": broken(channels=["r", "g"]),
+    "channels as a number": broken(channels=3),
+    "full scale 0": broken(full_scale=0.0),
+    "full scale in words": broken(full_scale="high"),
+    "endless frames": broken(frames=np.inf),
+    "two noises": broken(noise=[1.0, 2.0]),
+    "marks of another size": broken(marks=np.zeros((3, 3), bool)),
+}
+
+
+@pytest.mark.parametrize("damage", REFERENCES.values(), ids=REFERENCES)
+def test_a_damaged_reference_is_refused_in_one_sentence(
+    copy: Path, damage: Callable[[Path], None]
+) -> None:
+    damage(copy)
+    sealed(copy)
+    with pytest.raises(CalibrationError, match="the reference is damaged; calibrate again"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize("error", [TypeError("'NoneType'"), MemoryError(), RecursionError("deep")])
+def test_whatever_a_model_raises_names_the_bundle_and_the_model(
+    copy: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def load(directory: Path) -> None:
+        raise error
+
+    manifest = Bundle.load(copy).manifest
+    monkeypatch.setattr("tactile_core.builtin.mlp.Mlp.load", load)
+    assert manifest.model == "core.mlp"
+    with pytest.raises(
+        CalibrationError, match=rf"bundle {copy}: core\.mlp .*{type(error).__name__}"
+    ):
+        Bundle.load(copy)
+
+
+def test_a_damaged_model_names_the_bundle(copy: Path) -> None:
+    write_npz(copy / "model.npz", {"shape": np.array([1, 2])})
+    sealed(copy)
+    with pytest.raises(CalibrationError, match=f"bundle {copy}: .*does not hold a core.mlp model"):
+        Bundle.load(copy)
+
+
+def test_a_folder_without_a_manifest_is_no_bundle(tmp_path: Path) -> None:
+    with pytest.raises(CalibrationError, match=r"no manifest\.json"):
+        Bundle.load(tmp_path)
+
+
+@pytest.mark.parametrize("serial", ["0007", "GS-2.b_1"])
+def test_plain_serials_pass(serial: str) -> None:
+    assert check_serial(serial) == serial
+
+
+@pytest.mark.parametrize("serial", ["", "..", "a/b", "a b", "ü", "a\n"])
+def test_serials_that_could_leave_their_folder_are_refused(serial: str) -> None:
+    with pytest.raises(InputError, match="letters, digits"):
+        check_serial(serial)

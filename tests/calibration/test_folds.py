@@ -1,0 +1,138 @@
+"""What a fold of the cross-validation knows: not a bit of what it holds out."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from support.height_lab import HEIGHT, HeightLab, make_height_lab
+from support.virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core.builtin.polynomial import Polynomial
+from tactile_core.calibration import presses
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.scoring import FOLDS
+from tactile_core.interfaces.calibration import Press
+from tactile_core.quantities import Reference
+from tactile_core.sim.ball import BallPress, render
+
+HELD_OUT = 2
+Known = list[list[np.ndarray]]
+Pixels = np.ndarray
+
+
+@pytest.fixture
+def known(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Known]:
+    """Calibrate, and return all that each fold knew: samples, frames, reference, model, light."""
+    folds: Known = []
+    fit, locate = Polynomial.fit.__func__, presses.locate  # type: ignore[attr-defined]
+
+    def recorded(
+        cls: type[Polynomial], samples: Sequence[Press], reference: Reference, options: Any
+    ) -> Polynomial:
+        model: Polynomial = fit(cls, samples, reference, options)
+        arrays = [reference.pixels, *model._arrays().values()]
+        for press in samples:
+            arrays += [press.rows, press.columns, press.gradients, press.frame.pixels]
+        folds.append(arrays)
+        return model
+
+    def located(press: Any, light: Any, *more: Any) -> Any:
+        folds[-1].append(light.coefficients)
+        return locate(press, light, *more)
+
+    monkeypatch.setattr(Polynomial, "fit", classmethod(recorded))
+    monkeypatch.setattr(presses, "locate", located)
+
+    def run(*given: Any, **more: Any) -> Known:
+        folds.clear()
+        made = calibrate(*given, model="core.polynomial", **more)
+        assert made.score is not None
+        assert len(folds) == FOLDS + 1, "one fit a fold, and one on all"
+        return list(folds)
+
+    return run
+
+
+def same(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> bool:
+    return len(one) == len(other) and all(map(np.array_equal, one, other))
+
+
+def assert_only_the_fold_that_holds_it_out_is_the_same(before: Known, after: Known) -> None:
+    equal = [same(*pair) for pair in zip(before, after, strict=True)]
+    assert equal == [fold == HELD_OUT % FOLDS for fold in range(FOLDS)] + [False]
+
+
+def pressed_elsewhere(lab: VirtualLab) -> Pixels:
+    return lab.image(BallPress((80.0, 60.0), BALL_MM, 0.9), seed=77)
+
+
+def noise(lab: VirtualLab) -> Pixels:
+    rows, columns = lab.profile.image.height_px, lab.profile.image.width_px
+    return np.random.default_rng(0).integers(0, 256, (rows, columns, 3), np.uint8)
+
+
+@pytest.mark.parametrize("instead", [pressed_elsewhere, noise])
+def test_circles_light_and_model_of_a_fold_never_see_a_press_held_out(
+    lab: VirtualLab,
+    tmp_path: Path,
+    known: Callable[..., Known],
+    instead: Callable[[VirtualLab], Pixels],
+) -> None:
+    shutil.copytree(lab.presses, tmp_path / "presses")
+    given = lab.profile, tmp_path / "presses", lab.reference
+    before = known(*given, ball_diameter_mm=BALL_MM)
+    path = tmp_path / "presses" / f"press_{HELD_OUT}.png"
+    cv2.imwrite(str(path), instead(lab)[..., ::-1])
+    after = known(*given, ball_diameter_mm=BALL_MM)
+    located = before[HELD_OUT][-1].shape
+    assert located == after[HELD_OUT][-1].shape, "the light is among what is compared"
+    if instead is noise:  # one press less is located, by the same light
+        before[HELD_OUT].pop()
+    assert_only_the_fold_that_holds_it_out_is_the_same(before, after)
+
+
+def test_circles_and_model_of_a_fold_never_see_balls_of_a_grid_held_out(
+    lab: VirtualLab, tmp_path: Path, known: Callable[..., Known]
+) -> None:
+    spots = [(20 + 24 * x, 20 + 26 * y) for y in range(4) for x in range(6)]
+    image, ball_mm = lab.profile.image, 0.5 * BALL_MM
+    shape = image.height_px, image.width_px
+    balls = [BallPress(spot, ball_mm, 0.18 * ball_mm) for spot in spots]
+    height = np.sum([ball.height_mm(shape, image.mm_per_px) for ball in balls], axis=0)
+    pixels = render(lab.profile, height, seed=50)
+    target = tmp_path / "balls.yaml"
+    lines = [f"radius: {ball_mm / 2}", f"pitch: {24 * image.mm_per_px}", "shapes:"]
+    lines += [f"- {{x: {x}, y: {y}, gx: {i % 6}, gy: {i // 6}}}" for i, (x, y) in enumerate(spots)]
+    target.write_text("\n".join(lines))
+
+    given = lab.profile, tmp_path / "grid.png", lab.reference
+    cv2.imwrite(str(tmp_path / "grid.png"), pixels[..., ::-1])
+    before = known(*given, target=target)
+    x0, y0 = spots[HELD_OUT]
+    on_ball = np.hypot(np.arange(shape[1]) - x0, np.arange(shape[0])[:, None] - y0) < 10
+    pixels[on_ball] = noise(lab)[on_ball]
+    cv2.imwrite(str(tmp_path / "grid.png"), pixels[..., ::-1])
+    after = known(*given, target=target)
+    assert_only_the_fold_that_holds_it_out_is_the_same(before, after)
+
+
+@pytest.mark.parametrize("given_reference", [True, False], ids=["reference", "stand-in"])
+def test_light_and_model_of_a_fold_never_see_rows_of_a_height_map_held_out(
+    tmp_path: Path, known: Callable[..., Known], given_reference: bool
+) -> None:
+    rig: HeightLab = make_height_lab(tmp_path)
+    given = rig.profile, rig.press, rig.untouched if given_reference else None
+    before = known(*given, target=rig.tmd)
+    band = slice(HELD_OUT * HEIGHT // FOLDS, (HELD_OUT + 1) * HEIGHT // FOLDS)
+    for seed, path in enumerate(sorted(rig.press.glob("*.png"))):
+        exposure = np.asarray(cv2.imread(str(path), cv2.IMREAD_UNCHANGED))
+        exposure[band] = np.random.default_rng(seed).integers(0, 256, exposure[band].shape)
+        cv2.imwrite(str(path), exposure)
+    after = known(*given, target=rig.tmd)
+    assert_only_the_fold_that_holds_it_out_is_the_same(before, after)

@@ -1,0 +1,85 @@
+"""Balls and labels that cannot be true are refused; what was fitted on nonsense is said to be."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+import pytest
+from support.virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.result import Calibrated
+from tactile_core.errors import InputError
+
+HEADER = "file,centre_x_px,centre_y_px,contact_radius_px\n"
+BALL_PX = BALL_MM / 2 / 0.1245
+
+
+def labelled(lab: VirtualLab, folder: Path, rows: str) -> Calibrated:
+    labels = folder / "labels.csv"
+    labels.write_text(HEADER + rows)
+    return calibrate(
+        lab.profile,
+        lab.presses,
+        lab.reference,
+        ball_diameter_mm=BALL_MM,
+        labels=labels,
+        model="core.polynomial",
+    )
+
+
+@pytest.mark.parametrize("diameter_mm", [float("inf"), float("nan"), 0, -4, 1e300, 1e9])
+def test_no_ball_has_such_a_diameter(lab: VirtualLab, diameter_mm: float) -> None:
+    with pytest.raises(InputError, match="--ball-diameter-mm must be positive"):
+        calibrate(lab.profile, lab.presses, lab.reference, ball_diameter_mm=diameter_mm)
+
+
+def test_a_ball_smaller_than_two_pixels_is_refused(lab: VirtualLab) -> None:
+    with pytest.raises(InputError, match="smaller than two pixels"):
+        calibrate(lab.profile, lab.presses, lab.reference, ball_diameter_mm=1e-9)
+
+
+@pytest.mark.parametrize("diameter_mm", [float("nan"), 0])
+def test_beside_a_target_a_diameter_is_judged_too(
+    lab: VirtualLab, tmp_path: Path, diameter_mm: float
+) -> None:
+    target = tmp_path / "target.yaml"
+    target.write_text("radius: 2.0\nshapes: [{type: Circle, x: 80, y: 60}]\n")
+    with pytest.raises(InputError, match="--ball-diameter-mm must be positive"):
+        calibrate(
+            *(lab.profile, lab.presses / "press_0.png", lab.reference),
+            target=target,
+            ball_diameter_mm=diameter_mm,
+        )
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        (f"press_1.png,80,60,{1.3 * BALL_PX}", ":3: contact_radius_px 20.88"),
+        ("press_1.png,161,60,9", ":3: the circle's centre"),
+        ("press_1.png,80,-20,9", ":3: the circle's centre"),
+    ],
+)
+def test_a_label_that_cannot_be_true_is_named_with_its_line(
+    lab: VirtualLab, tmp_path: Path, row: str, words: str
+) -> None:
+    with pytest.raises(InputError, match=r"labels\.csv") as caught:
+        labelled(lab, tmp_path, f"press_0.png,80,60,9\n{row}\n")
+    assert words in str(caught.value)
+
+
+def test_a_calibration_that_is_worse_than_none_is_noted_and_reported(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    # the presses are elsewhere
+    corners = [(6, 6), (153, 6), (6, 113), (153, 113), (80, 4), (80, 115), (4, 60), (155, 60)]
+    rows = [f"press_{i}.png,{x},{y},4\n" for i, (x, y) in enumerate(corners)]
+    result = labelled(lab, tmp_path, "".join(rows))
+    assert result.score is not None
+    assert result.score.mean_deg > result.score.predict_flat_deg
+    (note,) = result.notes
+    assert "do not measure with it" in note
+    result.save(tmp_path / "bundle")
+    assert escape(note) in (tmp_path / "bundle" / "report.html").read_text()

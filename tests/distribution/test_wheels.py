@@ -1,0 +1,72 @@
+"""What is installed from wheels, outside the repository, is whole."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DISTRIBUTIONS = [ROOT, *sorted((ROOT / "plugins").glob("tactile-*"))]
+
+pytest.importorskip("build", reason="wheels are built with the 'dev' extra's 'build'")
+
+
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("wheels")
+    for distribution in DISTRIBUTIONS:
+        words = ["-m", "build", "--wheel", "--no-isolation", "--outdir", folder, distribution]
+        subprocess.run([sys.executable, *words], check=True, capture_output=True)
+    return sorted(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheels: list[Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site")
+    for wheel in wheels:
+        zipfile.ZipFile(wheel).extractall(folder)
+    return folder
+
+
+def tactile(installed: Path, *words: str) -> str:
+    """Run the command line of the wheels, not of the repository."""
+    path = f"import sys; sys.path.insert(0, {str(installed)!r})"
+    code = f"{path}; import tactile_core.cli as c; print(c.__file__, file=sys.stderr); c.main()"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code, *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=installed,
+        env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert str(installed) in done.stderr.splitlines()[0]
+    return done.stdout
+
+
+def test_each_wheel_is_typed_and_carries_no_tests(wheels: list[Path]) -> None:
+    assert len(wheels) == len(DISTRIBUTIONS)
+    for wheel in wheels:
+        names = zipfile.ZipFile(wheel).namelist()
+        assert any(name.endswith("/py.typed") for name in names)
+        assert not [name for name in names if name.startswith("tests/") or "/tests/" in name]
+
+
+def test_the_shipped_profiles_come_with_the_core(installed: Path) -> None:
+    entries = json.loads(tactile(installed, "profiles", "--json"))["profiles"]
+    assert {Path(entry["path"]).parent for entry in entries} == {installed / "sensor_profiles"}
+    tactile(installed, "validate", *(entry["name"] for entry in entries))
+
+
+def test_every_plugin_is_found_and_sound(installed: Path) -> None:
+    said = tactile(installed, "doctor")
+    for distribution in DISTRIBUTIONS[1:]:
+        name = distribution.name.removeprefix("tactile-").replace("-", "_")
+        assert f"plugin {name}" in said

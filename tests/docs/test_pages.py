@@ -1,0 +1,150 @@
+"""What the pages say of commands, messages, interfaces and public names is so."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import typer
+from support.followed import ROOT
+from support.pages import commands
+
+import tactile_core
+from tactile_core.bundles.manifest import FORMAT
+from tactile_core.cli.app import app
+from tactile_core.interfaces.hookspecs import GROUP
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.names import list_rigs
+
+DOCS = ROOT / "docs"
+KNOWN = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+GAP = "…"
+
+
+def page(name: str) -> str:
+    """A page's text."""
+    return (DOCS / f"{name}.md").read_text(encoding="utf-8")
+
+
+def section(text: str, heading: str) -> str:
+    """What stands beneath a heading, up to the next one."""
+    return text.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+
+
+@cache
+def messages() -> tuple[str, ...]:
+    """Every string of the program, ``…`` in place of what is put in."""
+    sources = [*ROOT.glob("tactile_core/**/*.py"), *ROOT.glob("plugins/*/tactile_*/*.py")]
+    return tuple(text for path in sources for text in strings(path))
+
+
+def strings(path: Path) -> list[str]:
+    """The strings of one file, but for those that only stand there, as docstrings do."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))
+    silent = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    found = []
+    for node in nodes:
+        if id(node) in silent:
+            continue
+        if isinstance(node, ast.JoinedStr):
+            parts = [v.value if isinstance(v, ast.Constant) else GAP for v in node.values]
+            found.append("".join(map(str, parts)))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found.append(node.value)
+    return found
+
+
+def quoted(text: str) -> list[str]:
+    """The messages that a page quotes."""
+    return re.findall(r"^> (.*)$", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("message", quoted(page("troubleshooting")))
+def test_a_message_that_is_quoted_is_one_that_the_program_prints(message: str) -> None:
+    assert any(message in text for text in messages())
+
+
+def test_troubleshooting_says_of_every_symptom_what_it_means_or_what_to_do() -> None:
+    symptoms = page("troubleshooting").split("\n### ")[1:]
+    assert len(symptoms) >= 15
+    assert [s.splitlines()[0] for s in symptoms if not re.search(r"\*\*(Means|Do):", s)] == []
+
+
+def test_every_command_of_the_program_has_its_section() -> None:
+    headings = re.findall(r"^## tactile (\w+)$", page("commands"), re.MULTILINE)
+    assert sorted(headings) == sorted(KNOWN)
+
+
+@pytest.mark.parametrize("name", sorted(KNOWN))
+def test_a_commands_section_names_each_of_its_options_and_has_an_example(name: str) -> None:
+    text = section(page("commands"), f"tactile {name}")
+    options = {option for parameter in KNOWN[name].params for option in parameter.opts}
+    options = {option for option in options if option.startswith("--")}
+    assert options <= set(re.findall(r"`(--[\w-]+)`", text))
+    assert {words[0] for words in commands(text)} == {name}
+
+
+@pytest.mark.parametrize("path", sorted(DOCS.glob("*.md")), ids=lambda path: path.stem)
+def test_commands_and_options_on_every_page_exist(path: Path) -> None:
+    for name, *words in commands(path.read_text(encoding="utf-8")):
+        options = {option for parameter in KNOWN[name].params for option in parameter.opts}
+        assert {word for word in words if word.startswith("--")} <= options
+
+
+@pytest.mark.parametrize("name", ["interfaces", "virtual-skin", "real-beside-virtual"])
+def test_the_examples_of_a_page_run(name: str) -> None:
+    for code in re.findall(r"```python\n(.*?)```", page(name), re.DOTALL):
+        exec(compile(code, f"docs/{name}.md", "exec"), {})
+
+
+@pytest.mark.parametrize("name", ["Camera", "Illumination", "Calibration", "Estimator"])
+def test_the_page_of_the_interfaces_names_every_method_to_write(name: str) -> None:
+    text = section(page("interfaces"), name)
+    interface = getattr(tactile_core, name)
+    for method in interface.__dict__.get("__abstractmethods__", ()):
+        assert f"`{method}" in text
+    own = [m for m, _ in inspect.getmembers(interface, inspect.isfunction) if m in vars(interface)]
+    hooks = [m for m in own if not m.startswith("_") and m not in {"read", "set"}]
+    assert [m for m in hooks if f"`{m}" not in text] == []
+
+
+def test_every_rig_is_described_with_what_its_profile_says() -> None:
+    text = page("rigs")
+    for entry in list_rigs():
+        profile = load_profile(entry.name)
+        assert f"`{entry.name}`" in text
+        assert f"{profile.image.mm_per_px:g}" in text
+        assert f"`{profile.calibration.use}`" in text
+
+
+def promised(pattern: str) -> set[str]:
+    """Names between backticks in the list of what is public."""
+    return set(re.findall(pattern, section(page("api-promise"), "Public").split("- **The")[0]))
+
+
+def test_what_is_promised_is_what_the_package_offers() -> None:
+    short = promised(r"`(\w+)`") - {"tactile_core"}
+    assert short == set(tactile_core.__all__)
+    for full_name in promised(r"`(tactile_core\.[\w.]+)`"):
+        module, _, name = full_name.rpartition(".")
+        assert hasattr(import_module(module), name), full_name
+
+
+def test_the_promised_versions_are_those_of_the_program() -> None:
+    text = page("api-promise")
+    assert f"| plugin interface | `{GROUP}` |" in text
+    assert f"| bundle | `{FORMAT}` |" in text
+    assert "| profile | `schema: 1` |" in text
+
+
+def test_the_reference_shows_every_public_name() -> None:
+    shown = {
+        line.rpartition(".")[2] for line in page("reference").splitlines() if line[:3] == ":::"
+    }
+    assert set(tactile_core.__all__) - {"__version__"} <= shown

@@ -1,0 +1,187 @@
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.gains import MOST, WELL_INSIDE, gains
+from support.virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading
+from tactile_core.algorithms import kernels
+from tactile_core.errors import InputError
+from tactile_core.sim.ball import BallPress
+
+pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
+
+PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
+
+
+def frame_of(lab: VirtualLab, press: BallPress | None) -> Frame:
+    pixels = lab.image(press)
+    return Frame(pixels, ("red", "green", "blue"), lab.profile.image.mm_per_px, source="press")
+
+
+def arrays_of(reading: Reading) -> dict[str, np.ndarray]:
+    return {
+        name: array
+        for quantity in reading.quantities.values()
+        for name, array in quantity.arrays().items()
+    }
+
+
+def test_a_frame_becomes_slopes_height_and_contact(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))
+    truth = PRESS.height_mm((120, 160), lab.profile.image.mm_per_px)
+    assert reading[HeightMap].mm.max() == pytest.approx(truth.max(), rel=0.08)
+    assert set(reading.steps) == {"height", "contact"}
+    assert reading[Gradients].x.shape == (120, 160)
+
+
+def test_slopes_of_unseen_presses_are_neither_too_steep_nor_too_flat(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    measured, true = [], []
+    for centre in ((70.0, 62.0), (50.0, 40.0), (105.0, 70.0)):
+        press = replace(PRESS, centre_px=centre)
+        found = pipeline.process(frame_of(lab, press))[Gradients]
+        offset_mm = (np.stack(np.indices(found.x.shape)[::-1], -1) - centre) * found.mm_per_px
+        square = (offset_mm**2).sum(-1)
+        inside = square < (WELL_INSIDE * press.contact_radius_mm) ** 2
+        true.append(-offset_mm[inside] / np.sqrt((BALL_MM / 2) ** 2 - square[inside])[:, None])
+        measured.append(np.stack([found.x, found.y], -1)[inside])
+    assert gains(np.concatenate(measured), np.concatenate(true)) == pytest.approx(1, abs=MOST)
+
+
+def test_the_contact_is_about_as_large_as_the_circle_that_touches(lab: VirtualLab) -> None:
+    contact = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[ContactMask]
+    assert contact.area_mm2 == pytest.approx(np.pi * PRESS.contact_radius_mm**2, rel=0.35)
+
+
+def test_an_untouched_frame_shows_no_contact(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, None))
+    assert reading[ContactMask].area_mm2 == 0
+
+
+def test_a_pipeline_pickles_and_measures_the_same(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    copy = pickle.loads(pickle.dumps(pipeline))
+    frame = frame_of(lab, PRESS)
+    np.testing.assert_array_equal(
+        copy.process(frame)[HeightMap].mm, pipeline.process(frame)[HeightMap].mm
+    )
+
+
+def test_a_reading_is_not_touched_by_the_frames_after_it(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    reading = pipeline.process(frame_of(lab, PRESS))
+    before = {name: array.copy() for name, array in arrays_of(reading).items()}
+    for _ in range(3):
+        pipeline.process(frame_of(lab, None))
+    for name, array in arrays_of(reading).items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)
+
+
+def test_numpy_and_the_kernels_measure_the_same(
+    lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, frame = Pipeline(lab.profile, lab.bundle), frame_of(lab, PRESS)
+    fast = arrays_of(pipeline.process(frame))
+    monkeypatch.setattr(kernels, "ready", lambda: None)
+    plain = arrays_of(pipeline.process(frame))
+    for name in plain:
+        np.testing.assert_allclose(fast[name], plain[name], atol=1e-5, err_msg=name)
+
+
+def test_kernels_are_loaded_for_a_second_frame_and_not_for_the_first(lab: VirtualLab) -> None:
+    code = (
+        "import sys, pickle; from tactile_core.algorithms import kernels;"
+        "pipeline, frame = pickle.load(sys.stdin.buffer);"
+        "pipeline.process(frame); print(kernels.ready() is None);"
+        "pipeline.process(frame); print((kernels.ready() is None) == (kernels.load() is None))"
+    )
+    given = pickle.dumps((Pipeline(lab.profile, lab.bundle), frame_of(lab, PRESS)))
+    run = subprocess.run([sys.executable, "-c", code], input=given, capture_output=True, check=True)
+    assert run.stdout.split() == [b"True", b"True"]
+
+
+def test_without_a_bundle_the_steps_that_need_slopes_are_left_out(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile)
+    reading = pipeline.process(frame_of(lab, PRESS))
+    assert HeightMap not in reading
+    assert "height, contact" in pipeline.notes[0]
+
+
+def test_a_missing_quantity_says_what_there_is(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile).process(frame_of(lab, PRESS))
+    with pytest.raises(KeyError, match="no HeightMap"):
+        reading[HeightMap]
+
+
+def test_a_frame_of_another_size_is_refused(lab: VirtualLab) -> None:
+    frame = Frame(np.zeros((10, 10, 3), np.uint8), ("red", "green", "blue"), 0.1)
+    with pytest.raises(InputError, match="10 × 10"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
+@pytest.mark.parametrize("shape", [(), (5,), (120, 160), (120, 160, 3, 1)])
+def test_a_frame_that_is_no_stack_of_channels_is_refused(
+    lab: VirtualLab, shape: tuple[int, ...]
+) -> None:
+    frame = Frame(np.zeros(shape, np.uint8), ("red", "green", "blue"), 0.1245)
+    with pytest.raises(InputError, match=r"\(H, W, K\)"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
+@pytest.mark.parametrize("dtype", ["int64", "complex64", "bool", "float16", "U3"])
+def test_a_frame_of_other_numbers_is_refused(lab: VirtualLab, dtype: str) -> None:
+    frame = Frame(np.zeros((120, 160, 3), dtype), ("red", "green", "blue"), 0.1245)
+    with pytest.raises(InputError, match="uint8, uint16 or float32"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
+def test_a_frame_of_other_channels_is_refused(lab: VirtualLab) -> None:
+    frame = Frame(np.zeros((120, 160, 1), np.uint8), ("grey",), 0.1245)
+    with pytest.raises(InputError, match="1 channels"):
+        Pipeline(lab.profile, lab.bundle).process(frame)
+
+
+def test_arrays_of_a_reading_cannot_be_written(lab: VirtualLab) -> None:
+    height = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[HeightMap]
+    with pytest.raises(ValueError, match="read-only"):
+        height.mm[0, 0] = 1.0
+
+
+def test_earlier_readings_keep_their_values(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    first = pipeline.process(frame_of(lab, PRESS))
+    before = first[HeightMap].mm.copy(), first[Gradients].x.copy()
+    pipeline.process(frame_of(lab, None))
+    np.testing.assert_array_equal(first[HeightMap].mm, before[0])
+    np.testing.assert_array_equal(first[Gradients].x, before[1])
+
+
+def drifted(lab: VirtualLab, press: BallPress | None, minute: int) -> Frame:
+    """A frame in the light of some minutes later: each channel goes its own way."""
+    gains = 1 + 0.006 * minute * np.array([1.0, -1.0, 0.5])
+    frame = frame_of(lab, press)
+    pixels = np.clip(np.rint(frame.pixels * gains), 0, 255).astype(np.uint8)
+    return replace(frame, pixels=pixels, sequence=minute)
+
+
+def test_a_ball_that_is_held_stays_while_the_light_drifts(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    before = pipeline.process(frame_of(lab, PRESS))
+    for minute in range(1, 11):
+        now = pipeline.process(drifted(lab, PRESS, minute))
+        assert now[HeightMap].mm.max() == pytest.approx(before[HeightMap].mm.max(), rel=0.03)
+        assert now[ContactMask].area_mm2 == pytest.approx(before[ContactMask].area_mm2, rel=0.05)
+
+
+def test_a_ball_that_was_held_for_long_leaves_no_trace(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    for minute in range(10):
+        pipeline.process(drifted(lab, PRESS, minute))
+    reading = pipeline.process(drifted(lab, None, 10))
+    assert reading[ContactMask].area_mm2 == 0
+    assert np.abs(reading[HeightMap].mm).max() < 0.02

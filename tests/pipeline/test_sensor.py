@@ -1,0 +1,123 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core import HeightMap, open_sensor
+from tactile_core.builtin.constant import ConstantIllumination
+from tactile_core.builtin.replay import ReplayCamera
+from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
+from tactile_core.formats.images import write_png
+from tactile_core.pipeline.sensor import played_back
+from tactile_core.profiles.loader import load_profile
+from tactile_core.sim.ball import BallPress
+
+
+def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        names = [reading.source for reading in sensor.stream()]
+    assert names == [f"press_{i}" for i in range(10)]
+
+
+def test_reading_past_the_end_says_so(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.reference) as sensor:
+        sensor.read()
+        with pytest.raises(CameraLost, match="end"):
+            sensor.read()
+
+
+def test_the_first_frame_as_reference_marks_readings_relative(lab: VirtualLab) -> None:
+    with open_sensor(
+        lab.profile_path, bundle=lab.bundle, input=lab.presses, reference="first"
+    ) as sensor:
+        first = sensor.read()
+    assert first.relative
+    assert abs(first[HeightMap].mm).max() < 0.05
+
+
+def test_a_captured_reference_replaces_the_bundles(lab: VirtualLab, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
+    folder = tmp_path_factory.mktemp("steps")
+    press = BallPress((70.0, 62.0), BALL_MM, 0.8)
+    for i in range(4):
+        lab.save(folder / f"{i}.png", press, seed=i)
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=folder) as sensor:
+        reference = sensor.capture_reference(frames=3)
+        after = sensor.read()
+    assert reference.frames == 3
+    assert abs(after[HeightMap].mm).max() < 0.05
+
+
+def test_another_units_bundle_is_refused_and_nothing_stays_open(lab: VirtualLab) -> None:
+    with pytest.raises(CalibrationError, match="serial"):
+        open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
+
+
+def test_an_image_of_another_size_is_resized_to_the_profile(lab: VirtualLab) -> None:
+    # The profile's image is 160 × 120 whatever the camera sends.
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.reference) as sensor:
+        assert sensor.read().frame.pixels.shape == (120, 160, 3)
+
+
+def test_without_input_the_replay_camera_asks_for_one(lab: VirtualLab) -> None:
+    with pytest.raises(InputError, match="--input"):
+        open_sensor(lab.profile_path, bundle=lab.bundle).read()
+
+
+def test_one_frame_gives_a_reference_of_unknown_noise(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        assert sensor.pipeline.reference is not None
+        assert sensor.pipeline.reference.noise == 0
+        assert np.isfinite(sensor.pipeline.reference.pixels).all()
+
+
+def test_there_is_nothing_to_tare_before_the_first_reading(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        with pytest.raises(InputError, match=r"call read\(\) first"):
+            sensor.tare()
+        sensor.read()
+        sensor.tare()
+
+
+class Jammed(DeviceError):
+    """A camera that cannot be closed."""
+
+
+@pytest.fixture
+def lights(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is done to the lights of a sensor whose camera fails to close."""
+    done: list[str] = []
+
+    def jam(camera: ReplayCamera) -> None:
+        raise Jammed("the camera is jammed")
+
+    monkeypatch.setattr(ReplayCamera, "_close", jam)
+    monkeypatch.setattr(ConstantIllumination, "_open", lambda self: done.append("open"))
+    monkeypatch.setattr(ConstantIllumination, "_close", lambda self: done.append("closed"))
+    return done
+
+
+def test_the_lights_go_out_even_when_the_camera_fails_to_close(
+    lab: VirtualLab, lights: list[str]
+) -> None:
+    sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
+    with pytest.raises(Jammed):
+        sensor.close()
+    assert lights == ["open", "closed"]
+    sensor.close()
+
+
+def test_why_opening_failed_is_said_and_the_lights_are_out_even_when_closing_fails(
+    lab: VirtualLab, lights: list[str]
+) -> None:
+    with pytest.raises(CalibrationError, match="serial") as caught:
+        open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
+    assert any("jammed" in note for note in caught.value.__notes__)
+    assert lights == ["open", "closed"]
+
+
+def test_a_scan_s_scale_at_which_markers_fill_no_image_is_refused(tmp_path: Path) -> None:
+    write_png(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8))
+    (tmp_path / "scan.yaml").write_text("images: [a.png]\nmmperpixel: 1e-6\n")
+    with pytest.raises(InputError, match=r"gives a scale of .* has markers of .* px"):
+        played_back(load_profile("hex_fingertip"), tmp_path)

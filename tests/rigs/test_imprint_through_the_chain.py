@@ -1,0 +1,103 @@
+"""Marks, displacement and slip of a whole chain, on pictures whose skin and object are known."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from support.imprint_scenes import COLUMNS, MARK_PX, PITCH_PX, ROWS, scene
+from typer.testing import CliRunner
+
+from tactile_core.acquisition.acquisition import average
+from tactile_core.cli.app import app
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.sensor import open_sensor
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, SlipState
+
+MM_PER_PX = 0.05
+PROFILE = f"""\
+schema: 1
+name: printed_on
+image: {{width_px: {COLUMNS}, height_px: {ROWS}, mm_per_px: {MM_PER_PX}}}
+gel: {{markers: {{pitch_mm: {PITCH_PX * MM_PER_PX}, diameter_mm: {MARK_PX * MM_PER_PX}}}}}
+estimators:
+  markers: {{use: core.markers}}
+  tracking: {{use: core.tracking}}
+  displacement: {{use: core.displacement}}
+  slip: {{use: core.slip}}
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    made = tmp_path / "printed_on.yaml"
+    made.write_text(PROFILE)
+    return made
+
+
+def frame(
+    number: int, object_px: tuple[float, float], skin_px: tuple[float, float] = (0, 0)
+) -> Frame:
+    pixels, _ = scene(object_px, skin_px=skin_px)
+    return Frame(pixels, ("red", "green", "blue"), MM_PER_PX, timestamp_s=number / 30)
+
+
+def states(profile: Profile, frames: list[Frame]) -> list[SlipState]:
+    """As the first frame's reference, which may show a contact, lets them be told."""
+    pipeline = Pipeline(profile, None, replace(average(frames[:1]), relative=True))
+    return [pipeline.process(frame)[SlipState] for frame in frames]
+
+
+def test_an_object_that_slides_over_skin_which_it_does_not_drag_slips(path: Path) -> None:
+    slides = [frame(n, (3.0 * max(n - 2, 0), 0)) for n in range(10)]
+    told = states(load_profile(path), slides)
+    assert {state.state for state in told[:3]} == {"none"}
+    assert told[-1].state == "slip"
+    assert told[-1].kind == "translation"
+
+
+def test_an_object_that_takes_the_skin_along_does_not(path: Path) -> None:
+    ways = [(1.5 * max(n - 2, 0), 0.0) for n in range(10)]
+    dragged = [frame(n, way, skin_px=way) for n, way in enumerate(ways)]
+    told = states(load_profile(path), dragged)
+    assert "slip" not in {state.state for state in told}
+
+
+@pytest.mark.parametrize("name", ["object001", "object002", "object003"])
+def test_real_lifts_that_slip_are_told_by_the_whole_chain(recordings: Path, name: str) -> None:
+    folder = recordings / "slip" / "grasp_lift"
+    with (folder / "labels.csv").open() as lines:
+        rows = [row for row in csv.DictReader(lines) if row["object"] == name]
+    profile = Path(__file__).resolve().parents[2] / "benchmarks" / "gripper_finger.yaml"
+    for row in (rows[0], rows[-1]):
+        lift = folder / name / f"{row['trial_folder']}_mm"
+        with open_sensor(profile, input=lift, reference="first") as sensor:
+            told = [reading[SlipState].state for reading in sensor.stream()]
+        assert "slip" not in told[:6], "nothing moves before the lift"
+        assert ("slip" in told) == (row["label_stable1_slip0"] == "0")
+
+
+def test_the_load_of_the_tared_frame_is_zero_from_there_on(path: Path, tmp_path: Path) -> None:
+    video, out = tmp_path / "video", tmp_path / "out"
+    video.mkdir()
+    for number, way in enumerate([(0, 0), (3, 0), (6, 0), (6, 0), (6, -4)]):
+        cv2.imwrite(str(video / f"{number}.png"), scene(way, skin_px=way)[0][..., ::-1])
+    words = ["run", path, "--input", video, "--reference", video / "0.png"]
+    words += ["--tare-frame", 2, "--out", out, "--json"]
+    done = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    assert done.exit_code == 0
+    assert len([json.loads(line) for line in done.stdout.splitlines()]) == 5
+    moved = []
+    for number in range(5):
+        with np.load(out / f"{number}.npz") as data:
+            inside = data["marker_seen"]
+            moved.append(np.median(data["marker_displacement_mm"][inside], axis=0) / MM_PER_PX)
+    expected = [(0, 0), (3, 0), (0, 0), (0, 0), (0, -4)]
+    np.testing.assert_allclose(moved, expected, atol=0.15)

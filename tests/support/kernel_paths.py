@@ -1,0 +1,48 @@
+"""Tests of what has compiled kernels run twice: with them, and with the numpy that defines them.
+
+A module asks for it by ``pytestmark = pytest.mark.usefixtures("kernels_or_numpy")``; a module's
+fixture whose value is computed by kernels names ``kernels_or_numpy`` among its arguments, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.util import find_spec
+
+import pytest
+
+PATHS = ("compiled", "numpy") if find_spec("numba") else ("numpy",)
+
+
+@pytest.fixture(scope="module", params=PATHS)
+def kernels_or_numpy(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Which of the two computes; fresh processes follow through the environment."""
+    from tactile_core.algorithms import kernels
+    from tactile_core.sim import kernels as of_sim
+
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "numpy":
+            patch.setenv(kernels.SWITCH, "0")
+            for module, name in ((kernels, "load"), (kernels, "ready"), (of_sim, "load")):
+                patch.setattr(module, name, lambda: None)
+        yield request.param
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _no_kernel_without_its_numpy(request: pytest.FixtureRequest) -> Iterator[None]:
+    """In the folders that import this: a module that meets kernels runs without them as well."""
+    from tactile_core.algorithms import kernels
+
+    mark = getattr(request.module, "pytestmark", None)
+    runs_both = mark is not None and "kernels_or_numpy" in mark.args
+    if runs_both or request.path.name == "test_kernels.py":  # which compares the two
+        yield
+        return
+    asked: list[str] = []
+    ready = kernels.ready
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernels, "ready", lambda: asked.append("") or ready())
+        yield
+    assert not asked, (
+        "compiled kernels run here: mark the module as tests/support/kernel_paths.py says"
+    )

@@ -26,7 +26,7 @@ from tactile_core.algorithms.displacement import MarkedSkin
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, MarkerField
 from tactile_core.sim import VirtualStage
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 LOOKS, STEPS = 4, 6
 """Frames that are compared, and movements before each."""
@@ -43,7 +43,7 @@ class Row(NamedTuple):
     area: float
 
 
-def frames(plan: Plan) -> Iterator[tuple[Frame, Truth]]:
+def frames(plan: Plan) -> Iterator[tuple[Frame, TrueState]]:
     """Take the untouched skin, then frames while the object is dragged or turned."""
     stage = VirtualStage(PROFILE, UNIT, overrides={"gel": {"friction": plan.friction}})
     yield stage.frame(), stage.truth()
@@ -60,7 +60,7 @@ def frames(plan: Plan) -> Iterator[tuple[Frame, Truth]]:
         yield stage.frame(), stage.truth()
 
 
-def percent(measured_mm: NDArray[np.float32], truth: Truth) -> float:
+def percent(measured_mm: NDArray[np.float32], truth: TrueState) -> float:
     """RMS over the image, of the largest true displacement."""
     true_mm = truth.displacement_mm
     error_mm = np.linalg.norm(measured_mm - true_mm, axis=-1)

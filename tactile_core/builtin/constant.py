@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar, Self
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, field_validator, model_validator
 
@@ -13,7 +13,7 @@ from tactile_core.interfaces.illumination import Exposure, Illumination
 GREY, COLOUR = 1, 3
 
 
-class Light(Options):
+class LightOptions(Options):
     """One lamp, as seen from the image centre."""
 
     name: str = Field(min_length=1, description="The lamp's name.")
@@ -32,7 +32,7 @@ class ConstantOptions(Options):
         default=("red", "green", "blue"),
         description="Names of the image's channels: three of a colour image, one of a grey one.",
     )
-    lights: tuple[Light, ...] = Field(
+    lights: tuple[LightOptions, ...] = Field(
         default=(), description="The lamps, for the virtual twin and for reports."
     )
 
@@ -47,30 +47,35 @@ class ConstantOptions(Options):
 
     @model_validator(mode="after")
     def _lights_differ(self) -> Self:
-        names = [light.name for light in self.lights]
-        if len(set(names)) < len(names):
-            raise ValueError("two lights have one name")
+        refuse_same_names(self.lights)
         return self
 
 
+def refuse_same_names(lights: Sequence[LightOptions]) -> None:
+    """Raise a ValueError if two lights have one name."""
+    if len({light.name for light in lights}) < len(lights):
+        raise ValueError("two lights have one name")
+
+
 class ConstantIllumination(Illumination):
-    """All lights shine all the time; there is nothing to switch."""
+    """All lights shine all the time; there is nothing to switch.
+
+    Rigs whose lights are wired to the supply give options of their own, with ``lights``, and say
+    which ``channels`` they make.
+    """
 
     Options: ClassVar[type[BaseModel]] = ConstantOptions
-
-    def __init__(self, options: ConstantOptions) -> None:
-        super().__init__(options)
-        names = [light.name for light in options.lights] or list(options.channels)
-        self._exposures = (Exposure(dict.fromkeys(names, 1.0), options.channels),)
+    options: Any
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the image's channels."""
-        return self._exposures[0].channels
+        return tuple(self.options.channels)
 
     def exposures(self) -> tuple[Exposure, ...]:
         """One, with every light on."""
-        return self._exposures
+        names = [light.name for light in self.options.lights] or self.channels
+        return (Exposure(dict.fromkeys(names, 1.0), self.channels),)
 
     def _open(self) -> None:
         """Nothing to acquire."""

@@ -13,15 +13,10 @@ from pydantic import BaseModel, Field
 from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
 from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.slope_field import takes_table
-from tactile_core.builtin.slope_calibration import (
-    Arrays,
-    SlopeCalibration,
-    SlopeOptions,
-    blur_of,
-    faithful,
-    samples_of,
-    shape_of,
-)
+from tactile_core.builtin.image_shape import shape_of
+from tactile_core.builtin.model_file import Arrays
+from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
+from tactile_core.builtin.slope_training import blur_of, faithful, samples_of
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Reference

@@ -12,15 +12,10 @@ from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.network import Network, train
-from tactile_core.builtin.slope_calibration import (
-    Arrays,
-    SlopeCalibration,
-    SlopeOptions,
-    baked,
-    blur_of,
-    samples_of,
-    shape_of,
-)
+from tactile_core.builtin.image_shape import shape_of
+from tactile_core.builtin.model_file import Arrays
+from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
+from tactile_core.builtin.slope_training import baked, blur_of, samples_of
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Reference
 

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.builtin.constant import Light
+from tactile_core.builtin.constant import LightOptions, refuse_same_names
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination
 
@@ -18,7 +18,7 @@ FEWEST_LIGHTS = 3
 class SequentialOptions(Options):
     """The lamps in the order in which they fire."""
 
-    lights: tuple[Light, ...] = Field(
+    lights: tuple[LightOptions, ...] = Field(
         min_length=FEWEST_LIGHTS, description="The lamps, in the order in which they fire."
     )
 
@@ -29,9 +29,7 @@ class SequentialOptions(Options):
 
     @model_validator(mode="after")
     def _lights_differ(self) -> Self:
-        names = [light.name for light in self.lights]
-        if len(set(names)) < len(names):
-            raise ValueError("two lights have one name")
+        refuse_same_names(self.lights)
         return self
 
 

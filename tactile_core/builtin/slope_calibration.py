@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self
 
@@ -11,32 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
+from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.algorithms.photometric import skin_of
-from tactile_core.algorithms.sines import to_sines
-from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
+from tactile_core.algorithms.slope_field import Model, SlopeField
 from tactile_core.algorithms.validity import two_within
-from tactile_core.errors import CalibrationError, InputError
-from tactile_core.formats.npz import read_npz
+from tactile_core.builtin.image_shape import ImageShape, check_fitting
+from tactile_core.builtin.model_file import Arrays, stored_model, write_model
 from tactile_core.interfaces import device
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
-MOST_SAMPLES = 12_000
-"""More pixels cost time and teach nothing: neighbours in a press are alike."""
-
-FEWEST_SAMPLES = 50
-POINTS = (1_200, 4_800, 19_200)
-"""Points of the coarse grid that are tried, one after another."""
-
-FAITHFUL_SINE = 0.0175
-"""Largest mean distance of table and model, 1°: half of what the best models err."""
-
-_PRESSES_COMPARED = 4
 SATURATED_FRACTION = 0.988
 DARK_FRACTION = 0.012
-
-Arrays = Mapping[str, NDArray[Any]]
 
 
 class SlopeOptions(device.Options):
@@ -86,7 +70,7 @@ class SlopeCalibration(Calibration):
         self,
         model: Model,
         table: ColourTable | None,
-        shape: tuple[int, int, int],
+        shape: ImageShape,
         blur_px: float,
     ) -> None:
         self._model, self._table = model, table
@@ -119,11 +103,7 @@ class SlopeCalibration(Calibration):
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
-        arrays: dict[str, Any] = {
-            "shape": np.array(self._shape),
-            "blur_px": np.array(self._blur_px),
-            **self._arrays(),
-        }
+        arrays: dict[str, Any] = {"blur_px": np.array(self._blur_px), **self._arrays()}
         if self._table is not None:
             axis = self._table.axis
             arrays |= {
@@ -131,7 +111,7 @@ class SlopeCalibration(Calibration):
                 "table_axis": np.array([axis.per_unit, axis.first]),
                 "table_points": np.array(self._table.points),
             }
-        np.savez(directory / "model.npz", **arrays)
+        write_model(directory, self._shape, arrays)
 
     @classmethod
     def load(cls, directory: Path) -> Self:
@@ -142,22 +122,15 @@ class SlopeCalibration(Calibration):
         CalibrationError
             It is missing, broken or of another model.
         """
-        path = directory / "model.npz"
-        try:
-            arrays = read_npz(path)
-            height, width, channels = (int(n) for n in arrays["shape"])
+        with stored_model(directory, cls.USE) as (shape, arrays):
             blur_px = float(arrays["blur_px"])
-            if min(height, width, channels) < 1 or not 0 <= blur_px <= max(height, width):
-                raise ValueError("no image has such a size, or is smoothed so")
+            if not 0 <= blur_px <= max(shape[:2]):
+                raise ValueError("no image is smoothed so")
             table = _table_from(arrays) if "table" in arrays else None
             model = cls._model_from(arrays, table)
-            if not np.isfinite(model(np.zeros((1, channels + 2), np.float32))).all():
+            if not np.isfinite(model(np.zeros((1, shape[2] + 2), np.float32))).all():
                 raise ValueError("the model gives no numbers")
-        except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
-            raise CalibrationError(
-                f"{path} does not hold a {cls.USE} model; calibrate again"
-            ) from error
-        return cls(model, table, (height, width, channels), blur_px)
+        return cls(model, table, shape, blur_px)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         """The model's arrays, by name."""
@@ -170,142 +143,21 @@ class SlopeCalibration(Calibration):
 
     def _prepare(self, reference: Reference) -> Prepared:
         """What measures whole images against one reference."""
-        return SlopeField(
-            self._model,
-            self._table,
-            reference.pixels,
-            reference.marks,
-            full_scale=reference.full_scale,
-            blur_px=self._blur_px,
-        )
+        return slope_field(self._model, self._table, reference, self._blur_px)
 
 
-def blur_of(options: SlopeOptions, samples: Sequence[Press]) -> float:
-    """Smoothing in px at the scale of the presses."""
-    return options.blur_at(samples[0].frame.mm_per_px) if samples else options.blur_px
-
-
-def samples_of(
-    presses: Sequence[Press],
-    reference: Reference,
-    *,
-    blur_px: float,
-    most: int = MOST_SAMPLES,
-    seed: int = 0,
-) -> tuple[Float32, Float32]:
-    """Features (N, K + 2) and sines (N, 2) of the presses' pixels, thinned evenly.
-
-    Saturated pixels stay: what a clipped channel looks like on a slope is learnt as it will be
-    seen, which on real balls is better than leaving it to extrapolation.
-
-    Raises
-    ------
-    CalibrationError
-        There are too few pixels to fit on, they all rest, or a press has another size than the
-        reference.
-    """
-    sampler = Sampler(
-        reference.pixels, reference.marks, full_scale=reference.full_scale, blur_px=blur_px
+def slope_field(
+    model: Model, table: ColourTable | None, reference: Reference, blur_px: float
+) -> SlopeField:
+    """Prepare a model for one reference."""
+    return SlopeField(
+        model,
+        table,
+        reference.pixels,
+        reference.marks,
+        full_scale=reference.full_scale,
+        blur_px=blur_px,
     )
-    features, sines = [], []
-    rng = np.random.default_rng(seed)
-    share = max(1, most // max(1, len(presses)))
-    for press in presses:
-        frame = press.frame
-        if frame.pixels.shape != reference.pixels.shape:
-            raise CalibrationError(
-                f"press {press.name!r} is {_size(frame.pixels.shape)} and the reference "
-                f"{_size(reference.pixels.shape)}; record both alike"
-            )
-        pick = rng.permutation(len(press.rows))[:share]
-        rows, columns = press.rows[pick], press.columns[pick]
-        features.append(sampler.features(frame.pixels, frame.marks, rows, columns))
-        sines.append(to_sines(press.gradients[pick]))
-    if sum(map(len, sines)) < FEWEST_SAMPLES or not any(np.any(s) for s in sines):
-        raise CalibrationError(
-            f"{len(presses)} presses hold too few pixels to fit on; record more presses, or larger "
-            f"ones"
-        )
-    return np.concatenate(features), np.concatenate(sines)
-
-
-def baked(
-    model: Model,
-    features: Float32,
-    presses: Sequence[Press],
-    reference: Reference,
-    blur_px: float,
-) -> ColourTable | None:
-    """Table of a model for the colours that were seen; None where none is needed."""
-    height, width, channels = reference.pixels.shape
-    if not takes_table((height, width, channels)):
-        return None
-    table = bake(model, Axis.spanning(features[:, :3]), aspect=height / width)
-    return faithful(table, model, presses, reference, blur_px)
-
-
-def faithful(
-    table: ColourTable,
-    model: Model,
-    presses: Sequence[Press],
-    reference: Reference,
-    blur_px: float,
-) -> ColourTable | None:
-    """The table with as many points as keep it near its model on some presses; None if none do.
-
-    How fast the light varies over the gel, and how large the presses are, decides.
-    """
-    sampler = Sampler(
-        reference.pixels, reference.marks, full_scale=reference.full_scale, blur_px=blur_px
-    )
-    some = presses[:: max(1, len(presses) // _PRESSES_COMPARED)][:_PRESSES_COMPARED]
-    for points in POINTS:
-        candidate = replace(table, points=points)
-        field = SlopeField(
-            model,
-            candidate,
-            reference.pixels,
-            reference.marks,
-            full_scale=reference.full_scale,
-            blur_px=blur_px,
-        )
-        apart = []
-        for press in some:
-            at = press.rows, press.columns
-            gx, gy, _ = field.measure(press.frame.pixels, press.frame.marks)
-            exact = model(sampler.features(press.frame.pixels, press.frame.marks, *at))
-            fast = to_sines(np.stack([gx[at], gy[at]], axis=1))
-            apart.append(np.linalg.norm(fast - exact, axis=1))
-        if np.concatenate(apart).mean() < FAITHFUL_SINE:
-            return candidate
-    return None
-
-
-def check_fitting(frame: Frame, reference: Reference, shape: tuple[int, int, int]) -> None:
-    """Refuse a frame or a reference that a model of (H, W, K) images was not fitted for.
-
-    Raises
-    ------
-    CalibrationError
-        One has another size or number of channels, or they have another full scale than each other.
-    """
-    for what, pixels in (("frame", frame.pixels), ("reference", reference.pixels)):
-        if pixels.shape != shape:
-            raise CalibrationError(
-                f"the calibration was fitted on images of {_size(shape)} and this {what} "
-                f"is {_size(pixels.shape)}; calibrate at the size of the input"
-            )
-    if frame.full_scale != reference.full_scale:
-        raise CalibrationError(
-            f"the frame's full scale is {frame.full_scale:g} and the reference's "
-            f"{reference.full_scale:g}; record both with the same bit depth"
-        )
-
-
-def shape_of(reference: Reference) -> tuple[int, int, int]:
-    """(H, W, K) of the images that are measured."""
-    height, width, channels = reference.pixels.shape
-    return height, width, channels
 
 
 def _table_from(arrays: Arrays) -> ColourTable:
@@ -325,7 +177,3 @@ def _measurable(frame: Frame) -> Bool:
     if frame.marks is not None:
         valid &= skin_of(frame.marks)
     return valid.view(np.bool_)
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]} × {shape[0]} with {shape[2]} channels"

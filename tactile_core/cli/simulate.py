@@ -25,16 +25,16 @@ def simulate(
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import InputError
-    from tactile_core.sim.script import Scene
+    from tactile_core.sim.script import Script
     from tactile_core.sim.simulation import simulate as play
     from tactile_core.sim.stage import VirtualStage
 
     if mode not in ("accurate", "fast"):
         raise InputError(f"--mode is 'accurate' or 'fast', not {mode!r}")
-    scene = Scene(script)
+    steps = Script(script)
     stage = VirtualStage(profile, seed, "fast" if mode == "fast" else "accurate")
     with Bar() as progress:
-        count = play(stage, scene, out, progress=progress)
+        count = play(stage, steps, out, progress=progress)
     if as_json:
         say_json({"out": str(out), "frames": count, "profile": stage.profile.name})
         return

@@ -14,7 +14,7 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Image
-from tactile_core.sim.script import Scene
+from tactile_core.sim.script import Script
 from tactile_core.sim.skin import Mode
 from tactile_core.sim.stage import VirtualStage
 
@@ -61,8 +61,8 @@ class VirtualCamera(Camera):
 
     def _open(self) -> None:
         stage = VirtualStage(self._profile, self._settings.seed, self._settings.mode)
-        scene = Scene(self._settings.script or _TOUCH)
-        self._images = _photographed(stage, scene, loop=self._settings.loop)
+        script = Script(self._settings.script or _TOUCH)
+        self._images = _photographed(stage, script, loop=self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())
@@ -71,11 +71,11 @@ class VirtualCamera(Camera):
         return next(self._images, None)
 
 
-def _photographed(stage: VirtualStage, scene: Scene, *, loop: bool) -> Iterator[Image]:
+def _photographed(stage: VirtualStage, script: Script, *, loop: bool) -> Iterator[Image]:
     shot, time_s = 0, 0.0
     while True:
         staged_s = 0.0
-        for number, _ in enumerate(scene.played(stage)):
+        for number, _ in enumerate(script.played(stage)):
             if shot:
                 elapsed_s = stage.time_s - staged_s
                 time_s += elapsed_s if elapsed_s > 0 else 1 / NOMINAL_FPS

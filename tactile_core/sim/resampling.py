@@ -29,10 +29,11 @@ class ImageSampler:
 
     def __init__(self, grid: Grid, shape: tuple[int, int], mm_per_px: float) -> None:
         self.grid, self.shape, self.mm_per_px = grid, shape, mm_per_px
-        height, width = shape
-        y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in (height, width))
-        self._rows, self._row_slopes = _spline(grid.y_mm, y)
-        self._columns, self._column_slopes = _spline(grid.x_mm, x)
+        y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in shape)
+        self._along = (grid.y_mm, y), (grid.x_mm, x)
+        (self._rows, self._row_slopes), (self._columns, self._column_slopes) = (
+            _spline(nodes, wanted) for nodes, wanted in self._along
+        )
 
     def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
         """(2, ny, nx) at which row and column of nodes the skin was that is now at each node.
@@ -115,19 +116,13 @@ class ImageSampler:
         for coefficients, image in zip(
             rows.solution @ now @ columns.solution.T, images, strict=True
         ):
-            compiled.values(
-                coefficients,
-                (rows.first, rows.weights),
-                (columns.first, columns.weights),
-                image,
-            )
+            compiled.values(coefficients, rows.tables, columns.tables, image)
         return images[2], np.moveaxis(images[:2], 0, 2)
 
     @cached_property
-    def _splines(self) -> tuple[_UniformSpline, _UniformSpline]:
-        height, width = self.shape
-        y, x = (self.mm_per_px * np.arange(1 - n, n, 2) / 2 for n in (height, width))
-        return _UniformSpline.of(self.grid.y_mm, y), _UniformSpline.of(self.grid.x_mm, x)
+    def _splines(self) -> tuple[_BSplines, _BSplines]:
+        rows, columns = self._along
+        return _BSplines.of(*rows), _BSplines.of(*columns)
 
     def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(H, W): pixels nearer to nodes of the mask than to others."""
@@ -147,41 +142,34 @@ class ImageSampler:
         return np.asarray(share > 0.5)
 
 
-class _UniformSpline(NamedTuple):
-    """The spline of :func:`_spline`, as a sum of B-splines with one of them at each node.
+class _BSplines(NamedTuple):
+    """The spline of :func:`_spline`, as a sum of uniform B-splines with one of them at each node.
 
     Attributes
     ----------
     solution : (n + 2, n) float32
         From values at the nodes to coefficients.
-    first : (N,) int64
-        Of the four coefficients that count at each wanted place.
-    weights : (4, N) float32
+    tables : (N,) int64 and (4, N) float32
+        First of the four coefficients that count at each wanted place, and their weights.
     """
 
     solution: Float32
-    first: NDArray[np.int64]
-    weights: Float32
+    tables: tuple[NDArray[np.int64], Float32]
 
     @classmethod
-    def of(cls, nodes: Array, wanted: Array) -> _UniformSpline:
+    def of(cls, nodes: Array, wanted: Array) -> _BSplines:
+        from scipy.interpolate import BSpline, make_interp_spline
+
         count = len(nodes)
-        equations = np.zeros((count + 2, count + 2))
-        for offset, share in enumerate((1 / 6, 2 / 3, 1 / 6)):
-            equations[np.arange(count), np.arange(count) + offset] = share
-        # the outer two pieces on each side are one polynomial
-        equations[count, :5] = equations[count + 1, -5:] = 1, -4, 6, -4, 1
+        spline = make_interp_spline(np.arange(count), np.eye(count), k=3)
+        # what a cubic is less a sixth of its curvature is the coefficient of the B-spline there
+        centres = np.arange(-1, count + 1)
+        solution = spline(centres) - spline.derivative(2)(centres) / 6
         place = (wanted - nodes[0]) / (nodes[1] - nodes[0])
-        first = np.clip(np.floor(place).astype(np.int64), 0, count - 2)
-        t = place - first
-        weights = np.stack(
-            [(1 - t) ** 3, 4 + t**2 * (3 * t - 6), 4 + (1 - t) ** 2 * (-3 * t - 3), t**3]
-        )
-        return cls(
-            np.linalg.inv(equations)[:, :count].astype(np.float32),
-            first,
-            (weights / 6).astype(np.float32),
-        )
+        weights = BSpline.design_matrix(place, np.arange(-3.0, count + 3), 3, extrapolate=True)
+        first = weights.indices.reshape(-1, 4)[:, 0].astype(np.int64)
+        four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
+        return cls(solution.astype(np.float32), (first, four))
 
 
 def _spline(nodes: Array, wanted: Array) -> tuple[Float32, Float32]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Self
 
@@ -29,7 +29,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Press(_Part):
+class Indent(_Part):
     """Lower or raise the object."""
 
     depth_mm: NonNegativeFloat | None = Field(default=None, description="To this depth, or …")
@@ -45,7 +45,7 @@ class Press(_Part):
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it in as many parts as there are frames."""
         if self.depth_mm is not None:
-            stage.check_depth(self.depth_mm)
+            stage.gel.check_depth(self.depth_mm)
         start_mm, start_n = stage.depth_mm, stage.force_n
         for part in range(1, self.frames + 1):
             share = part / self.frames
@@ -66,11 +66,7 @@ class Shear(_Part):
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it in as many parts as there are frames."""
-        n = self.frames
-        for _ in range(n):
-            seconds = None if self.seconds is None else self.seconds / n
-            stage.shear(self.dx_mm / n, self.dy_mm / n, seconds=seconds)
-            yield
+        return _in_parts(stage.shear, self.frames, self.seconds, self.dx_mm, self.dy_mm)
 
 
 class Roll(Shear):
@@ -78,11 +74,7 @@ class Roll(Shear):
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it in as many parts as there are frames."""
-        n = self.frames
-        for _ in range(n):
-            seconds = None if self.seconds is None else self.seconds / n
-            stage.roll(self.dx_mm / n, self.dy_mm / n, seconds=seconds)
-            yield
+        return _in_parts(stage.roll, self.frames, self.seconds, self.dx_mm, self.dy_mm)
 
 
 class Twist(_Part):
@@ -94,10 +86,7 @@ class Twist(_Part):
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Do it in as many parts as there are frames."""
-        for _ in range(self.frames):
-            seconds = None if self.seconds is None else self.seconds / self.frames
-            stage.twist(self.degrees / self.frames, seconds=seconds)
-            yield
+        return _in_parts(stage.twist, self.frames, self.seconds, self.degrees)
 
 
 class Hold(_Part):
@@ -148,11 +137,11 @@ class Take(BaseModel):
         return dict(self.model_extra or {})
 
 
-class Step(_Part):
+class ScriptStep(_Part):
     """One thing that happens."""
 
     indenter: Take | None = Field(default=None, description="Choose an object.")
-    press: Press | None = Field(default=None, description="Lower or raise it.")
+    press: Indent | None = Field(default=None, description="Lower or raise it.")
     shear: Shear | None = Field(default=None, description="Move it along the skin.")
     twist: Twist | None = Field(default=None, description="Turn it.")
     roll: Roll | None = Field(default=None, description="Roll it.")
@@ -171,14 +160,12 @@ class Step(_Part):
         return getattr(self, next(iter(self.model_fields_set)))
 
 
-class Script(_Part):
-    """Steps, one after another."""
-
-    steps: tuple[Step, ...] = Field(min_length=1, description="What happens, in order.")
+class _Contents(_Part):
+    steps: tuple[ScriptStep, ...] = Field(min_length=1, description="What happens, in order.")
 
 
-class Scene:
-    """A script with the places of its steps in the file.
+class Script:
+    """What happens, step after step, with the place of each step in the file.
 
     Parameters
     ----------
@@ -196,12 +183,10 @@ class Scene:
             raise InputError(f"there is no script {path}; it is a YAML file of steps")
         self._tree, problems = read_yaml(path)
         try:
-            script = Script.model_validate(self._tree.plain())
+            contents = _Contents.model_validate(self._tree.plain())
         except ValidationError as error:
-            raise _refusal(problems + problems_of(error, self._tree, Script)) from None
-        self.script = script.model_copy(
-            update={"steps": tuple(_beside(step, Path(path).parent) for step in script.steps)}
-        )
+            raise _refusal(problems + problems_of(error, self._tree, _Contents)) from None
+        self.steps = tuple(_beside(step, Path(path).parent) for step in contents.steps)
         problems += self._impossible_objects()
         if problems:
             raise _refusal(problems)
@@ -209,11 +194,11 @@ class Scene:
     @property
     def frames(self) -> int:
         """How many frames playing it gives, the untouched sensor first."""
-        return 1 + sum(_frames_of(step) for step in self.script.steps)
+        return 1 + sum(_frames_of(step) for step in self.steps)
 
     def _impossible_objects(self) -> list[Problem]:
         problems = []
-        for number, step in enumerate(self.script.steps):
+        for number, step in enumerate(self.steps):
             if isinstance(step.action, Take):
                 try:
                     make_indenter(step.action.kind, **step.action.sizes)
@@ -231,7 +216,7 @@ class Scene:
             A step is impossible, with its place in the file.
         """
         yield
-        for number, step in enumerate(self.script.steps):
+        for number, step in enumerate(self.steps):
             try:
                 yield from step.action.played(stage)
             except InputError as error:
@@ -239,19 +224,28 @@ class Scene:
                 raise InputError(f"{place}: {error}") from error
 
 
-def _frames_of(step: Step) -> int:
+def _in_parts(
+    move: Callable[..., None], frames: int, seconds: float | None, *amounts: float
+) -> Iterator[None]:
+    for _ in range(frames):
+        duration = None if seconds is None else seconds / frames
+        move(*(amount / frames for amount in amounts), seconds=duration)
+        yield
+
+
+def _frames_of(step: ScriptStep) -> int:
     if isinstance(step.action, Take):
         return 0
     return int(getattr(step.action, "frames", 1))
 
 
-def _beside(step: Step, folder: Path) -> Step:
+def _beside(step: ScriptStep, folder: Path) -> ScriptStep:
     """Return the step with a mesh's path taken from the script's folder."""
     take = step.action
     if not isinstance(take, Take) or not isinstance(take.sizes.get("path"), str):
         return step
     sizes = take.sizes | {"path": folder / take.sizes["path"]}
-    return Step(indenter=Take.model_validate(take.model_dump() | sizes))
+    return ScriptStep(indenter=Take.model_validate(take.model_dump() | sizes))
 
 
 def _refusal(problems: list[Problem]) -> InputError:

@@ -15,18 +15,18 @@ from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.quantities import Frame
-from tactile_core.sim.script import Scene
+from tactile_core.sim.script import Script
 from tactile_core.sim.stage import VirtualStage
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 FRAMES, TRUTH, REFERENCE = "frames", "truth", "reference"
 _COLOURS = 3
 
 
 def simulate(
-    stage: VirtualStage, scene: Scene, out: Path, *, progress: Progress | None = None
+    stage: VirtualStage, script: Script, out: Path, *, progress: Progress | None = None
 ) -> int:
-    """Play a scene on a stage and write what the camera sees and what is true, all or nothing.
+    """Play a script on a stage and write what the camera sees and what is true, all or nothing.
 
     ``out/frames`` is a recording, ``out/reference`` one of the untouched sensor, and
     ``out/truth/NAME.npz`` holds the truth of each frame under the names that ``tactile run`` uses,
@@ -36,7 +36,7 @@ def simulate(
     ----------
     stage : VirtualStage
         It is reset first.
-    scene : Scene
+    script : Script
     out : Path
         A folder that is not there, or empty.
     progress : Progress, optional
@@ -62,23 +62,23 @@ def simulate(
         stage.reset()
         (fresh / TRUTH).mkdir()
         write_frame(fresh / REFERENCE, stage.frame(), "untouched")
-        for number, _ in enumerate(scene.played(stage)):
+        for number, _ in enumerate(script.played(stage)):
             name = f"{number:06d}"
             write_frame(fresh / FRAMES, stage.frame(), name)
             write_npz(fresh / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
-            progress.fraction((number + 1) / scene.frames)
+            progress.fraction((number + 1) / script.frames)
         try:
             move_in(fresh, place)
         except FileExistsError:
             raise _taken(out) from None
-    return scene.frames
+    return script.frames
 
 
 def _taken(out: Path) -> InputError:
     return InputError(f"{out} is there already; give another --out, or empty it")
 
 
-def truth_arrays(truth: Truth) -> Mapping[str, NDArray[Any]]:
+def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
     """Arrays of a truth, under the names that measured ones have."""
     return {
         "height_mm": truth.height_mm,

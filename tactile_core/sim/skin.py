@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import ModuleType
 from typing import Literal
 
@@ -22,7 +21,7 @@ from tactile_core.sim.indenters import Indenter
 from tactile_core.sim.motion import checked_seconds, checked_steps, slowing_steps, straight_path
 from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 Mode = Literal["accurate", "fast"]
 
@@ -32,14 +31,6 @@ _PRECISION: dict[Mode, Precision] = {
     "accurate": Precision(normal=1e-4, friction=1e-3, sweeps=3),
 }
 _PRESS_STEPS: dict[Mode, int] = {"fast": 4, "accurate": 5}
-
-
-@dataclass(frozen=True)
-class _Load:
-    """What is kept while the object moves: its depth or its force."""
-
-    depth_mm: float | None = None
-    force_n: float | None = None
 
 
 class Skin:
@@ -55,6 +46,13 @@ class Skin:
     mode : "accurate" or "fast"
         Accurate puts ten nodes or more on the radius of a contact, as far as 1280 across the gel
         allow; the nodes are chosen at the first touch after a rest. Fast keeps up with a camera.
+
+    Attributes
+    ----------
+    markers_px : (N, 2) float64
+        Centres of the marks that are printed on it, at rest; none unless they are set.
+    time_s : float
+        Simulated time; it passes only where a move is given seconds.
     """
 
     def __init__(self, profile: SensorBuild, mode: Mode = "accurate") -> None:
@@ -70,6 +68,7 @@ class Skin:
         )
         self._indenter: Indenter | None = None
         self._pose = Pose()
+        self.markers_px: NDArray[np.float64] = np.zeros((0, 2))
         self._build(max(self._extent) / _NODES_ACROSS[mode])
         self.reset()
 
@@ -89,8 +88,18 @@ class Skin:
         return self._on
 
     @property
+    def depth_mm(self) -> float:
+        """How far beyond the first touch the object is lowered; 0 where none is pressed."""
+        return float(self._state.depth_mm) if self._on else 0.0
+
+    @property
+    def force_n(self) -> float:
+        """Normal force on the skin."""
+        return float(self.wrench[2])
+
+    @property
     def wrench(self) -> NDArray[np.float64]:
-        """(4,) fx, fy, fz in N and tz in N·mm of the whole contact; see :class:`Truth`."""
+        """(4,) fx, fy, fz in N and tz in N·mm of the whole contact; see :class:`TrueState`."""
         state = self._state
         cell = self.grid.cell_mm2
         pressure = state.pressure_mpa.sum(dtype=np.float64)
@@ -102,7 +111,9 @@ class Skin:
     def reset(self) -> None:
         """Take the object away and forget everything that was done to the skin."""
         self._state = self._model.at_rest()
-        self._on, self._load, self.time_s = False, _Load(), 0.0
+        # What is kept while the object moves: its depth_mm or its force_n.
+        self._load: dict[str, float] = {}
+        self._on, self.time_s = False, 0.0
 
     def indent_with(
         self, indenter: Indenter, *, x_mm: float = 0.0, y_mm: float = 0.0, angle_deg: float = 0.0
@@ -175,10 +186,10 @@ class Skin:
         with self._undone_on_error():
             if not self._on:
                 self._touch(wanted, by_force=by_force)
-            start = float(self.wrench[2]) if by_force else self._state.depth_mm
+            start = self.force_n if by_force else self._state.depth_mm
             for share in np.arange(1, count + 1) / count:
                 load = start + share * (wanted - start)
-                self._load = _Load(force_n=load) if by_force else _Load(depth_mm=load)
+                self._load = {"force_n" if by_force else "depth_mm": load}
                 self._advance(self._state.pose, duration / count)
 
     def shear(
@@ -254,7 +265,7 @@ class Skin:
         """Take the object away, and let the skin recover for some seconds; by default, fully."""
         duration = checked_seconds(seconds)
         self._state = self._model.released(self._state, duration)
-        self._on, self._load = False, _Load()
+        self._on, self._load = False, {}
         if np.isfinite(duration):
             self.time_s += duration
 
@@ -299,25 +310,12 @@ class Skin:
         points = (np.array(points_px, np.float64).reshape(-1, 2) - middle) * self.mm_per_px
         return np.asarray(self.carried(points) / self.mm_per_px + middle)
 
-    def truth(self, markers_px: ArrayLike = ()) -> Truth:
+    def truth(self) -> TrueState:
         """Return all that is true of the skin now, at the pixels of the image.
 
-        Parameters
-        ----------
-        markers_px : (N, 2), optional
-            Centres of the marks on the untouched skin.
+        ``markers_px`` are where the printed marks are now; some lie beyond the image.
         """
-        state = self._state
-        return Truth(
-            self.wrench,
-            self.carried_px(markers_px),
-            self.time_s,
-            state.pose,
-            state.depth_mm,
-            self.mm_per_px,
-            state,
-            self._sampler,
-        )
+        return self._true(self.markers_px)
 
     def seen(
         self, compiled: ModuleType | None = None
@@ -330,9 +328,22 @@ class Skin:
             :mod:`tactile_core.sim.kernels.compiled`: the same but for rounding, and sooner.
         """
         if compiled is None:
-            truth = self.truth()
+            truth = self._true(())
             return truth.height_mm, truth.displacement_mm
         return self._sampler.seen(self._state.displacement_mm, compiled)
+
+    def _true(self, markers_px: ArrayLike) -> TrueState:
+        state = self._state
+        return TrueState(
+            self.wrench,
+            self.carried_px(markers_px),
+            self.time_s,
+            state.pose,
+            state.depth_mm,
+            self.mm_per_px,
+            state,
+            self._sampler,
+        )
 
     def _build(self, spacing_mm: float) -> None:
         grid = Grid.covering(*self._extent, spacing_mm)
@@ -346,24 +357,13 @@ class Skin:
             raise InputError("there is no object to press; choose an indenter first")
         if self.mode == "accurate" and not self._state.displacement_mm.any() and wanted > 0:
             move = Move(self._pose, *((None, wanted) if by_force else (wanted, None)))
-            self._build(
-                accurate_spacing(
-                    self.gel,
-                    self._extent,
-                    max(self._extent) / _NODES_ACROSS["accurate"],
-                    self._indenter,
-                    move,
-                )
-            )
+            coarsest = max(self._extent) / _NODES_ACROSS["accurate"]
+            self._build(accurate_spacing(self.gel, self._extent, coarsest, self._indenter, move))
             self._state = self._model.at_rest()
-        self._state = self._placed(self._indenter)
-        self._on = True
-
-    def _placed(self, indenter: Indenter) -> SkinState:
-        placed = self._model.placed(self._state, indenter, self._pose)
+        placed = self._model.placed(self._state, self._indenter, self._pose)
         if placed.level_mm < -2 * max(self._extent):
             raise InputError("the object passes beside the gel; place it above the gel")
-        return placed
+        self._state, self._on = placed, True
 
     def _path(
         self, dx_mm: float, dy_mm: float, degrees: float, steps: int, seconds: float | None
@@ -388,7 +388,7 @@ class Skin:
 
     def _advance(self, pose: Pose, seconds: float, *, rolls: bool = False) -> None:
         assert self._indenter is not None
-        move = Move(pose, self._load.depth_mm, self._load.force_n, seconds, rolls)
+        move = Move(pose, seconds=seconds, rolls=rolls, **self._load)
         new = self._model.step(self._state, self._indenter, move)
         self.gel.check_depth(new.depth_mm)
         self._state = new

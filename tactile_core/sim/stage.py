@@ -17,11 +17,10 @@ from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.rig import RigOptics
 from tactile_core.sim.skin import Mode, Skin
-from tactile_core.sim.truth import Truth
 
 
-class VirtualStage:
-    """Moves an object on the virtual twin of a profile.
+class VirtualStage(Skin):
+    """Moves an object on the virtual twin of a profile: its skin, and what its camera sees of it.
 
     Increments are quasi-static, as slow as it takes for all stress to relax, unless they are given
     seconds. The same seed and the same moves give the same frames.
@@ -66,14 +65,14 @@ class VirtualStage:
             raise TypeError("overrides are laid over a profile's name or path, not a Profile")
         if seed < 0:
             raise InputError(f"seed should be 0 or more, not {seed}")
+        super().__init__(profile, mode)
         self.profile = profile
-        self._skin = Skin(profile, mode)
         self._optics = RigOptics(profile, seed=seed, faults=faults, mode=mode)
-        self._shot = 0
+        self.markers_px = self._optics.markers_px
 
     def reset(self) -> None:
         """Take the object away and forget everything that was done to the skin."""
-        self._skin.reset()
+        super().reset()
         self._shot = 0
 
     def indenter(
@@ -105,82 +104,13 @@ class VirtualStage:
             No such kind or option, a size makes no sense, or an object is still pressed.
         """
         made = make_indenter(kind, **options)
-        self._skin.indent_with(made, x_mm=x_mm, y_mm=y_mm, angle_deg=angle_deg)
-
-    def press(
-        self,
-        depth_mm: float | None = None,
-        force_n: float | None = None,
-        *,
-        steps: int | None = None,
-        seconds: float | None = None,
-    ) -> None:
-        """Lower or raise the object to a depth or a force; see :meth:`Skin.press`."""
-        self._skin.press(depth_mm, force_n, steps=steps, seconds=seconds)
-
-    def shear(
-        self,
-        dx_mm: float = 0.0,
-        dy_mm: float = 0.0,
-        steps: int = 1,
-        *,
-        seconds: float | None = None,
-    ) -> None:
-        """Move the object along the skin, by so much; see :meth:`Skin.shear`."""
-        self._skin.shear(dx_mm, dy_mm, steps, seconds=seconds)
-
-    def twist(self, degrees: float, steps: int = 1, *, seconds: float | None = None) -> None:
-        """Turn the object from x towards y, by so much; see :meth:`Skin.twist`."""
-        self._skin.twist(degrees, steps, seconds=seconds)
-
-    def roll(
-        self,
-        dx_mm: float = 0.0,
-        dy_mm: float = 0.0,
-        steps: int = 1,
-        *,
-        seconds: float | None = None,
-    ) -> None:
-        """Roll the object, by so much; see :meth:`Skin.roll`."""
-        self._skin.roll(dx_mm, dy_mm, steps, seconds=seconds)
-
-    def hold(self, seconds: float) -> None:
-        """Let time pass."""
-        self._skin.hold(seconds)
-
-    def release(self, seconds: float | None = None) -> None:
-        """Take the object away, and let the skin recover for some seconds; by default, fully."""
-        self._skin.release(seconds)
-
-    def check_depth(self, depth_mm: float) -> None:
-        """Refuse a depth that reaches the plate behind the gel, by an InputError."""
-        self._skin.gel.check_depth(depth_mm)
-
-    @property
-    def depth_mm(self) -> float:
-        """How far beyond the first touch the object is lowered; 0 where none is pressed."""
-        return float(self._skin.state.depth_mm) if self._skin.pressed else 0.0
-
-    @property
-    def force_n(self) -> float:
-        """Normal force on the skin."""
-        return float(self._skin.wrench[2])
-
-    @property
-    def time_s(self) -> float:
-        """Simulated time; it passes only where a move is given seconds."""
-        return self._skin.time_s
+        self.indent_with(made, x_mm=x_mm, y_mm=y_mm, angle_deg=angle_deg)
 
     def frame(self) -> Frame:
         """Take a frame, every exposure of the rig's sequence."""
-        height_mm, displacement_mm = self._skin.seen(kernels.load_for(self._shot))
-        rest_px = self._optics.markers_px
-        pixels = self._optics.expose(
-            height_mm,
-            displacement_mm,
-            self._skin.carried_px(rest_px) if len(rest_px) else None,
-            frame=self._shot,
-        )
+        height_mm, displacement_mm = self.seen(kernels.load_for(self._shot))
+        markers_px = self.carried_px(self.markers_px) if len(self.markers_px) else None
+        pixels = self._optics.expose(height_mm, displacement_mm, markers_px, frame=self._shot)
         channels = self._optics.channels
         in_turn = self._shots > 1
         taken = Frame(
@@ -188,10 +118,10 @@ class VirtualStage:
             channels=channels,
             mm_per_px=self.profile.image.mm_per_px,
             full_scale=self._optics.full_scale,
-            timestamp_s=self._skin.time_s,
+            timestamp_s=self.time_s,
             sequence=self._shot,
             source=f"{self._shot:06d}",
-            exposure_times_s=(self._skin.time_s,) * (len(channels) if in_turn else 1),
+            exposure_times_s=(self.time_s,) * (len(channels) if in_turn else 1),
         )
         self._shot += 1
         return taken
@@ -205,7 +135,7 @@ class VirtualStage:
         """
         number = self._shot
         lit = iter(np.split(self.frame().pixels, self._shots, axis=2))
-        dark = self._optics.skin(self._skin.truth().height_mm) if self._has_dark else None
+        dark = self._optics.skin(self.truth().height_mm) if self._has_dark else None
         return [
             next(lit)
             if exposure.channels or dark is None
@@ -220,10 +150,3 @@ class VirtualStage:
     @property
     def _has_dark(self) -> bool:
         return self._shots < len(self._optics.exposures)
-
-    def truth(self) -> Truth:
-        """Return all that is true of the skin now, at the pixels of the image.
-
-        ``markers_px`` are where the printed marks are now; some lie beyond the image.
-        """
-        return self._skin.truth(self._optics.markers_px)

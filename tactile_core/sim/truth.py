@@ -17,7 +17,7 @@ Bool = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class TrueState:
     """What is true of the virtual skin; units, frame and signs as in the measured quantities.
 
     Dense values live at the current image position: the value at x belongs to the skin now at x.

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.builtin.constant import ConstantIllumination, ConstantOptions, Light
+from tactile_core.builtin.constant import ConstantIllumination, ConstantOptions, LightOptions
 
 
 def test_one_exposure_shows_every_channel_with_every_light_on() -> None:
     lights = (
-        Light(name="top", azimuth_deg=-90, elevation_deg=20),
-        Light(name="white", azimuth_deg=0, elevation_deg=60),
+        LightOptions(name="top", azimuth_deg=-90, elevation_deg=20),
+        LightOptions(name="white", azimuth_deg=0, elevation_deg=60),
     )
     illumination = ConstantIllumination(ConstantOptions(lights=lights))
     (exposure,) = illumination.exposures()
@@ -33,6 +33,6 @@ def test_channels_that_no_image_has_are_refused(channels: tuple[str, ...]) -> No
 
 
 def test_two_lights_of_one_name_are_refused() -> None:
-    light = Light(name="red", azimuth_deg=0, elevation_deg=10)
+    light = LightOptions(name="red", azimuth_deg=0, elevation_deg=10)
     with pytest.raises(ValidationError, match="one name"):
         ConstantOptions(lights=(light, light))

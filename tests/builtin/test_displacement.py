@@ -19,7 +19,7 @@ from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import Marks
 from tactile_core.sim.skin import Skin
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 NOISE_PX = 0.1
 PROFILE = load_profile("hex_fingertip", sim=True)
@@ -42,15 +42,16 @@ class Bench:
     def __init__(self, kind: str, *, seed: int = 0, **options: object) -> None:
         place = {key: options.pop(key, 0.0) for key in ("x_mm", "y_mm", "angle_deg")}
         self.skin = Skin(PROFILE, "fast")
+        self.skin.markers_px = _rest_px()
         self.skin.indent_with(make_indenter(kind, **options), **place)  # type: ignore[arg-type]
         self._rng = np.random.default_rng(seed)
         self._step = Displacement(Displacement.Options(), SensorContext(PROFILE.image, PROFILE.gel))
 
     def measured(
         self, *, unseen: float = 0.0, contact: bool = True
-    ) -> tuple[DisplacementField, Truth]:
+    ) -> tuple[DisplacementField, TrueState]:
         """The field as it is estimated now, and the truth."""
-        truth = self.skin.truth(_rest_px())
+        truth = self.skin.truth()
         now = truth.markers_px + self._rng.normal(0, NOISE_PX, truth.markers_px.shape)
         seen = ((now >= 0) & (now <= np.array(SHAPE[::-1]) - 1)).all(1)
         seen &= self._rng.random(len(now)) >= unseen
@@ -67,7 +68,7 @@ class Bench:
         return self._step.estimate(marks, mask), truth
 
 
-def _error(field: DisplacementField, truth: Truth) -> float:
+def _error(field: DisplacementField, truth: TrueState) -> float:
     """RMS over the image, over the peak."""
     off = np.linalg.norm(field.mm - truth.displacement_mm, axis=2)
     return float(np.sqrt(np.mean(off**2)) / np.linalg.norm(truth.displacement_mm, axis=2).max())

@@ -13,7 +13,7 @@ from tactile_core.builtin.optical_flow import OpticalFlow
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim import VirtualStage
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 
 class Bare:
@@ -37,7 +37,7 @@ class Bare:
             self.stage.press(part * depth_mm)
             self.measured()
 
-    def measured(self, light: float = 1.0) -> tuple[DisplacementField, Truth]:
+    def measured(self, light: float = 1.0) -> tuple[DisplacementField, TrueState]:
         frame = self.stage.frame()
         return self.step.estimate(_lit(frame, light), self.untouched), self.stage.truth()
 
@@ -46,7 +46,7 @@ def _lit(frame: Frame, light: float) -> Frame:
     return replace(frame, pixels=np.clip(frame.pixels * light, 0, 255).astype(frame.pixels.dtype))
 
 
-def _mean(displacement_mm: NDArray[np.float32], truth: Truth) -> float:
+def _mean(displacement_mm: NDArray[np.float32], truth: TrueState) -> float:
     return float(np.linalg.norm(displacement_mm[truth.contact], axis=1).mean())
 
 

@@ -14,7 +14,7 @@ from tactile_core.formats.tmd import write_tmd
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.ball import BallPress, render
-from tactile_core.sim.script import Scene
+from tactile_core.sim.script import Script
 from tactile_core.sim.simulation import simulate
 from tactile_core.sim.stage import VirtualStage
 
@@ -101,9 +101,9 @@ def make_corpus(folder: Path) -> Path:
     calibrate(turn, folder / "scan", folder / "level", target=folder / "map.tmd").save(
         folder / "turn_bundle"
     )
-    simulate(VirtualStage(small, 0, "fast"), Scene(folder / "script.yaml"), folder / "played")
+    simulate(VirtualStage(small, 0, "fast"), Script(folder / "script.yaml"), folder / "played")
     marked = load_profile(folder / "marked.yaml")
-    simulate(VirtualStage(marked, 0, "fast"), Scene(folder / "script.yaml"), folder / "dragged")
+    simulate(VirtualStage(marked, 0, "fast"), Script(folder / "script.yaml"), folder / "dragged")
     return folder
 
 

@@ -75,7 +75,7 @@ def test_compression_keeps_that_difference_small(both_ways: BothWays) -> None:
 @needs_kernels
 def test_what_the_camera_sees_is_the_truth() -> None:
     stage = slid("hex_fingertip")
-    height_mm, displacement_mm = stage._skin.seen(kernels.load())
+    height_mm, displacement_mm = stage.seen(kernels.load())
     truth = stage.truth()
     np.testing.assert_allclose(height_mm, truth.height_mm, atol=HEIGHT_MM)
     np.testing.assert_allclose(displacement_mm, truth.displacement_mm, atol=HEIGHT_MM)

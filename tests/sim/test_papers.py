@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core import load_profile
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
-from tactile_core.sim.truth import Truth
+from tactile_core.sim.truth import TrueState
 
 STEP_MM = 0.05
 PRESSES = {
@@ -237,7 +237,7 @@ def test_at_4_5_degrees_the_outer_marks_turn_less(
     assert angles[r > 8].mean() < 3.8
 
 
-def _step_in_shear(before_mm: float, step_mm: float) -> tuple[list[float], list[Truth]]:
+def _step_in_shear(before_mm: float, step_mm: float) -> tuple[list[float], list[TrueState]]:
     """Forces before, right after, 10 s, 3 min and 10 min after a step, and what was true then."""
     skin = _pressed("flat")
     skin.shear(dy_mm=before_mm, steps=8)

@@ -13,7 +13,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.npz import read_npz
 from tactile_core.profiles.loader import list_profiles
 from tactile_core.sim import VirtualStage
-from tactile_core.sim.script import Scene
+from tactile_core.sim.script import Script
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -107,16 +107,16 @@ def test_a_stage_pickles_in_the_middle_of_a_press() -> None:
 
 
 def test_a_script_is_played_frame_by_frame(script: Path) -> None:
-    scene, stage = Scene(script), VirtualStage("hex_fingertip")
-    depths = [stage.depth_mm for _ in scene.played(stage)]
-    assert len(depths) == scene.frames == 7
+    moves, stage = Script(script), VirtualStage("hex_fingertip")
+    depths = [stage.depth_mm for _ in moves.played(stage)]
+    assert len(depths) == moves.frames == 7
     assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
 
 
 def test_an_impossible_step_is_told_with_its_line(script: Path) -> None:
     script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
     with pytest.raises(InputError, match=r"script.yaml:3:5: .*pressed 7 mm deep .*2 mm thick"):
-        list(Scene(script).played(VirtualStage("hex_fingertip")))
+        list(Script(script).played(VirtualStage("hex_fingertip")))
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_a_mistake_in_a_script_is_told_with_its_place(
 ) -> None:
     script.write_text(SCRIPT.replace("press: {depth_mm: 0.5, frames: 2}", wrong))
     with pytest.raises(InputError, match=said):
-        Scene(script)
+        Script(script)
 
 
 def test_the_command_writes_frames_with_the_truth_beside_each(script: Path, tmp_path: Path) -> None:

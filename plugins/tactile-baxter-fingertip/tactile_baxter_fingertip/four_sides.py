@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 from pydantic import BaseModel, Field, model_validator
 
+from tactile_core.builtin.constant import ConstantIllumination
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.illumination import Exposure, Illumination
 
 CHANNELS = ("red", "green", "blue")
 
 
-class Array(Options):
+class SideArray(Options):
     """One 1 × 8 array of LEDs of one colour."""
 
     name: str = Field(min_length=1, description="The colour.")
@@ -26,7 +25,7 @@ class Array(Options):
     )
 
     @model_validator(mode="after")
-    def _feeds_the_camera(self) -> Array:
+    def _feeds_the_camera(self) -> SideArray:
         unknown = sorted(set(self.feeds) - set(CHANNELS))
         if unknown or len(set(self.feeds)) < len(self.feeds):
             raise ValueError(f"feeds some of {', '.join(CHANNELS)}, each once")
@@ -36,12 +35,12 @@ class Array(Options):
 class FourSidesOptions(Options):
     """Options of ``baxter_fingertip.four_sides``."""
 
-    lights: tuple[Array, Array, Array, Array] = Field(
+    lights: tuple[SideArray, SideArray, SideArray, SideArray] = Field(
         default=(
-            Array(name="red", azimuth_deg=-90, feeds=("red",)),
-            Array(name="green", azimuth_deg=0, feeds=("green",)),
-            Array(name="blue", azimuth_deg=90, feeds=("blue",)),
-            Array(name="white", azimuth_deg=180, feeds=CHANNELS),
+            SideArray(name="red", azimuth_deg=-90, feeds=("red",)),
+            SideArray(name="green", azimuth_deg=0, feeds=("green",)),
+            SideArray(name="blue", azimuth_deg=90, feeds=("blue",)),
+            SideArray(name="white", azimuth_deg=180, feeds=CHANNELS),
         ),
         description="The arrays.",
     )
@@ -56,7 +55,7 @@ class FourSidesOptions(Options):
         return self
 
 
-class FourSides(Illumination):
+class FourSides(ConstantIllumination):
     """The arrays are wired to the supply: they shine together whenever the sensor is plugged in."""
 
     Options: ClassVar[type[BaseModel]] = FourSidesOptions
@@ -66,17 +65,3 @@ class FourSides(Illumination):
     def channels(self) -> tuple[str, ...]:
         """The camera's, in the order in which the arrays feed them; fewer than there are arrays."""
         return tuple(dict.fromkeys(name for light in self.options.lights for name in light.feeds))
-
-    def exposures(self) -> tuple[Exposure, ...]:
-        """One exposure sees all four."""
-        levels = dict.fromkeys((light.name for light in self.options.lights), 1.0)
-        return (Exposure(levels, self.channels),)
-
-    def _set(self, levels: Mapping[str, float]) -> None:
-        """Nothing to switch."""
-
-    def _open(self) -> None:
-        """Nothing to open."""
-
-    def _close(self) -> None:
-        """Nothing to close."""

@@ -13,13 +13,15 @@ by how surely it told the pitch of the calibration's balls.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_baxter_fingertip.tables import ENTRIES, Bytes, Float32, smooth_table
+from tactile_core.algorithms import regression
+from tactile_core.builtin.model_file import part_from
 
 Float = NDArray[np.float64]
 PitchFrom = Literal["both", "intensity", "saturation"]
@@ -53,7 +55,7 @@ class HueDecoder:
     Attributes
     ----------
     evening : (6, 3, 3) float32
-        For each of :func:`place_terms`: the matrix that is applied
+        For each of the terms 1, x, y, x², xy and y² of the place: the matrix that is applied
         to (I − I₀) / I₀; their sum gives two chroma axes and the intensity.
     limits : (3,) float32
         Largest chroma, smallest and largest intensity that the tables hold.
@@ -107,10 +109,6 @@ class HueDecoder:
         entries = np.clip(np.rint(colour * factors + offsets), 0, 255).astype(np.uint8)
         return entries[:, :2], entries[:, 2]
 
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """What :meth:`from_arrays` takes, by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
         """Rebuild a decoder.
@@ -120,13 +118,12 @@ class HueDecoder:
         LookupError, ValueError
             An array is missing, misshapen or not finite.
         """
-        parts = {name: arrays[name] for name in _SHAPES}
         for name, shape in _SHAPES.items():
-            if parts[name].shape != shape or not np.isfinite(parts[name]).all():
+            if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
                 raise ValueError(f"{name} is no part of a decoder")
-        if parts["yaw"].dtype != np.uint8:
+        if arrays["yaw"].dtype != np.uint8:
             raise ValueError("yaw is counted in bytes")
-        return cls(**parts)
+        return part_from(cls, arrays)
 
 
 def angle_of(yaw: Bytes) -> Float32:
@@ -136,7 +133,7 @@ def angle_of(yaw: Bytes) -> Float32:
 
 def evened(features: Float32, evening: Float32) -> Float32:
     """(N, 3) chroma axes and intensity of (N, 5) changes and places, as in the mean light."""
-    change, terms = features[:, :3], place_terms(features[:, 3:])
+    change, terms = features[:, :3], regression.terms(features[:, 3:], 2)
     return np.asarray(np.einsum("nt,tkj,nj->nk", terms, evening, change), np.float32)
 
 
@@ -199,19 +196,13 @@ def _evening(features: Float32, sines: Float32) -> Float32:
     nx, ny = sines.astype(np.float64).T
     slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= _COLOUR_ORDER], 1)
     usual = slope @ np.linalg.lstsq(slope, change, rcond=None)[0]
-    terms = place_terms(features[:, 3:]).astype(np.float64)
+    terms = regression.terms(features[:, 3:], 2).astype(np.float64)
     products = (terms[:, :, None] * change[:, None, :]).reshape(len(change), -1)
     normal = products.T @ products
     normal += _EVENING_RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
     correction = np.linalg.solve(normal, products.T @ (usual - change)).reshape(-1, 3, 3)
     correction[0] += np.eye(3)
     return np.asarray(np.einsum("kc,tjc->tkj", OPPONENT, correction), np.float32)
-
-
-def place_terms(places: Float32) -> Float32:
-    """1, x, y, x², xy, y² (..., 6) of places (..., 2), in half widths from the centre."""
-    x, y = places[..., 0], places[..., 1]
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
 
 
 def _told(yaw: Bytes, entry: Bytes, values: Float, weights: Float) -> tuple[Float32, Float32]:

@@ -8,15 +8,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of, place_terms
+from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
+from tactile_core.algorithms import regression
 from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
 from tactile_core.algorithms.sines import planes_to_gradient
 
 Bool = NDArray[np.bool_]
 
 
-class Light:
+class ReferenceLight:
     """What the untouched sensor looks like without the grain of its coating.
 
     Grain moves with the skin, so that the grain of the reference is not that under a press; what is
@@ -62,11 +63,11 @@ class Light:
 class HueField:
     """Slopes of whole images; as :class:`HueDecoder` gives them, but by planes."""
 
-    def __init__(self, decoder: HueDecoder, light: Light) -> None:
+    def __init__(self, decoder: HueDecoder, light: ReferenceLight) -> None:
         self._light = light
         factors, offsets = decoder.to_entries
         h, w = light.base.shape[:2]
-        terms = place_terms(place((h, w)))
+        terms = regression.terms(place((h, w)).reshape(-1, 2), 2).reshape(h, w, -1)
         floor = np.float32(DARK_FRACTION * light.full_scale)
         per_intensity = 1 / np.maximum(light.base, floor)
         self._weights: list[list[Float32]] = []

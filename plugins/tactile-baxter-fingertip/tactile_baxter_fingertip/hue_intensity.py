@@ -11,15 +11,12 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
-from tactile_baxter_fingertip.hue_field import HueField, Light
-from tactile_core.algorithms.sines import to_sines
-from tactile_core.builtin.slope_calibration import (
-    DARK_FRACTION,
-    SATURATED_FRACTION,
-    check_fitting,
-)
-from tactile_core.errors import CalibrationError, InputError
-from tactile_core.formats.npz import read_npz
+from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
+from tactile_core.builtin.image_shape import ImageShape, check_fitting, in_words, shape_of
+from tactile_core.builtin.model_file import arrays_of, stored_model, write_model
+from tactile_core.builtin.slope_calibration import DARK_FRACTION, SATURATED_FRACTION
+from tactile_core.builtin.slope_training import thinned, too_few
+from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
@@ -60,7 +57,7 @@ class HueIntensity(Calibration):
     def __init__(
         self,
         decoder: HueDecoder,
-        shape: tuple[int, int, int],
+        shape: ImageShape,
         blur_px: float,
         light_blur_px: float,
     ) -> None:
@@ -83,10 +80,10 @@ class HueIntensity(Calibration):
             The images do not have three channels or the presses' size, or too few pixels slope.
         """
         assert isinstance(options, HueIntensityOptions)
-        height, width, channels = reference.pixels.shape
-        if channels != CHANNELS:
+        shape = shape_of(reference)
+        if shape[2] != CHANNELS:
             raise CalibrationError(
-                f"{cls.USE} reads hue from three channels and the frames have {channels}; use "
+                f"{cls.USE} reads hue from three channels and the frames have {shape[2]}; use "
                 f"core.mlp or core.polynomial"
             )
         if not samples:
@@ -94,23 +91,18 @@ class HueIntensity(Calibration):
         scale = samples[0].frame.mm_per_px
         blur_px, light_blur_px = options.blur_mm / scale, options.light_blur_mm / scale
         light = _light(reference, blur_px, light_blur_px)
-        rng = np.random.default_rng(0)
-        share = MOST_SAMPLES // len(samples)
-        features, sines = [], []
         for press in samples:
-            _check_size(f"press {press.name!r}", press.frame.pixels.shape, reference.pixels.shape)
-            pick = rng.permutation(len(press.rows))[:share]
-            at = press.rows[pick], press.columns[pick]
-            features.append(light.features(press.frame.pixels, press.frame.marks, *at))
-            sines.append(to_sines(press.gradients[pick]))
-        known = np.concatenate(sines)
-        if np.count_nonzero(known.any(axis=1)) < FEWEST_SAMPLES:
-            raise CalibrationError(
-                f"{len(samples)} presses hold too few pixels to fit on; record more presses, or "
-                f"larger ones"
-            )
-        decoder = fit_decoder(np.concatenate(features), known, options.pitch_from)
-        return cls(decoder, (height, width, channels), blur_px, light_blur_px)
+            if press.frame.pixels.shape != reference.pixels.shape:
+                raise CalibrationError(
+                    f"the calibration belongs to images of {in_words(reference.pixels.shape)} and "
+                    f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
+                    f"the size of the input"
+                )
+        features, sines = thinned(samples, light.features, most=MOST_SAMPLES)
+        if np.count_nonzero(sines.any(axis=1)) < FEWEST_SAMPLES:
+            raise too_few(samples)
+        decoder = fit_decoder(features, sines, options.pitch_from)
+        return cls(decoder, shape, blur_px, light_blur_px)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame; not valid where marked, saturated in a channel, or dark in all.
@@ -130,12 +122,9 @@ class HueIntensity(Calibration):
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
-        arrays: dict[str, Any] = {
-            "shape": np.array(self._shape),
-            "blurs_px": np.array([self._blur_px, self._light_blur_px]),
-            **self.decoder.arrays(),
-        }
-        np.savez_compressed(directory / "model.npz", **arrays)
+        blurs_px = np.array([self._blur_px, self._light_blur_px])
+        arrays = {"blurs_px": blurs_px, **arrays_of(self.decoder)}
+        write_model(directory, self._shape, arrays, compressed=True)
 
     @classmethod
     def load(cls, directory: Path) -> Self:
@@ -146,39 +135,20 @@ class HueIntensity(Calibration):
         CalibrationError
             It is missing, broken or of another model.
         """
-        path = directory / "model.npz"
-        try:
-            arrays = read_npz(path)
-            height, width, channels = (int(n) for n in arrays["shape"])
+        with stored_model(directory, cls.USE) as (shape, arrays):
             blur_px, light_blur_px = (float(b) for b in arrays["blurs_px"])
             decoder = HueDecoder.from_arrays(arrays)
-        except (InputError, ValueError, LookupError, TypeError) as error:
-            raise CalibrationError(
-                f"{path} does not hold a {cls.USE} model; calibrate again"
-            ) from error
-        return cls(decoder, (height, width, channels), blur_px, light_blur_px)
+        return cls(decoder, shape, blur_px, light_blur_px)
 
 
-def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Light:
-    return Light(
+def _light(reference: Reference, blur_px: float, light_blur_px: float) -> ReferenceLight:
+    return ReferenceLight(
         reference.pixels,
         reference.marks,
         full_scale=reference.full_scale,
         blur_px=blur_px,
         light_blur_px=light_blur_px,
     )
-
-
-def _check_size(what: str, shape: tuple[int, ...], fitted: tuple[int, ...]) -> None:
-    if shape != fitted:
-        raise CalibrationError(
-            f"the calibration belongs to images of {_size(fitted)} and {what} is {_size(shape)}; "
-            f"calibrate at the size of the input"
-        )
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]} × {shape[0]} with {shape[2]} channels"
 
 
 def _valid(frame: Frame) -> Bool:

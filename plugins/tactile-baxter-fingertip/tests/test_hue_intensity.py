@@ -10,9 +10,10 @@ from support.four_lamps import Ball, frame_of, presses, untouched
 from support.gains import MOST, gains
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder
-from tactile_baxter_fingertip.hue_field import HueField, Light
+from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_baxter_fingertip.hue_intensity import HueIntensity, HueIntensityOptions
 from tactile_core.algorithms.sines import to_gradient
+from tactile_core.builtin.model_file import arrays_of
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
 from tactile_core.plugins.registry import resolve
@@ -86,7 +87,7 @@ def test_more_of_all_light_changes_no_hue(model: HueIntensity) -> None:
 
 def test_whole_images_are_measured_as_pixels_are(model: HueIntensity) -> None:
     frame, reference = frame_of(UNSEEN), untouched()
-    light = Light(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
+    light = ReferenceLight(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
     decoder = model.decoder
     rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
     one_by_one = to_gradient(decoder(light.features(frame.pixels, None, rows, columns)))
@@ -117,7 +118,7 @@ def test_a_spoilt_file_is_refused(
 
 @pytest.mark.parametrize("name", ["yaw", "evening", "by_intensity"])
 def test_a_misshapen_table_is_refused(model: HueIntensity, name: str) -> None:
-    arrays = model.decoder.arrays()
+    arrays = arrays_of(model.decoder)
     with pytest.raises(ValueError, match=name):
         HueDecoder.from_arrays({**arrays, name: arrays[name][:2]})
 

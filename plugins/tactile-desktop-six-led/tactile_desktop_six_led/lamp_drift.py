@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,15 +76,6 @@ class LampDrift:
         normal += _PRIOR * np.eye(lamps) + _COMMON * np.outer(self.exponents, self.exponents)
         change = np.clip(np.linalg.solve(normal, along), -MOST, MOST)
         return np.asarray((1 + change) ** (1 / self.exponents), np.float32)
-
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """What :meth:`from_arrays` takes, by name."""
-        return {"structure": self.structure, "zero": self.zero}
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Rebuild from arrays; a missing one is a KeyError."""
-        return cls(arrays["structure"], arrays["exponents"], arrays["zero"])
 
 
 def fit_lamp_drift(

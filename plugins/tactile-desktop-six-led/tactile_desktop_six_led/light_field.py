@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tactile_core.algorithms import regression
 
 Float32 = NDArray[np.float32]
 
@@ -58,7 +58,7 @@ class LightField:
 
     def rows(self, spot: Float32) -> Float32:
         """M at (N, 2) places: (3, K, N)."""
-        terms = place_terms(spot).T
+        terms = regression.terms(spot, 2).T
         across = self.across.transpose(0, 2, 1) @ terms
         facing = self.facing.T @ terms[: len(self.facing)]
         return np.asarray(np.concatenate([across, facing[None]]), np.float32)
@@ -73,18 +73,3 @@ class LightField:
         both = np.concatenate([self.across, facing[None]])
         powers = np.einsum("jtk,ptw->kjpw", both, terms)
         return np.ascontiguousarray(powers, np.float32)
-
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """What :meth:`from_arrays` takes, by name."""
-        return {"exponents": self.exponents, "across": self.across, "facing": self.facing}
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Rebuild a field from its arrays; a missing one is a KeyError."""
-        return cls(arrays["exponents"], arrays["across"], arrays["facing"])
-
-
-def place_terms(spot: Float32) -> Float32:
-    """(N, 6) terms 1, x, y, x², xy, y² of (N, 2) places."""
-    x, y = spot[:, 0], spot[:, 1]
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_desktop_six_led.light_field import DIMMEST, LightField, place_terms
+from tactile_core.algorithms import regression
+from tactile_desktop_six_led.light_field import DIMMEST, LightField
 
 Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
@@ -50,20 +51,21 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
     gain = np.concatenate([np.ones(len(pick)), 1 + _GAIN * rng.standard_normal(len(pick))])
     pick = np.concatenate([pick, pick])
     change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
-    terms, known = place_terms(features[pick, -2:]).astype(np.float64), sines[pick]
+    known = sines[pick]
+    terms = regression.terms(features[pick, -2:], 2).astype(np.float64)
     lamps = change.shape[1]
     logs = np.log(np.maximum(change + 1, DIMMEST))
     start = _linear_start(change, terms, known)
     held = np.full(len(start), _RIDGE)
     held[:lamps] = _EXPONENT_RIDGE
 
-    fit = _Fit(logs, terms, known, start, held)
+    fit = _Objective(logs, terms, known, start, held)
     found = least_squares(fit.error, start, fit.jacobian, max_nfev=_ROUNDS).x
     return _unpacked(found.astype(np.float32), lamps)
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class _Objective:
     """What the fit minimises, and its derivative.
 
     Attributes

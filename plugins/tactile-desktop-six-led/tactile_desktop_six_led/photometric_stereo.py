@@ -11,14 +11,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.builtin.slope_calibration import (
-    Arrays,
-    SlopeCalibration,
-    SlopeOptions,
-    blur_of,
-    samples_of,
-    shape_of,
-)
+from tactile_core.builtin.image_shape import shape_of
+from tactile_core.builtin.model_file import Arrays, arrays_of, part_from
+from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
+from tactile_core.builtin.slope_training import blur_of, samples_of
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.quantities import Float32, Reference
@@ -34,7 +30,7 @@ _FRAMES = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Lamps:
+class StereoModel:
     """A light field, what its lamps say in common, and how their drift is told."""
 
     field: LightField
@@ -67,7 +63,7 @@ class PhotometricStereo(SlopeCalibration):
     USE: ClassVar[str] = "desktop_six_led.photometric_stereo"
     follows_drift: ClassVar[bool] = True
     Options: ClassVar[type[BaseModel]] = StereoOptions
-    _model: Lamps
+    _model: StereoModel
 
     @classmethod
     def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Self:
@@ -91,9 +87,9 @@ class PhotometricStereo(SlopeCalibration):
         response = field.response(features[:, :-2]).T
         redundancy = fit_redundancy(response)
         drift = fit_lamp_drift(response, field(features).T, field.exponents, redundancy)
-        fitted = cls(Lamps(field, redundancy, drift), None, shape, blur_px)
+        fitted = cls(StereoModel(field, redundancy, drift), None, shape, blur_px)
         zero = fitted._seeming_change(samples, reference)
-        return cls(Lamps(field, redundancy, replace(drift, zero=zero)), None, shape, blur_px)
+        return cls(StereoModel(field, redundancy, replace(drift, zero=zero)), None, shape, blur_px)
 
     @classmethod
     def from_lights(
@@ -126,12 +122,12 @@ class PhotometricStereo(SlopeCalibration):
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         model = self._model
-        return model.field.arrays() | model.redundancy.arrays() | model.drift.arrays()
+        return arrays_of(model.field) | arrays_of(model.redundancy) | arrays_of(model.drift)
 
     @classmethod
-    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> Lamps:
-        return Lamps(
-            LightField.from_arrays(arrays),
-            Redundancy.from_arrays(arrays),
-            LampDrift.from_arrays(arrays),
+    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> StereoModel:
+        return StereoModel(
+            part_from(LightField, arrays),
+            part_from(Redundancy, arrays),
+            part_from(LampDrift, arrays),
         )

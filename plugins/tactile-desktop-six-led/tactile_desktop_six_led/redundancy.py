@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,15 +86,6 @@ class Redundancy:
         spans = self.combinations.T[lamps].transpose(0, 2, 1)
         bases = np.linalg.qr(spans)[0].transpose(0, 2, 1)
         return lamps, np.ascontiguousarray(bases), np.linalg.pinv(spans)
-
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """What :meth:`from_arrays` takes, by name."""
-        return {"combinations": self.combinations, "tolerance": np.array(self.tolerance)}
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Rebuild from arrays; a missing one is a KeyError."""
-        return cls(arrays["combinations"], float(arrays["tolerance"]))
 
 
 def fit_redundancy(response: Float32) -> Redundancy:

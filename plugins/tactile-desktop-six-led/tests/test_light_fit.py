@@ -5,18 +5,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import check_grad
 
-from tactile_desktop_six_led.light_field import place_terms
-from tactile_desktop_six_led.light_fit import _Fit
+from tactile_core.algorithms import regression
+from tactile_desktop_six_led.light_fit import _Objective
 
 
 @given(lamps=st.integers(3, 7), seed=st.integers(0, 10_000))
 def test_the_jacobian_is_the_derivative_of_the_error(lamps, seed):
     rng = np.random.default_rng(seed)
     logs = rng.normal(0, 0.3, (12, lamps))
-    terms = place_terms(rng.uniform(-1, 1, (12, 2)))
+    terms = regression.terms(rng.uniform(-1, 1, (12, 2)), 2)
     known = rng.uniform(-0.6, 0.6, (12, 2)).astype(np.float32)
     start = np.concatenate([np.ones(lamps), rng.normal(0, 0.2, 15 * lamps)])
-    fit = _Fit(logs, terms, known, start, np.full(16 * lamps, 0.03))
+    fit = _Objective(logs, terms, known, start, np.full(16 * lamps, 0.03))
     somewhere = start + rng.normal(0, 0.1, start.shape)
 
     def cost(parameters):

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 from pydantic import BaseModel, Field, model_validator
 
+from tactile_core.builtin.constant import ConstantIllumination
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.illumination import Exposure, Illumination
 
 ARRAY_TILT_DEG = 71.0
 """Tilt of the arrays to the gel (review, section 4.2)."""
 
 
-class Array(Options):
+class ColourArray(Options):
     """One 2 × 4 array of LEDs of one colour, which shine within 30° each."""
 
     name: str = Field(
@@ -29,11 +28,11 @@ class Array(Options):
 class TricolourOptions(Options):
     """Options of ``hex_fingertip.tricolour``."""
 
-    lights: tuple[Array, Array, Array] = Field(
+    lights: tuple[ColourArray, ColourArray, ColourArray] = Field(
         default=(
-            Array(name="red", azimuth_deg=90),
-            Array(name="green", azimuth_deg=210),
-            Array(name="blue", azimuth_deg=330),
+            ColourArray(name="red", azimuth_deg=90),
+            ColourArray(name="green", azimuth_deg=210),
+            ColourArray(name="blue", azimuth_deg=330),
         ),
         description="The arrays, in the order of the camera's channels.",
     )
@@ -46,7 +45,7 @@ class TricolourOptions(Options):
         return self
 
 
-class Tricolour(Illumination):
+class Tricolour(ConstantIllumination):
     """The arrays are wired to the supply: they shine together whenever the sensor is plugged in."""
 
     Options: ClassVar[type[BaseModel]] = TricolourOptions
@@ -56,16 +55,3 @@ class Tricolour(Illumination):
     def channels(self) -> tuple[str, ...]:
         """The colours, in the order of the camera's channels."""
         return tuple(light.name for light in self.options.lights)
-
-    def exposures(self) -> tuple[Exposure, ...]:
-        """One exposure sees all three."""
-        return (Exposure(dict.fromkeys(self.channels, 1.0), self.channels),)
-
-    def _set(self, levels: Mapping[str, float]) -> None:
-        """Nothing to switch."""
-
-    def _open(self) -> None:
-        """Nothing to open."""
-
-    def _close(self) -> None:
-        """Nothing to close."""

@@ -18,7 +18,7 @@ from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignet
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import illumination_of, lamps_of
 from tactile_core.sim.optics.quick import photographed
-from tactile_core.sim.optics.sources import Shining, Source, sources_of
+from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
 Float32 = NDArray[np.float32]
@@ -228,7 +228,7 @@ class RigOptics:
         return self._chip.send(pixels)
 
     def _brightness(
-        self, source: Source, number: int, levels: Mapping[str, float], frame: int
+        self, source: LightSource, number: int, levels: Mapping[str, float], frame: int
     ) -> float:
         name = source.lamp.name
         return levels.get(name, 0.0) * self._faults.level(name, number, frame, self._seed)

@@ -25,7 +25,7 @@ _BAND_PX = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class LightSource:
     """One lamp, ready to light any state of the skin.
 
     Attributes
@@ -51,7 +51,7 @@ def sources_of(
     faults: Faults,
     seed: int,
     shadow_columns: int,
-) -> tuple[Source, ...]:
+) -> tuple[LightSource, ...]:
     """Prepare lamps for a profile's coating.
 
     Parameters
@@ -88,7 +88,7 @@ def sources_of(
             reduce=max(1, image.width_px // shadow_columns),
         )
         everywhere = ambient * bright * float(np.median(whole[2]))
-        made.append(Source(lamp, shading, shadows, everywhere))
+        made.append(LightSource(lamp, shading, shadows, everywhere))
     return tuple(made)
 
 
@@ -98,14 +98,14 @@ class Shining:
 
     Attributes
     ----------
-    sources : tuple of (number, Source, level)
+    sources : tuple of (number, LightSource, level)
         Which lamp of the rig each is, and how brightly it shines.
     skin : Surface
     channels : tuple of str
         Names of the camera's colours. A lamp that feeds none of them feeds all.
     """
 
-    sources: tuple[tuple[int, Source, float], ...]
+    sources: tuple[tuple[int, LightSource, float], ...]
     skin: Surface
     channels: tuple[str, ...]
 

@@ -244,10 +244,10 @@ def _bundle_read(rng: Random, path: Path) -> Any:
 
 def _played(rng: Random, path: Path) -> Any:
     from tactile_core.sim import VirtualStage
-    from tactile_core.sim.script import Scene
+    from tactile_core.sim.script import Script
     from tactile_core.sim.simulation import simulate
 
-    return simulate(VirtualStage("small.yaml"), Scene(path), Path(rng.choice(("new", "frames"))))
+    return simulate(VirtualStage("small.yaml"), Script(path), Path(rng.choice(("new", "frames"))))
 
 
 _FILES: dict[Any, tuple[str, ...]] = {

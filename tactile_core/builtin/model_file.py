@@ -1,0 +1,79 @@
+"""``model.npz`` in a bundle: the arrays of a fitted model, beside the shape of its images."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.builtin.image_shape import ImageShape
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.npz import read_npz
+
+FILE = "model.npz"
+
+Arrays = Mapping[str, NDArray[Any]]
+T = TypeVar("T")
+
+
+def write_model(
+    folder: Path, shape: ImageShape, arrays: Arrays, *, compressed: bool = False
+) -> None:
+    """Write the arrays of a model that was fitted on images of this shape into a bundle."""
+    save: Any = np.savez_compressed if compressed else np.savez
+    save(folder / FILE, shape=np.array(shape), **arrays)
+
+
+@contextmanager
+def stored_model(folder: Path, use: str) -> Iterator[tuple[ImageShape, Arrays]]:
+    """Lend shape and arrays of a bundle's model to a ``with`` block that rebuilds it from them.
+
+    Parameters
+    ----------
+    folder : Path
+    use : str
+        Name of the model.
+
+    Raises
+    ------
+    CalibrationError
+        The file is missing, broken or of another model, which the block may tell by a LookupError,
+        TypeError, ValueError or OverflowError.
+    """
+    path = folder / FILE
+    try:
+        arrays = read_npz(path)
+        height, width, channels = (int(n) for n in arrays["shape"])
+        if min(height, width, channels) < 1:
+            raise ValueError("no image has such a size")
+        yield (height, width, channels), arrays
+    except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
+        raise CalibrationError(f"{path} does not hold a {use} model; calibrate again") from error
+
+
+def arrays_of(part: Any) -> dict[str, NDArray[Any]]:
+    """Return the fields of a dataclass of arrays and numbers, by name."""
+    return {field.name: np.asarray(getattr(part, field.name)) for field in fields(part)}
+
+
+def part_from(kind: type[T], arrays: Arrays) -> T:
+    """Rebuild a dataclass from the arrays of its fields.
+
+    Raises
+    ------
+    LookupError, TypeError
+        An array is missing, or there are several numbers where the class has one.
+    """
+    described: Any = kind
+    return kind(
+        **{
+            # a module that postpones its annotations has them as text
+            field.name: float(arrays[field.name]) if field.type == "float" else arrays[field.name]
+            for field in fields(described)
+        }
+    )

@@ -147,7 +147,7 @@ def small_profile(plan: Plan) -> Profile:
 def looks(plan: Plan) -> Iterator[Look]:
     """Press, then move until all has slipped for a while."""
     profile = small_profile(plan)
-    watch = Watch(profile, plan.seed)
+    watch = SlipWatch(profile, plan.seed)
     skin = Skin(profile, "fast")
     x, y = plan.place_mm
     indenter = make_indenter(plan.shape, **plan.options)
@@ -173,7 +173,7 @@ def looks(plan: Plan) -> Iterator[Look]:
             return
 
 
-class Watch:
+class SlipWatch:
     """Looks at a virtual skin as noisy marks, a true height and a true contact do."""
 
     def __init__(self, profile: Profile, seed: int) -> None:

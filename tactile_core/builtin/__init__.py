@@ -42,7 +42,7 @@ def tactile_estimators() -> Mapping[str, str]:
     return {
         "contact": "tactile_core.builtin.contact:Contact",
         "displacement": "tactile_core.builtin.displacement:Displacement",
-        "markers": "tactile_core.builtin.markers:Markers",
+        "markers": "tactile_core.builtin.markers:MarkerDetection",
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",

@@ -13,7 +13,7 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Frame, MarkerDetections
 
 
-class Markers(Estimator):
+class MarkerDetection(Estimator):
     """Finds round, square and triangular marks, each by itself; see :func:`find_markers
     <tactile_core.algorithms.markers.find_markers>` for the method.
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt
 
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
@@ -22,7 +22,6 @@ _LARGEST_BYTES = 4 << 20
 
 Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Pixels = Annotated[int, Field(gt=0)]
 
 
 class _Versioned(BaseModel):
@@ -50,7 +49,7 @@ class Manifest(BaseModel):
     serial: Text = ""
     gel_id: Text = ""
     model: Text
-    image_size_px: tuple[Pixels, Pixels]
+    image_size_px: tuple[PositiveInt, PositiveInt]
     crop: tuple[int, int, int, int] | None = None
     channels: tuple[Text, ...]
     channel_azimuth_deg: tuple[float, ...] = ()

@@ -19,7 +19,7 @@ from tactile_core.calibration.scoring import cross_validate
 from tactile_core.calibration.surface import KnownSurface
 from tactile_core.calibration.targets import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.conditioning.marker_mask import MarkFinder
-from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
+from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
@@ -136,7 +136,7 @@ def calibrate(
     fitted = fit([*(surface.training() for surface in good), *known.resting], untouched)
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, untouched)
-    if in_turn(frames[0]):
+    if is_sequential(frames[0]):
         notes = (*notes, *_misplaced(base, untouched.channels, azimuths))
     manifest = Manifest(
         profile=base.name,
@@ -183,7 +183,7 @@ def inputs_of(
 
 
 def _verify(frames: Sequence[Frame], untouched: Reference) -> None:
-    if not in_turn(frames[0]):
+    if not is_sequential(frames[0]):
         return
     verify(untouched, None, "the reference")
     for frame in frames:

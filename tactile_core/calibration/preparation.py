@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from tactile_core.conditioning.light_drift import followed
+from tactile_core.conditioning.light_drift import compensated
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.quantities import Bool, Frame, Reference
 
@@ -40,7 +40,7 @@ class Preparation:
     def __call__(self, frame: Frame) -> Frame:
         """Prepare a frame."""
         frame = self._marked(frame)
-        return followed(frame, self.untouched) if self.follows else frame
+        return compensated(frame, self.untouched) if self.follows else frame
 
     def without(self, frame: Frame, hidden: Bool) -> Frame:
         """Prepare a frame of which some pixels may tell nothing, not even of the light's level.
@@ -52,7 +52,7 @@ class Preparation:
         if not self.follows:
             return frame
         unseen = hidden if frame.marks is None else hidden | frame.marks
-        return replace(followed(replace(frame, marks=unseen), self.untouched), marks=frame.marks)
+        return replace(compensated(replace(frame, marks=unseen), self.untouched), marks=frame.marks)
 
     def _marked(self, frame: Frame) -> Frame:
         if self.finder is None:

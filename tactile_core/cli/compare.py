@@ -52,7 +52,7 @@ def compare(
     from tactile_core.cli.progress import Bar
     from tactile_core.cli.table import table_lines
     from tactile_core.evaluation.comparison import compare as measure_all
-    from tactile_core.evaluation.comparison.report import page, table
+    from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
     from tactile_core.evaluation.comparison.variants import parse_swap
     from tactile_core.formats.files import write_atomically
     from tactile_core.pipeline.sensor import FIRST
@@ -86,10 +86,12 @@ def compare(
         for note in variant.notes:
             tell(f"note: {variant.name}: {note}")
     if results is not None:
-        report = results.write(REPORT, partial(write_atomically, data=page(result).encode()))
+        report = results.write(
+            REPORT, partial(write_atomically, data=comparison_page(result).encode())
+        )
         tell(f"{report} shows the pictures")
     if as_json:
         say_json(result.summary())
         return
-    for line in table_lines(*table(result)):
+    for line in table_lines(*comparison_table(result)):
         say(line)

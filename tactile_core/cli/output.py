@@ -46,7 +46,7 @@ def say(line: str) -> None:
     if stream is None:
         raise StdoutClosed
     try:
-        stream.write(printable(line).replace("\n", "\\n") + "\n")
+        stream.write(printable_lines(line).replace("\n", "\\n") + "\n")
         stream.flush()
     except BrokenPipeError:
         raise StdoutClosed from None
@@ -63,10 +63,10 @@ def tell(words: str, *, end: str = "\n") -> None:
     if sys.stderr is None:
         return
     with suppress(BrokenPipeError):
-        print(printable(words), end=end, file=sys.stderr, flush=True)
+        print(printable_lines(words), end=end, file=sys.stderr, flush=True)
 
 
-def printable(text: str) -> str:
+def printable_lines(text: str) -> str:
     """Escape what would steer a terminal or hide in a line; line breaks stay."""
     return "\n".join(map(shown.printable, text.split("\n")))
 

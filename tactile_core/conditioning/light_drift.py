@@ -24,7 +24,7 @@ class DriftFollower:
         self._reference = reference
         self._levels = RestingLevels(reference.pixels, reference.full_scale)
 
-    def followed(self, frame: Frame) -> Frame:
+    def compensated(self, frame: Frame) -> Frame:
         """Return the frame as it would look in the light of the reference."""
         reference = self._reference
         if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
@@ -35,6 +35,6 @@ class DriftFollower:
         return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))
 
 
-def followed(frame: Frame, reference: Reference) -> Frame:
+def compensated(frame: Frame, reference: Reference) -> Frame:
     """Return the frame as it would look in the light of the reference."""
-    return DriftFollower(reference).followed(frame)
+    return DriftFollower(reference).compensated(frame)

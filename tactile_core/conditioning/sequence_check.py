@@ -7,7 +7,7 @@ from tactile_core.errors import SequenceError
 from tactile_core.quantities import Frame, Reference
 
 
-def in_turn(frame: Frame) -> bool:
+def is_sequential(frame: Frame) -> bool:
     """Whether each channel of the frame is an exposure of its own."""
     return 1 < len(frame.exposure_times_s) == len(frame.channels)
 

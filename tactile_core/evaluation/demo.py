@@ -41,7 +41,7 @@ _VIEW_CONTACTS = 3.5
 
 
 @dataclass(frozen=True)
-class Row:
+class DemoRow:
     """How one press was measured.
 
     Attributes
@@ -82,12 +82,12 @@ _OBJECTS = (
 )
 
 
-def demonstrate(profile: Profile, progress: Progress) -> tuple[list[Row], list[str]]:
+def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], list[str]]:
     """Calibrate a virtual rig by ball presses, press other things, compare with the truth.
 
     Returns
     -------
-    rows : list of Row
+    rows : list of DemoRow
     parts : list of str
         HTML for the report.
     """
@@ -143,13 +143,13 @@ def _press(stage: VirtualStage, thing: _Object, ball_mm: float) -> None:
     stage.press(depth_mm=thing.depth * ball_mm)
 
 
-def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[Row, list[str]]:
+def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[DemoRow, list[str]]:
     frame, truth = stage.frame(), stage.truth()
     reading = pipeline.process(frame)
     height, slopes = reading[HeightMap], reading[Gradients]
     inside = truth.contact
     error = angles_deg(np.stack([slopes.x, slopes.y], 2)[inside], truth.gradients[inside])
-    row = Row(
+    row = DemoRow(
         stage.profile.name,
         words,
         float(error.mean()),

@@ -17,10 +17,10 @@ from pydantic import (
 from tactile_core.formats.headers import MOST_PIXELS
 from tactile_core.interfaces.section import Section
 
-Point = tuple[float, float]
-Quad = tuple[Point, Point, Point, Point]
+ImagePoint = tuple[float, float]
+Quad = tuple[ImagePoint, ImagePoint, ImagePoint, ImagePoint]
 Point3 = tuple[float, float, float]
-Crop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
+ImageCrop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
 
 _MOST_PX = 32_766
 """OpenCV addresses pixels by 16 bits."""
@@ -99,7 +99,7 @@ class ImageSection(Section):
     width_px: PositiveInt = Field(le=_MOST_PX, description="Width of the resulting image.")
     height_px: PositiveInt = Field(le=_MOST_PX, description="Height of the resulting image.")
     mm_per_px: PositiveFloat = Field(description="Scale of the resulting image on the gel.")
-    crop: Crop | None = Field(
+    crop: ImageCrop | None = Field(
         default=None, description="[x, y, width, height] in the camera's pixels."
     )
     flip: Literal["none", "horizontal", "vertical", "both"] = Field(
@@ -131,7 +131,7 @@ class ImageSection(Section):
 
     @field_validator("crop")
     @classmethod
-    def _lies_in_an_image(cls, crop: Crop | None) -> Crop | None:
+    def _lies_in_an_image(cls, crop: ImageCrop | None) -> ImageCrop | None:
         if crop is not None and (max(crop) > _MOST_PX or crop[2] * crop[3] > MOST_PIXELS):
             raise ValueError(
                 f"should lie within {_MOST_PX} px and have at most {MOST_PIXELS / 1e6:.0f} "

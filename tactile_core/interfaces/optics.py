@@ -70,7 +70,7 @@ class Print(Section):
     )
 
 
-class Sensor(Section):
+class ImageSensor(Section):
     """How the camera turns light into numbers."""
 
     exposure: Annotated[float, Field(gt=0, lt=1)] = Field(
@@ -106,4 +106,4 @@ class Optics(Section):
     )
     coat: Coat = Field(default_factory=Coat, description="How the skin reflects.")
     marks: Print = Field(default_factory=Print, description="How printed marks look.")
-    sensor: Sensor = Field(default_factory=Sensor, description="The camera's chip.")
+    sensor: ImageSensor = Field(default_factory=ImageSensor, description="The camera's chip.")

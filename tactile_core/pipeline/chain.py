@@ -15,7 +15,7 @@ from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.form import form_fault
 
-Kind = type[Quantity]
+QuantityType = type[Quantity]
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class ChainResult:
         The steps that could not run, each with the first input that was missing.
     """
 
-    by_type: Mapping[Kind, Quantity]
+    by_type: Mapping[QuantityType, Quantity]
     steps: Mapping[str, Quantity]
-    left_out: Mapping[str, Kind]
+    left_out: Mapping[str, QuantityType]
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class Step:
 
     name: str
     estimator: Estimator
-    takes: tuple[Kind, ...]
-    needs: tuple[Kind, ...]
-    gives: Kind
+    takes: tuple[QuantityType, ...]
+    needs: tuple[QuantityType, ...]
+    gives: QuantityType
 
     def __str__(self) -> str:
         return _title(self.name, self.estimator)
@@ -64,7 +64,7 @@ class Step:
         """What fails inside the block becomes one message that names this step and its plugin."""
         return blame(f"step {self.name!r}", self.estimator)
 
-    def missing(self, available: Collection[Kind]) -> Kind | None:
+    def missing(self, available: Collection[QuantityType]) -> QuantityType | None:
         """Return the first input that is needed and not available."""
         return next((kind for kind in self.needs if kind not in available), None)
 
@@ -98,9 +98,9 @@ class Chain:
         """Whether a reading depends on the frames before, so that frames must stay in order."""
         return any(step.estimator.stateful for step in self.steps)
 
-    def left_out(self, given: Collection[Kind]) -> dict[str, Kind]:
+    def left_out(self, given: Collection[QuantityType]) -> dict[str, QuantityType]:
         """Return the steps that cannot run on these types, each with the first one missing."""
-        available, left_out = set(given), dict[str, Kind]()
+        available, left_out = set(given), dict[str, QuantityType]()
         for step in self.steps:
             missing = step.missing(available)
             if missing is None:
@@ -109,7 +109,7 @@ class Chain:
                 left_out[step.name] = missing
         return left_out
 
-    def check(self, given: Collection[Kind]) -> None:
+    def check(self, given: Collection[QuantityType]) -> None:
         """Refuse a chain with a step that could never run.
 
         Parameters
@@ -131,7 +131,7 @@ class Chain:
                     f"it before {step.name!r}, or remove {step.name!r}"
                 )
 
-    def run(self, given: Mapping[Kind, Quantity], *, tare: bool = False) -> ChainResult:
+    def run(self, given: Mapping[QuantityType, Quantity], *, tare: bool = False) -> ChainResult:
         """Run every step whose needs are met.
 
         Parameters
@@ -151,7 +151,7 @@ class Chain:
         by_type, results = dict(given), dict[str, Quantity]()
         frame = given.get(Frame)
         size = frame.pixels.shape[:2] if isinstance(frame, Frame) else None
-        left_out = dict[str, Kind]()
+        left_out = dict[str, QuantityType]()
         for step in self.steps:
             missing = step.missing(by_type)
             if missing is not None:
@@ -233,7 +233,7 @@ def without_marks(steps: Mapping[str, Estimator]) -> list[str]:
 
 
 def _estimate(
-    step: Step, by_type: Mapping[Kind, Quantity], size: tuple[int, ...] | None
+    step: Step, by_type: Mapping[QuantityType, Quantity], size: tuple[int, ...] | None
 ) -> Quantity:
     with step.blamed():
         result: Quantity = step.estimator.estimate(*(by_type.get(kind) for kind in step.takes))
@@ -247,7 +247,7 @@ def _estimate(
     return result
 
 
-def _quantity(annotation: Any, what: str) -> tuple[Kind, bool]:
+def _quantity(annotation: Any, what: str) -> tuple[QuantityType, bool]:
     options = [annotation]
     if get_origin(annotation) in (Union, types.UnionType):
         options = [option for option in get_args(annotation) if option is not type(None)]
@@ -263,7 +263,7 @@ def _quantity(annotation: Any, what: str) -> tuple[Kind, bool]:
 
 
 def _refuse_two_producers(steps: tuple[Step, ...]) -> None:
-    producer: dict[Kind, Step] = {}
+    producer: dict[QuantityType, Step] = {}
     for step in steps:
         first = producer.setdefault(step.gives, step)
         if first is not step:

@@ -13,7 +13,7 @@ from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.light_drift import DriftFollower
 from tactile_core.conditioning.marker_mask import MarkFinder
-from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
+from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
@@ -124,7 +124,7 @@ class Pipeline:
         self._used = True
         start = perf_counter()
         self._check(frame.pixels, "frame")
-        if in_turn(frame):
+        if is_sequential(frame):
             self._verify(frame)
         if self._marks is not None and frame.marks is None:
             frame = self._marks.marked(frame)
@@ -220,7 +220,7 @@ class Pipeline:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             reference = Reference(even, frame.channels, frame.full_scale)
         elif not calibration.follows_drift:
-            frame = self._drift.followed(frame)
+            frame = self._drift.compensated(frame)
         return measured_by(calibration, frame, reference)
 
     def _uncalibrated(self) -> Calibration | None:

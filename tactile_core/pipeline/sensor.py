@@ -112,7 +112,7 @@ class Sensor:
         self._serial = serial
         self._bundle = bundle
         self._given_reference = reference
-        self._camera, self._illumination = devices(profile)
+        self._camera, self._illumination = make_devices(profile)
         self._acquisition = Acquisition(self._camera, self._illumination, profile.image)
         self._pipeline: Pipeline | None = None
         self._pending: list[Frame] = []
@@ -226,7 +226,7 @@ class Sensor:
         return Reference(**{**vars(reference), "relative": True})
 
 
-def devices(profile: Profile) -> tuple[Camera, Illumination]:
+def make_devices(profile: Profile) -> tuple[Camera, Illumination]:
     """Make the camera and the lights that a profile names, closed."""
     camera: type[Camera] = resolve("camera", profile.camera.use)
     with blame(CAMERA, camera):
@@ -295,7 +295,7 @@ def read_reference(profile: Profile, path: Path) -> Reference:
 def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
     """Yield the frames of a recording, in image coordinates."""
     profile, _ = played_back(profile, path)
-    camera, illumination = devices(profile)
+    camera, illumination = make_devices(profile)
     with illumination, camera:
         yield from Acquisition(camera, illumination, profile.image)
 

@@ -16,10 +16,10 @@ from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer
 
-Kind = Literal["camera", "illumination", "calibration", "estimator"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
+ComponentKind = Literal["camera", "illumination", "calibration", "estimator"]
+KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 
-_HOOKS: Mapping[Kind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
+_HOOKS: Mapping[ComponentKind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
 _ALL_HOOKS = (*_HOOKS.values(), "tactile_profiles")
 _COMPONENT_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -30,7 +30,7 @@ T = TypeVar("T")
 class Report:
     """What a plugin registers and what of it is unusable."""
 
-    components: Mapping[Kind, tuple[str, ...]]
+    components: Mapping[ComponentKind, tuple[str, ...]]
     profiles: Path | None
     problems: tuple[str, ...]
 
@@ -80,7 +80,7 @@ class Plugin:
                 )
         return cls(offer, hooks)
 
-    def components(self, kind: Kind) -> Mapping[str, str]:
+    def components(self, kind: ComponentKind) -> Mapping[str, str]:
         """Return ``{name: "module:Class"}`` of one kind; empty where the plugin has none.
 
         Raises
@@ -102,7 +102,7 @@ class Plugin:
             )
         return registered
 
-    def component(self, kind: Kind, name: str) -> type:
+    def component(self, kind: ComponentKind, name: str) -> type:
         """Import one component and return its class.
 
         Raises
@@ -149,7 +149,7 @@ class Plugin:
     def report(self, *, import_components: bool) -> Report:
         """Tell what the plugin registers and collect every problem instead of raising."""
         problems: list[str] = []
-        components: dict[Kind, tuple[str, ...]] = {}
+        components: dict[ComponentKind, tuple[str, ...]] = {}
         for kind in KINDS:
             names = tuple(_collect(partial(self.components, kind), problems) or ())
             if names:
@@ -169,7 +169,7 @@ class Plugin:
         results = _attempt(caller, f"{self.offer}: {hook} failed", self.offer)
         return results[0] if results else None
 
-    def _refuse(self, kind: Kind, name: str, registered: Mapping[str, str]) -> NoReturn:
+    def _refuse(self, kind: ComponentKind, name: str, registered: Mapping[str, str]) -> NoReturn:
         for other in KINDS:
             if other != kind and name in (_collect(partial(self.components, other), []) or ()):
                 raise PluginError(
@@ -189,7 +189,7 @@ def _object(value: str) -> Any:
     return found
 
 
-def _interface(kind: Kind) -> type:
+def _interface(kind: ComponentKind) -> type:
     interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), kind.capitalize())
     return interface
 

@@ -17,7 +17,7 @@ from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
-from tactile_core.plugins.plugin import Kind as Kind
+from tactile_core.plugins.plugin import ComponentKind as ComponentKind
 from tactile_core.plugins.plugin import Plugin
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class PluginInfo:
     group: str = GROUP
     status: Literal["ok", "broken", "other API"] = "ok"
     problems: tuple[str, ...] = ()
-    components: Mapping[Kind, tuple[str, ...]] = field(default_factory=dict)
+    components: Mapping[ComponentKind, tuple[str, ...]] = field(default_factory=dict)
     profiles: Path | None = None
 
 
@@ -96,7 +96,7 @@ def resolve(kind: Literal["illumination"], name: str) -> type[Illumination]: ...
 def resolve(kind: Literal["calibration"], name: str) -> type[Calibration]: ...
 @overload
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
-def resolve(kind: Kind, name: str) -> type:
+def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
     Imports the plugin that is named and the one module that holds the component, nothing else.

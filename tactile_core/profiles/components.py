@@ -19,7 +19,7 @@ from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
 
 if TYPE_CHECKING:
-    from tactile_core.plugins.registry import Kind
+    from tactile_core.plugins.registry import ComponentKind
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
         yield from _not_finite(child, (*keys, key))
 
 
-def _named(tree: Node) -> Iterator[tuple[Keys, Kind, Node]]:
-    kinds: tuple[Kind, ...] = ("camera", "illumination", "calibration")
+def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
+    kinds: tuple[ComponentKind, ...] = ("camera", "illumination", "calibration")
     for kind in kinds:
         if _names_a_component(tree.get(kind)):
             yield (kind,), kind, tree.value[kind]
@@ -122,7 +122,7 @@ def _names_a_component(node: Node | None) -> bool:
     return use is not None and isinstance(use.value, str) and "." in use.value.strip(".")
 
 
-def _component(kind: Kind, use: str) -> Any:
+def _component(kind: ComponentKind, use: str) -> Any:
     from tactile_core.plugins.registry import resolve
 
     return resolve(kind, use)

@@ -18,7 +18,7 @@ from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Illumination
-from tactile_core.plugins.plugin import KINDS, Kind, Plugin
+from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -30,7 +30,7 @@ from tactile_core.testing.scenes import Rig, full_rig, generic_rig, small_rig
 class Part:
     """A registered component: its kind, and its name as profiles say it."""
 
-    kind: Kind
+    kind: ComponentKind
     use: str
 
     def __str__(self) -> str:
@@ -70,7 +70,7 @@ class Bench:
         except PluginError:
             return None
 
-    def parts(self, *kinds: Kind) -> list[Part]:
+    def parts(self, *kinds: ComponentKind) -> list[Part]:
         """Components of some kinds, or of all."""
         found = []
         for kind in kinds or KINDS:

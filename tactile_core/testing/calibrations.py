@@ -16,7 +16,7 @@ from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
-from tactile_core.testing.sanity import form_fault, truth_fault
+from tactile_core.testing.sanity import quantity_fault, truth_fault
 from tactile_core.testing.scenes import PRESSES
 
 _FLAT_SLOPE = 0.1
@@ -71,7 +71,7 @@ class CalibrationChecks(Suite):
                 do="try it on the presses that it was fitted on",
             ) from error
         wrong = (
-            form_fault(measured, scene)
+            quantity_fault(measured, scene)
             if isinstance(measured, Gradients | HeightMap)
             else f"measure() returns {type(measured).__name__}, neither Gradients nor HeightMap"
         )

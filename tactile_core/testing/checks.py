@@ -15,7 +15,7 @@ from tactile_core.testing.bench import Bench
 from tactile_core.testing.faults import Fault, Unjudged
 
 if TYPE_CHECKING:
-    from tactile_core.testing.scenes import Scene
+    from tactile_core.testing.scenes import VirtualPress
 
 F = TypeVar("F", bound=Callable[..., None])
 Subjects = Callable[[Bench], Sequence[object]]
@@ -50,7 +50,7 @@ class Suite:
         """Make an open camera deliver nothing; return False, as here, where that cannot be done."""
         return False
 
-    def inputs(self, scene: Scene) -> Mapping[type[Quantity], Quantity]:
+    def inputs(self, scene: VirtualPress) -> Mapping[type[Quantity], Quantity]:
         """Return what an estimator needs of this scene and the kit cannot make by itself."""
         return {}
 

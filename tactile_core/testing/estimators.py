@@ -17,11 +17,11 @@ from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.comparing import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
-from tactile_core.testing.sanity import form_fault, truth_fault
-from tactile_core.testing.scenes import Scene
+from tactile_core.testing.sanity import quantity_fault, truth_fault
+from tactile_core.testing.scenes import VirtualPress
 from tactile_core.testing.supply import completed
 
-Inputs = Mapping[type[Quantity], Quantity]
+GivenQuantities = Mapping[type[Quantity], Quantity]
 _STATE = "set stateful: ClassVar[bool] = True and forget everything in reset(), or keep nothing"
 
 
@@ -69,7 +69,7 @@ class EstimatorChecks(Suite):
             if not isinstance(result, step.gives):
                 wrong = f"it returns {type(result).__name__} and declares {step.gives.__name__}"
             else:
-                wrong = form_fault(result, scene)
+                wrong = quantity_fault(result, scene)
             if wrong:
                 raise Fault(
                     part,
@@ -232,15 +232,15 @@ class EstimatorChecks(Suite):
         except PluginError as error:
             raise Unjudged(f"see the check 'annotations': {error}") from error
 
-    def _scenes(self, part: Part) -> tuple[Scene, ...]:
+    def _scenes(self, part: Part) -> tuple[VirtualPress, ...]:
         return self.bench.rig(part).scenes
 
-    def _given(self, part: Part, step: Step, scene: Scene) -> Inputs:
+    def _given(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         known = {**scene.truth, **self.inputs(scene)}
         context = self.bench.rig(part).context
         return completed(known, step.needs, self.bench, context, without=step.name)
 
-    def _known(self, part: Part, step: Step, scene: Scene) -> Inputs:
+    def _known(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         given = self._given(part, step, scene)
         missing = step.missing(given)
         if missing is not None:
@@ -255,12 +255,12 @@ class EstimatorChecks(Suite):
         ]
 
 
-def _run(step: Step, given: Inputs) -> Quantity:
+def _run(step: Step, given: GivenQuantities) -> Quantity:
     result: Quantity = step.estimator.estimate(*(given.get(kind) for kind in step.takes))
     return result
 
 
-def _tried(step: Step, given: Inputs) -> Quantity:
+def _tried(step: Step, given: GivenQuantities) -> Quantity:
     try:
         return _run(step, given)
     except Exception as error:

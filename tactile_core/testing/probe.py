@@ -46,7 +46,7 @@ def snapshot() -> dict[str, Any]:
     }
 
 
-class Watch:
+class ImportWatch:
     """Collects what is written, started and connected meanwhile."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ def main(offer: str, path: str, result: str) -> None:
     from tactile_core.plugins.plugin import Plugin
 
     before, modules = snapshot(), set(sys.modules)
-    watch, error = Watch(), ""
+    watch, error = ImportWatch(), ""
     try:
         Plugin.load(Offer(**json.loads(offer))).report(import_components=False)
     except PluginError as refusal:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tactile_core.quantities import ContactMask, Gradients, HeightMap, Quantity
 from tactile_core.quantities.form import form_fault as array_fault
 from tactile_core.testing.comparing import arrays_in
-from tactile_core.testing.scenes import Scene
+from tactile_core.testing.scenes import VirtualPress
 
 _FACTOR = 3.0
 """A measurement of a ball this much too high or too low has another unit, or another model."""
@@ -24,7 +24,7 @@ _ALIKE = 0.5
 _UNITS = ((1e-3, "metres"), (1e3, "micrometres"), (0.1, "centimetres"))
 
 
-def form_fault(result: Quantity, scene: Scene) -> str:
+def quantity_fault(result: Quantity, scene: VirtualPress) -> str:
     """Say what is wrong with dtype, shape, scale or time; empty where nothing is."""
     name = type(result).__name__
     if not (is_dataclass(result) and type(result).__dataclass_params__.frozen):  # type: ignore[attr-defined]
@@ -45,7 +45,7 @@ def form_fault(result: Quantity, scene: Scene) -> str:
     return ""
 
 
-def truth_fault(result: Quantity, scene: Scene) -> str:
+def truth_fault(result: Quantity, scene: VirtualPress) -> str:
     """Say how a result of sound form contradicts the press; empty where it does not."""
     judge = _JUDGES.get(type(result))
     return (
@@ -53,7 +53,7 @@ def truth_fault(result: Quantity, scene: Scene) -> str:
     )
 
 
-def _height(result: Any, scene: Scene) -> str:
+def _height(result: Any, scene: VirtualPress) -> str:
     rest = np.median(result.mm[scene.height_mm < 0.01 * scene.height_mm.max()])
     top = np.unravel_index(np.argmax(scene.height_mm), scene.height_mm.shape)
     ratio = float((result.mm[top] - rest) / scene.height_mm[top])
@@ -71,7 +71,7 @@ def _unit(ratio: float, mm_per_px: float) -> str:
     return f"it looks like {near[0]} in place of millimetres" if near else ""
 
 
-def _slopes(result: Any, scene: Scene) -> str:
+def _slopes(result: Any, scene: VirtualPress) -> str:
     at = scene.contact
     true_x, true_y = scene.gradients[at].T
     x, y = result.x[at], result.y[at]
@@ -88,7 +88,7 @@ def _slopes(result: Any, scene: Scene) -> str:
     return ""
 
 
-def _contact(result: Any, scene: Scene) -> str:
+def _contact(result: Any, scene: VirtualPress) -> str:
     top = np.unravel_index(np.argmax(scene.height_mm), scene.height_mm.shape)
     if not result.mask[top]:
         return "the mask is False where a ball touches"
@@ -104,7 +104,7 @@ def _likeness(a: NDArray[Any], b: NDArray[Any]) -> float:
     return float(a @ b) / size if size else 0.0
 
 
-_JUDGES: Mapping[type[Quantity], Callable[[Any, Scene], str]] = {
+_JUDGES: Mapping[type[Quantity], Callable[[Any, VirtualPress], str]] = {
     HeightMap: _height,
     Gradients: _slopes,
     ContactMask: _contact,

@@ -61,7 +61,7 @@ S = TypeVar("S", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class VirtualPress:
     """One press and all that is true of it.
 
     Attributes
@@ -124,11 +124,11 @@ class Rig:
         return SensorContext(self.profile.image, self.profile.gel, self.reference)
 
     @cached_property
-    def scenes(self) -> tuple[Scene, ...]:
+    def scenes(self) -> tuple[VirtualPress, ...]:
         """A few presses that follow each other."""
         return tuple(self.scene(number) for number in range(SCENES))
 
-    def scene(self, number: int) -> Scene:
+    def scene(self, number: int) -> VirtualPress:
         """A press that no calibration has seen; numbers that follow each other are neighbours."""
         height, width = self.shape
         centre = width * (0.42 + 0.03 * number), height * (0.55 - 0.02 * number)
@@ -204,7 +204,7 @@ class Rig:
 
     def _scene(
         self, centre: tuple[float, float], ball: float, depth: float, seed: int, number: int
-    ) -> Scene:
+    ) -> VirtualPress:
         scale = self.profile.image.mm_per_px
         diameter_mm = ball * min(self.shape) * scale
         press = BallPress(centre, diameter_mm, depth * diameter_mm)
@@ -223,7 +223,7 @@ class Rig:
             ContactMask: ContactMask(contact, scale, time_s),
             **self._dragged(centre, number, time_s),
         }
-        return Scene(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
+        return VirtualPress(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
         pixels = _frozen(self.optics.expose(height_mm, frame=seed).copy())

@@ -9,11 +9,11 @@ from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
 from tactile_core.testing.bench import Bench
 
-Known = Mapping[type[Quantity], Quantity]
+KnownQuantities = Mapping[type[Quantity], Quantity]
 
 
 def completed(
-    known: Known,
+    known: KnownQuantities,
     needs: Collection[type[Quantity]],
     bench: Bench,
     context: SensorContext,

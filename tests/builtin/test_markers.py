@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core import Pipeline
-from tactile_core.builtin.markers import Markers
+from tactile_core.builtin.markers import MarkerDetection
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
@@ -40,12 +40,14 @@ def test_the_pipeline_finds_marks_without_looking_twice() -> None:
     marks = reading[MarkerDetections]
     assert len(marks.centres_px) == 192
     assert marks.timestamp_s == 3.5
-    alone = Markers(Markers.Options(), SensorContext(profile.image, profile.gel)).estimate(frame)
+    alone = MarkerDetection(
+        MarkerDetection.Options(), SensorContext(profile.image, profile.gel)
+    ).estimate(frame)
     np.testing.assert_array_equal(marks.centres_px, alone.centres_px)
     assert reading.frame.darkness is not None
     erased = replace(reading.frame, darkness=np.zeros_like(reading.frame.darkness))
     context = SensorContext(profile.image, profile.gel)
-    assert not len(Markers(Markers.Options(), context).estimate(erased).centres_px)
+    assert not len(MarkerDetection(MarkerDetection.Options(), context).estimate(erased).centres_px)
 
 
 def test_pitch_and_size_are_found_where_the_profile_says_auto() -> None:
@@ -56,7 +58,7 @@ def test_pitch_and_size_are_found_where_the_profile_says_auto() -> None:
 
 def test_a_gel_without_marks_shows_none() -> None:
     profile, frame = rig()
-    step = Markers(Markers.Options(), SensorContext(profile.image, Gel()))
+    step = MarkerDetection(MarkerDetection.Options(), SensorContext(profile.image, Gel()))
     assert step.estimate(frame).centres_px.shape == (0, 2)
 
 
@@ -65,4 +67,4 @@ def test_marks_that_cannot_be_found_are_asked_for() -> None:
     bare = replace(reference_of(frame), pixels=np.full((480, 640, 3), 90, np.float32))
     context = SensorContext(profile.image, Gel(markers="auto"), bare)
     with pytest.raises(InputError, match="finds no lattice of marks in the reference; say their"):
-        Markers(Markers.Options(), context)
+        MarkerDetection(MarkerDetection.Options(), context)

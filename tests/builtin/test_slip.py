@@ -13,7 +13,7 @@ from experiments.slip_sequences import (
     HALF,
     Judged,
     Plan,
-    Watch,
+    SlipWatch,
     judged,
     looks,
     small_profile,
@@ -109,14 +109,14 @@ def test_a_turn_is_rotation_measured_with_its_sign(runs: dict[str, Judged]) -> N
     assert run.states[5].rotation_deg == pytest.approx(6 * -0.5, rel=0.1)
 
 
-def _stepped() -> tuple[Skin, Watch, Slip]:
+def _stepped() -> tuple[Skin, SlipWatch, Slip]:
     profile = small_profile(DISC)
-    skin, watch = Skin(profile, "fast"), Watch(profile, 3)
+    skin, watch = Skin(profile, "fast"), SlipWatch(profile, 3)
     skin.indent_with(make_indenter("flat", diameter_mm=9.0))
     return skin, watch, Slip(Slip.Options(), watch.context)
 
 
-def _state(slip: Slip, watch: Watch, skin: Skin) -> SlipState:
+def _state(slip: Slip, watch: SlipWatch, skin: Skin) -> SlipState:
     look = watch.look(skin, 0.0, moving=True)
     return slip.estimate(look.displacement, None, None, look.height, look.contact)
 
@@ -204,7 +204,7 @@ def test_a_used_step_pickles_and_goes_on_alike() -> None:
 
 def test_after_reset_the_same_frames_give_the_same_states() -> None:
     plan = replace(DISC, most_steps=8, step=0.06)
-    slip = Slip(Slip.Options(), Watch(small_profile(plan), 0).context)
+    slip = Slip(Slip.Options(), SlipWatch(small_profile(plan), 0).context)
     seen = list(looks(plan))
 
     def run() -> list[SlipState]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from support.unruly_sensor import FAKES, profile
 
-from tactile_core.cli.output import printable
+from tactile_core.cli.output import printable_lines
 from tactile_core.pipeline.reading import Reading
 from tactile_core.quantities import ContactMask, Frame, HeightMap
 
@@ -234,5 +234,5 @@ def test_numbers_that_json_has_no_word_for_are_null() -> None:
 
 
 def test_what_is_printed_is_escaped_only_where_it_must_be() -> None:
-    assert printable("Höhe 0.3 µm → 5°\nβ") == "Höhe 0.3 µm → 5°\nβ"
-    assert printable("a\tb\rc\x9bd\u2028e\udcfff") == "a\\tb\\rc\\x9bd\\u2028e\\udcfff"
+    assert printable_lines("Höhe 0.3 µm → 5°\nβ") == "Höhe 0.3 µm → 5°\nβ"
+    assert printable_lines("a\tb\rc\x9bd\u2028e\udcfff") == "a\\tb\\rc\\x9bd\\u2028e\\udcfff"

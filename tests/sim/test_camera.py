@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core import load_profile, open_sensor
 from tactile_core.errors import InputError
-from tactile_core.pipeline.sensor import devices
+from tactile_core.pipeline.sensor import make_devices
 from tactile_core.sim import VirtualStage
 
 SCRIPT = """\
@@ -63,13 +63,13 @@ def test_a_script_of_ones_own_is_played(tmp_path: Path) -> None:
 
 def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
     twin = load_profile(profile, sim=True)
-    camera, lights = devices(twin)
+    camera, lights = make_devices(twin)
     exposures = len(lights.exposures())
     with camera:
         images = list(iter(camera.read, None))
     assert len(images) == 3 * exposures
     again = load_profile(profile, sim=True, overrides={"camera": {"loop": True}})
-    camera, _ = devices(again)
+    camera, _ = make_devices(again)
     with camera:
         first = list(islice(iter(camera.read, None), 4 * exposures))
     np.testing.assert_array_equal(first[0].pixels, first[3 * exposures].pixels)
@@ -93,7 +93,9 @@ def test_times_are_the_simulations_own_however_slow_the_machine_is(
 
 
 def test_time_goes_on_when_the_script_begins_again(profile: Path) -> None:
-    camera, lights = devices(load_profile(profile, sim=True, overrides={"camera": {"loop": True}}))
+    camera, lights = make_devices(
+        load_profile(profile, sim=True, overrides={"camera": {"loop": True}})
+    )
     with camera:
         seen = [image.timestamp_s for image in islice(iter(camera.read, None), 8 * 7)]
     assert len(lights.exposures()) == 7

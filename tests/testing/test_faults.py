@@ -14,7 +14,7 @@ from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.checks import checks_of, subjects_of
 from tactile_core.testing.faults import Fault, Unjudged
-from tactile_core.testing.scenes import Scene, generic_rig
+from tactile_core.testing.scenes import VirtualPress, generic_rig
 from tactile_core.testing.supply import completed
 
 FAKES = Path(__file__).parents[1] / "fakes" / "faulty"
@@ -194,7 +194,7 @@ def test_a_fault_says_why_it_matters_and_what_to_do(name: str) -> None:
 
 
 def test_a_quantity_that_nobody_registers_can_be_given() -> None:
-    def inputs(suite: PluginConformance, scene: Scene) -> dict[type[Quantity], Quantity]:
+    def inputs(suite: PluginConformance, scene: VirtualPress) -> dict[type[Quantity], Quantity]:
         from fake_faulty.estimators import Temperature
 
         return {Temperature: Temperature(300.0)}

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.comparison.accuracy import Accuracy
-from tactile_core.evaluation.comparison.clock import Clock, in_turn
+from tactile_core.evaluation.comparison.clock import Clock, interleaved
 from tactile_core.evaluation.comparison.memory import peak_of_stream_mib
 from tactile_core.evaluation.comparison.results import Comparison as Comparison
 from tactile_core.evaluation.comparison.results import Scored as Scored
 from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
-from tactile_core.evaluation.comparison.variants import Recording, Variant, variants_of
+from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
 from tactile_core.evaluation.fresh_process import one_thread
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.outputs import merged_arrays
@@ -65,7 +65,7 @@ def compare(
     """
     progress = progress or Silent()
     variants = variants_of(profile, swaps, bundle)
-    recording = Recording(Path(input), reference, serial)
+    recording = ComparedInput(Path(input), reference, serial)
     folder = Truth(Path(truth))
     count = _checked_count(variants[0], recording, folder)
     progress.stage("comparing", 0.7)
@@ -75,7 +75,7 @@ def compare(
     with one_thread(), ExitStack() as stack:
         sensors = [stack.enter_context(variant.open(recording)) for variant in variants]
         clock = Clock([sensor.pipeline for sensor in sensors])
-        for readings in in_turn([sensor.stream() for sensor in sensors]):
+        for readings in interleaved([sensor.stream() for sensor in sensors]):
             name = readings[0].source
             true = folder.of(name)
             arrays = tuple(merged_arrays(reading) for reading in readings)
@@ -106,7 +106,7 @@ def compare(
     return Comparison(variants[0].profile, frames, tuple(scored), *shown[1:])
 
 
-def _checked_count(plain: Variant, recording: Recording, truth: Truth) -> int | None:
+def _checked_count(plain: Variant, recording: ComparedInput, truth: Truth) -> int | None:
     """Count the frames, and refuse before long work what has no truth."""
     per_frame = images_per_observation(plain.profile)
     files = open_recording(recording.input, images_per_observation=per_frame)

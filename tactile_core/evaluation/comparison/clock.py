@@ -13,7 +13,7 @@ LEAST_FRAMES = 20
 """Shorter recordings are measured again, for the time alone, until there are so many."""
 
 
-def in_turn(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
+def interleaved(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
     """Yield the readings of each frame; which stream is first changes from frame to frame."""
     number = 0
     while True:
@@ -65,5 +65,5 @@ class Clock:
             for pipeline in self._pipelines:
                 pipeline.reset()
             again = [map(pipeline.process, self._frames) for pipeline in self._pipelines]
-            for readings in in_turn(again):
+            for readings in interleaved(again):
                 self.note(readings)

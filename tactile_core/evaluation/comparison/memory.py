@@ -6,14 +6,14 @@ from collections.abc import Generator
 from itertools import islice
 from typing import Any
 
-from tactile_core.evaluation.comparison.variants import Recording, Variant
+from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
 from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
 
 FRAMES = 20
 
 
 def peak_of_stream_mib(
-    variant: Variant, recording: Recording
+    variant: Variant, recording: ComparedInput
 ) -> tuple[float | None, tuple[str, ...]]:
     """Measure the first frames in a process of its own.
 
@@ -29,7 +29,7 @@ def peak_of_stream_mib(
     return peak_mib, notes
 
 
-def _stream(variant: Variant, recording: Recording) -> Generator[Any, None, None]:
+def _stream(variant: Variant, recording: ComparedInput) -> Generator[Any, None, None]:
     with one_thread(), variant.open(recording) as sensor:
         for _ in islice(sensor.stream(), FRAMES):
             pass

@@ -24,7 +24,7 @@ _EXPLAINED = (
 )
 
 
-def table(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+def comparison_table(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     """Header and one row for each variant."""
     summaries = [variant.summary() for variant in comparison.variants]
     extra = sorted({name for s in summaries for kind in ("iou", "rmse") for name in s[kind]})
@@ -44,11 +44,11 @@ def table(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return header, [_row(summary, extra) for summary in summaries]
 
 
-def page(comparison: Comparison) -> str:
+def comparison_page(comparison: Comparison) -> str:
     """HTML of the table and, for the frame with the highest truth, height and error."""
     parts = [
         html.paragraph(f"{comparison.profile.name}: {comparison.frames} frames."),
-        html.table(*table(comparison)),
+        html.table(*comparison_table(comparison)),
         html.paragraph(_EXPLAINED),
     ]
     truth = comparison.shown_truth

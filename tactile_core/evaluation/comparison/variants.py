@@ -17,7 +17,7 @@ CALIBRATION = "calibration"
 
 
 @dataclass(frozen=True)
-class Recording:
+class ComparedInput:
     """What every variant measures.
 
     Attributes
@@ -49,7 +49,7 @@ class Variant:
     profile: Profile
     bundle: Path | None = None
 
-    def open(self, recording: Recording) -> Sensor:
+    def open(self, recording: ComparedInput) -> Sensor:
         """Open the recording as a sensor that measures in this way.
 
         Raises

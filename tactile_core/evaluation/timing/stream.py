@@ -12,12 +12,12 @@ import numpy as np
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.conditioning.light_drift import DriftFollower
 from tactile_core.conditioning.marker_mask import MarkFinder
-from tactile_core.conditioning.sequence_check import in_turn, pattern_of, verify
+from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import devices
+from tactile_core.pipeline.sensor import make_devices
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 
@@ -46,7 +46,7 @@ class Stream:
         assert self._pipeline.reference is not None
         self._drift = DriftFollower(self._pipeline.reference)
         image = unit.profile.image
-        _, self._lights = devices(unit.profile)
+        _, self._lights = make_devices(unit.profile)
         self._lights.open()
         camera = StillCamera([_camera_image(image)])
         self._acquisition = Acquisition(camera.open(), self._lights, image)
@@ -77,7 +77,7 @@ class Stream:
         """
         reference = self._pipeline.reference
         assert reference is not None
-        if in_turn(frame):
+        if is_sequential(frame):
             expected = pattern_of(reference)
             with _timed(times, LAMPS):
                 verify(frame, expected, WHOLE)
@@ -86,7 +86,7 @@ class Stream:
                 frame = self._marks.marked(frame)
         calibration = self._bundle.calibration
         with _timed(times, SLOPES):
-            lit = frame if calibration.follows_drift else self._drift.followed(frame)
+            lit = frame if calibration.follows_drift else self._drift.compensated(frame)
             measured = measured_by(calibration, lit, reference)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,

@@ -18,7 +18,7 @@ from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.pipeline.sensor import devices
+from tactile_core.pipeline.sensor import make_devices
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by
@@ -78,7 +78,7 @@ def virtual_unit(
     cls = resolve("calibration", profile.calibration.use if model is None else model)
     component = profile.calibration if model is None else Component(use=model)
     image = profile.image
-    _, lights = devices(profile)
+    _, lights = make_devices(profile)
     take = partial(_frame, RigOptics(profile), lights)
     finder = MarkFinder.of(profile, average([take(None, 0)]))
 

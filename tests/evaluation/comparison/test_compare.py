@@ -11,7 +11,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.errors import InputError, PluginError, ProfileError
 from tactile_core.evaluation.comparison import Comparison, compare
-from tactile_core.evaluation.comparison.report import page, table
+from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
 from tactile_core.evaluation.comparison.variants import parse_swap, variants_of
 from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.formats.npz import write_npz
@@ -110,13 +110,13 @@ def test_every_variant_is_timed_equally_often_and_weighed(result: Comparison) ->
 def test_the_pictures_show_the_highest_truth(result: Comparison) -> None:
     heights = {name: press.height_mm((120, 160), 0.1245).max() for name, press in PRESSES.items()}
     assert result.shown == max(heights, key=lambda name: heights[name])
-    shown = page(result)
+    shown = comparison_page(result)
     # the truth, and of each variant its height and its error
     assert shown.count("<img") == 1 + 2 * len(result.variants)
 
 
 def test_the_table_has_a_cell_for_each_column(result: Comparison) -> None:
-    header, rows = table(result)
+    header, rows = comparison_table(result)
     assert {len(row) for row in rows} == {len(header)}
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
-from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference, kept, writable
+from tactile_core.testing.differences import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.sanity import quantity_fault, truth_fault
-from tactile_core.testing.scenes import PRESSES
+from tactile_core.testing.virtual_presses import PRESSES
 
 _FLAT_SLOPE = 0.1
 """Mean slope of untouched skin that no model may exceed: 6°."""
@@ -26,11 +26,11 @@ _FLAT_SLOPE = 0.1
 class CalibrationChecks(Suite):
     """The contract of :class:`tactile_core.interfaces.calibration.Calibration`."""
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_fit(self, part: Part) -> None:
         """A model is fitted on presses of a ball, and the same presses give the same model."""
         try:
-            second = self.bench.fit(part)
+            second = self.registered.fit(part)
             if not isinstance(second, Calibration):
                 raise TypeError(f"fit() returns {type(second).__name__}, no Calibration")
         except Unjudged:
@@ -42,8 +42,8 @@ class CalibrationChecks(Suite):
                 why="no unit of the sensor can be calibrated",
                 do="fit() takes pixels of known slope; give options for the virtual sensor",
             ) from error
-        first = self.bench.fitted(part)
-        frame = self.bench.rig(part).scenes[0].frame
+        first = self.registered.fitted(part)
+        frame = self.registered.rig(part).scenes[0].frame
         differs = difference(
             self._measured(part, first, frame), self._measured(part, second, frame)
         )
@@ -55,12 +55,14 @@ class CalibrationChecks(Suite):
                 do="draw random numbers from np.random.default_rng(options.seed) alone",
             )
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_measurement(self, part: Part) -> None:
         """What it measures has the image's size, float32, no gaps, and cannot be written to."""
-        scene = self.bench.rig(part).scenes[0]
+        scene = self.registered.rig(part).scenes[0]
         try:
-            measured = self.bench.fitted(part).measure(scene.frame, self.bench.rig(part).reference)
+            measured = self.registered.fitted(part).measure(
+                scene.frame, self.registered.rig(part).reference
+            )
         except Unjudged:
             raise
         except Exception as error:
@@ -84,10 +86,10 @@ class CalibrationChecks(Suite):
                 "and bool; fill in what cannot be measured and mark it not valid",
             )
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_sense(self, part: Part) -> None:
         """A ball that it has not seen rises towards the camera; untouched skin is flat."""
-        rig, model = self.bench.rig(part), self.bench.fitted(part)
+        rig, model = self.registered.rig(part), self.registered.fitted(part)
         scene = rig.scenes[1]
         wrong = truth_fault(self._measured(part, model, scene.frame), scene)
         rest = self._measured(part, model, rig.untouched)
@@ -103,11 +105,11 @@ class CalibrationChecks(Suite):
                 do="x is right, y down, heights in mm are positive where the object presses",
             )
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_round_trip(self, part: Part) -> None:
         """A model that was saved and loaded measures the same, and an empty folder is refused."""
-        model = self.bench.fitted(part)
-        frame = self.bench.rig(part).scenes[0].frame
+        model = self.registered.fitted(part)
+        frame = self.registered.rig(part).scenes[0].frame
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
             folder = Path(name)
             try:
@@ -136,10 +138,10 @@ class CalibrationChecks(Suite):
                 "files are missing",
             )
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_other_size(self, part: Part) -> None:
         """An image of another size is refused with a CalibrationError."""
-        rig, model = self.bench.rig(part), self.bench.fitted(part)
+        rig, model = self.registered.rig(part), self.registered.fitted(part)
         frame = rig.scenes[0].frame
         cut = replace(frame, pixels=frame.pixels[:-8, :-8])
         reference = replace(rig.reference, pixels=rig.reference.pixels[:-8, :-8])
@@ -158,10 +160,10 @@ class CalibrationChecks(Suite):
             do="keep the shape that was fitted and raise CalibrationError for another",
         )
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_calibration_inputs(self, part: Part) -> None:
         """Measuring changes neither the frame nor the reference."""
-        rig, model = self.bench.rig(part), self.bench.fitted(part)
+        rig, model = self.registered.rig(part), self.registered.fitted(part)
         given = writable({Frame: rig.scenes[0].frame, Reference: rig.reference})
         before = kept(given)
         frame, reference = given[Frame], given[Reference]
@@ -177,11 +179,11 @@ class CalibrationChecks(Suite):
                 do="work on copies",
             )
 
-    @check(Bench.calibrations)
+    @check(Registered.calibrations)
     def test_calibration_pickling(self, part: Part) -> None:
         """A model pickles, also after measuring, and measures the same afterwards."""
-        model = self.bench.fitted(part)
-        frame = self.bench.rig(part).scenes[0].frame
+        model = self.registered.fitted(part)
+        frame = self.registered.rig(part).scenes[0].frame
         before = self._measured(part, model, frame)
         try:
             copy = pickle.loads(pickle.dumps(model))
@@ -202,7 +204,7 @@ class CalibrationChecks(Suite):
         self, part: Part, model: Calibration, frame: Frame, reference: Reference | None = None
     ) -> Quantity:
         try:
-            return model.measure(frame, reference or self.bench.rig(part).reference)
+            return model.measure(frame, reference or self.registered.rig(part).reference)
         except Exception as error:
             raise Unjudged(f"see the check 'measurement': {error}") from error
 

@@ -10,11 +10,11 @@ from tactile_core.errors import CameraTimeout, DeviceError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Image
 from tactile_core.quantities.form import image_fault
-from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.footprint import within
+from tactile_core.testing.registered import Part, Registered
 
 SLACK_S = 0.5
 """How much longer than asked a read may take, on a busy machine."""
@@ -25,7 +25,7 @@ _READS, _PATIENCE_S, _AT_ONCE_S, _STALLED_S = 4, 5.0, 0.001, 0.1
 class CameraChecks(Suite):
     """The contract of :meth:`tactile_core.interfaces.camera.Camera.read`."""
 
-    @check(Bench.cameras)
+    @check(Registered.cameras)
     def test_image(self, part: Part) -> None:
         """A read gives an Image of bytes or 16-bit values, grey or RGB, of one size."""
         images = self._read(part, 3, judged=True)
@@ -40,7 +40,7 @@ class CameraChecks(Suite):
                     "(H, W, 3) pixels in R, G, B order as uint8 or uint16",
                 )
 
-    @check(Bench.cameras)
+    @check(Registered.cameras)
     def test_clock(self, part: Part) -> None:
         """Timestamps never run backwards, and sequence numbers rise."""
         for first, second in pairwise(self._read(part, 3)):
@@ -55,11 +55,11 @@ class CameraChecks(Suite):
             why = "speeds, slip and lost frames are told by them"
             raise Fault(part, fault, why=why, do=do)
 
-    @check(Bench.cameras)
+    @check(Registered.cameras)
     def test_own_pixels(self, part: Part) -> None:
         """An image keeps its pixels when the next one is read."""
         images, before = [], []
-        with opened(self.bench.device(part)) as camera:
+        with opened(self.registered.device(part)) as camera:
             for _ in range(_READS):
                 images.append(self._next(camera).pixels)
                 before.append(images[-1].copy())
@@ -76,10 +76,10 @@ class CameraChecks(Suite):
                 do="copy what the driver hands out before it is returned",
             )
 
-    @check(Bench.cameras)
+    @check(Registered.cameras)
     def test_reading_closed(self, part: Part) -> None:
         """A camera that is closed says so, before it was opened and after."""
-        camera = self.bench.device(part)
+        camera = self.registered.device(part)
         assert isinstance(camera, Camera)
         for when in ("before it is opened", "after it was closed"):
             try:
@@ -102,14 +102,14 @@ class CameraChecks(Suite):
                 )
             opened(camera).close()
 
-    @check(Bench.cameras)
+    @check(Registered.cameras)
     def test_time_limit(self, part: Part) -> None:
         """A read ends within timeout_s; CameraTimeout is what it says then, and None is the end.
 
         A camera that :meth:`stall` can stall is measured while it delivers nothing; any other is
         asked for images faster than it can have them.
         """
-        with opened(self.bench.device(part)) as camera:
+        with opened(self.registered.device(part)) as camera:
             stalled = self.stall(camera)
             asked_s = _STALLED_S if stalled else _AT_ONCE_S
             for _ in range(1 if stalled else _READS):
@@ -141,7 +141,7 @@ class CameraChecks(Suite):
             ) from outcome.error
 
     def _read(self, part: Part, count: int, *, judged: bool = False) -> list[Image]:
-        with opened(self.bench.device(part)) as camera:
+        with opened(self.registered.device(part)) as camera:
             try:
                 return [self._next(camera) for _ in range(count)]
             except Unjudged as unjudged:

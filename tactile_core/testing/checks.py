@@ -11,14 +11,14 @@ import pytest
 
 from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Quantity
-from tactile_core.testing.bench import Bench
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.registered import Registered
 
 if TYPE_CHECKING:
-    from tactile_core.testing.scenes import VirtualPress
+    from tactile_core.testing.virtual_presses import VirtualPress
 
 F = TypeVar("F", bound=Callable[..., None])
-Subjects = Callable[[Bench], Sequence[object]]
+Subjects = Callable[[Registered], Sequence[object]]
 
 PREFIX = "test_"
 
@@ -40,11 +40,11 @@ class Suite:
     plugin: ClassVar[str] = ""
     expected_failures: ClassVar[Mapping[str, str]] = {}
     options: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    bench: ClassVar[Bench]
+    registered: ClassVar[Registered]
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        cls.bench = Bench(cls.plugin, cls.options)
+        cls.registered = Registered(cls.plugin, cls.options)
 
     def stall(self, camera: Camera) -> bool:
         """Make an open camera deliver nothing; return False, as here, where that cannot be done."""
@@ -101,10 +101,12 @@ def checks_of(suite: type[Suite]) -> dict[str, Callable[..., None]]:
     }
 
 
-def subjects_of(method: Callable[..., None], bench: Bench) -> tuple[str, list[object]] | None:
+def subjects_of(
+    method: Callable[..., None], registered: Registered
+) -> tuple[str, list[object]] | None:
     """Return a check's argument and what it is repeated for; None for one of the whole plugin."""
     subjects: Subjects | None = getattr(method, "subjects", None)
     if subjects is None:
         return None
     argument = list(inspect.signature(method).parameters)[-1]
-    return argument, list(subjects(bench))
+    return argument, list(subjects(registered))

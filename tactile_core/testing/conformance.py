@@ -34,7 +34,7 @@ class PluginConformance(
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Repeat each check for what it is about."""
-        found = subjects_of(metafunc.function, self.bench)
+        found = subjects_of(metafunc.function, self.registered)
         if found is None:
             return
         argument, subjects = found
@@ -48,7 +48,7 @@ class PluginConformance(
         """``expected_failures`` names checks and components that exist."""
         known = set[str]()
         for name, method in checks_of(type(self)).items():
-            found = subjects_of(method, self.bench)
+            found = subjects_of(method, self.registered)
             known |= {name} | {f"{name}[{subject}]" for subject in (found[1] if found else ())}
         for key in self.expected_failures:
             if key not in known:

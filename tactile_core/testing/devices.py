@@ -6,10 +6,10 @@ from typing import Any
 
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.device import Device
-from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.registered import Part, Registered
 
 _ROUNDS = 2
 
@@ -17,10 +17,10 @@ _ROUNDS = 2
 class DeviceChecks(Suite):
     """Open, close, and what is left behind."""
 
-    @check(Bench.devices)
+    @check(Registered.devices)
     def test_opening(self, part: Part) -> None:
         """A device opens, closes, and opens again."""
-        device = self.bench.device(part)
+        device = self.registered.device(part)
         for attempt in ("opens", "opens again after it was closed"):
             try:
                 device.open()
@@ -37,10 +37,10 @@ class DeviceChecks(Suite):
                     "emulator, or say so in expected_failures",
                 ) from error
 
-    @check(Bench.devices)
+    @check(Registered.devices)
     def test_closing_twice(self, part: Part) -> None:
         """A device may be closed when it is closed already, or was never open."""
-        device = self.bench.device(part)
+        device = self.registered.device(part)
         try:
             device.close()
             opened(device).close()
@@ -55,12 +55,12 @@ class DeviceChecks(Suite):
                 do="do not override close(); write _close(), which is called once",
             ) from error
 
-    @check(Bench.devices)
+    @check(Registered.devices)
     def test_failed_opening(self, part: Part) -> None:
         """An opening that fails, early or late, leaves nothing open and says its own reason."""
-        opened(self.bench.device(part)).close()
+        opened(self.registered.device(part)).close()
         for late in (False, True):
-            device = _refusing(self.bench.device(part), late=late)
+            device = _refusing(self.registered.device(part), late=late)
             before = Footprint.now()
             when = "after all was acquired" if late else "before anything was acquired"
             try:
@@ -83,10 +83,10 @@ class DeviceChecks(Suite):
                     do="release in _close whatever is held, also after a half-finished _open",
                 )
 
-    @check(Bench.devices)
+    @check(Registered.devices)
     def test_leaks(self, part: Part) -> None:
         """Closing ends every thread and closes every file."""
-        device = self.bench.device(part)
+        device = self.registered.device(part)
         use(device)  # what a library keeps for good is acquired by the first opening
         for _ in range(_ROUNDS):
             before = Footprint.now()

@@ -13,13 +13,13 @@ from tactile_core.errors import PluginError
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
-from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference, kept, writable
+from tactile_core.testing.differences import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.sanity import quantity_fault, truth_fault
-from tactile_core.testing.scenes import VirtualPress
 from tactile_core.testing.supply import completed
+from tactile_core.testing.virtual_presses import VirtualPress
 
 GivenQuantities = Mapping[type[Quantity], Quantity]
 _STATE = "set stateful: ClassVar[bool] = True and forget everything in reset(), or keep nothing"
@@ -28,7 +28,7 @@ _STATE = "set stateful: ClassVar[bool] = True and forget everything in reset(), 
 class EstimatorChecks(Suite):
     """The contract of :class:`tactile_core.interfaces.estimator.Estimator`."""
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_annotations(self, part: Part) -> None:
         """``estimate`` is annotated with quantities, and what it needs can be had."""
         try:
@@ -50,7 +50,7 @@ class EstimatorChecks(Suite):
                 "it, or return one from inputs() in the test class",
             )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_output(self, part: Part) -> None:
         """It gives the declared quantity, with the documented dtype and shape, not writable."""
         step = self._step(part)
@@ -78,7 +78,7 @@ class EstimatorChecks(Suite):
                     do="see the quantity's docstring in tactile_core.quantities",
                 )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_units(self, part: Part) -> None:
         """A ball's height, slopes and contact come out in mm, the right way up and about right."""
         for result, scene in zip(self._results(part), self._scenes(part), strict=True):
@@ -91,7 +91,7 @@ class EstimatorChecks(Suite):
                     do="multiply by mm_per_px where it is due; heights are positive where pressed",
                 )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_export(self, part: Part) -> None:
         """``arrays()`` can be stored without pickles and ``summary()`` as JSON."""
         result = self._results(part)[0]
@@ -109,7 +109,7 @@ class EstimatorChecks(Suite):
                 do="float(…) and int(…) in summary(), numeric arrays in arrays()",
             )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_reset(self, part: Part) -> None:
         """After ``reset()`` the same frames give the same results."""
         step = self._step(part)
@@ -124,7 +124,7 @@ class EstimatorChecks(Suite):
                 do="forget in reset() all that estimate() remembers, and seed random numbers there",
             )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_state(self, part: Part) -> None:
         """A step that does not declare ``stateful`` gives each frame the same result anew."""
         step = self._step(part)
@@ -143,7 +143,7 @@ class EstimatorChecks(Suite):
                     do=_STATE,
                 )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_instances(self, part: Part) -> None:
         """Two estimators at work side by side know nothing of each other."""
         alone = self._results(part, self._step(part))
@@ -162,7 +162,7 @@ class EstimatorChecks(Suite):
                 do="keep state in self, never in the class or the module",
             )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_own_result(self, part: Part) -> None:
         """A result stays as it is when the next frame is measured."""
         step = self._step(part)
@@ -179,7 +179,7 @@ class EstimatorChecks(Suite):
                 do="return a new array, not the buffer that is used again",
             )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_inputs(self, part: Part) -> None:
         """Estimating changes none of its inputs."""
         step = self._step(part)
@@ -195,7 +195,7 @@ class EstimatorChecks(Suite):
                 do="work on copies",
             )
 
-    @check(Bench.estimators)
+    @check(Registered.estimators)
     def test_pickling(self, part: Part) -> None:
         """An estimator pickles, new and used, and goes on with the same results."""
         step = self._step(part)
@@ -219,7 +219,7 @@ class EstimatorChecks(Suite):
 
     def _made(self, part: Part) -> Estimator:
         try:
-            made: Estimator = self.bench.make(part)
+            made: Estimator = self.registered.make(part)
         except Unjudged:
             raise
         except Exception as error:
@@ -233,12 +233,12 @@ class EstimatorChecks(Suite):
             raise Unjudged(f"see the check 'annotations': {error}") from error
 
     def _scenes(self, part: Part) -> tuple[VirtualPress, ...]:
-        return self.bench.rig(part).scenes
+        return self.registered.rig(part).scenes
 
     def _given(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         known = {**scene.truth, **self.inputs(scene)}
-        context = self.bench.rig(part).context
-        return completed(known, step.needs, self.bench, context, without=step.name)
+        context = self.registered.rig(part).context
+        return completed(known, step.needs, self.registered, context, without=step.name)
 
     def _known(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         given = self._given(part, step, scene)

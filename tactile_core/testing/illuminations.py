@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.illumination import Exposure, Illumination
-from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.registered import Part, Registered
 
 
 class IlluminationChecks(Suite):
     """The contract of :class:`tactile_core.interfaces.illumination.Illumination`."""
 
-    @check(Bench.illuminations)
+    @check(Registered.illuminations)
     def test_channels(self, part: Part) -> None:
         """Channels have names, each its own."""
         channels = self._light(part).channels
@@ -31,7 +31,7 @@ class IlluminationChecks(Suite):
                 do="name each channel, none twice",
             )
 
-    @check(Bench.illuminations)
+    @check(Registered.illuminations)
     def test_exposures(self, part: Part) -> None:
         """The exposures measure every channel once, in the channels' order, at levels 0..1."""
         light = self._light(part, judged=True)
@@ -45,7 +45,7 @@ class IlluminationChecks(Suite):
                 do="return one Exposure(levels, channels) after another; a dark one has none",
             )
 
-    @check(Bench.illuminations)
+    @check(Registered.illuminations)
     def test_order(self, part: Part) -> None:
         """The sequence is the same whenever it is asked for, closed or open."""
         light = self._light(part)
@@ -60,7 +60,7 @@ class IlluminationChecks(Suite):
                         do="fix the sequence in __init__",
                     )
 
-    @check(Bench.illuminations)
+    @check(Registered.illuminations)
     def test_levels(self, part: Part) -> None:
         """An open light takes the levels of its own exposures; a closed one and 1.5 are refused."""
         light = self._light(part)
@@ -106,7 +106,7 @@ class IlluminationChecks(Suite):
         )
 
     def _light(self, part: Part, *, judged: bool = False) -> Illumination:
-        light = self.bench.device(part)
+        light = self.registered.device(part)
         assert isinstance(light, Illumination)
         try:
             light.exposures()

@@ -73,9 +73,9 @@ class ImportChecks(Suite):
             )
 
     def _imported(self) -> Imported:
-        if self.bench.plugin is None:
+        if self.registered.plugin is None:
             raise Unjudged("see the check 'registration'")
-        return imported(self.bench.plugin.offer, tuple(sys.path))
+        return imported(self.registered.plugin.offer, tuple(sys.path))
 
 
 def _first_environment() -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Checks of the profiles that a plugin brings, and of the shipped ones that are written for it.
 
-Each profile's pipeline runs once on presses that :mod:`tactile_core.testing.scenes` renders from
-what the profile says, and its virtual twin is opened as a sensor.
+Each profile's pipeline runs once on the :mod:`tactile_core.testing.virtual_presses` that are
+rendered from what the profile says, and its virtual twin is opened as a sensor.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from tactile_core.profiles.loader import list_profiles, load_profile, profile_ha
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.nodes import Node
 from tactile_core.profiles.yaml_tree import read_yaml
-from tactile_core.testing.bench import Bench, ProfileFile
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.comparing import difference
+from tactile_core.testing.differences import difference
 from tactile_core.testing.faults import Fault, Unjudged
-from tactile_core.testing.scenes import Rig, full_rig
+from tactile_core.testing.registered import ProfileFile, Registered
+from tactile_core.testing.virtual_presses import Rig, full_rig
 
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
 
@@ -39,7 +39,7 @@ _TWIN_FRAMES = 6
 class ProfileChecks(Suite):
     """What a sensor build's file must be wherever it is installed."""
 
-    @check(Bench.profiles)
+    @check(Registered.profiles)
     def test_profile(self, profile: ProfileFile) -> None:
         """It is valid: no unknown key, every component exists, all that it extends is found."""
         try:
@@ -52,7 +52,7 @@ class ProfileChecks(Suite):
                 do="correct the file; 'tactile validate' says the same",
             ) from error
 
-    @check(Bench.profiles)
+    @check(Registered.profiles)
     def test_profile_name(self, profile: ProfileFile) -> None:
         """Its name is its file's, and no other profile has it."""
         name = self._loaded(profile).name
@@ -71,7 +71,7 @@ class ProfileChecks(Suite):
             do="rename one of them",
         )
 
-    @check(Bench.profiles)
+    @check(Registered.profiles)
     def test_profile_paths(self, profile: ProfileFile) -> None:
         """It names no absolute path, apart from devices."""
         try:
@@ -87,7 +87,7 @@ class ProfileChecks(Suite):
                     do="put the file beside the profile and name it relative to that",
                 )
 
-    @check(Bench.profiles)
+    @check(Registered.profiles)
     def test_pipeline(self, profile: ProfileFile) -> None:
         """Its pipeline measures a virtual press, every step, and the same once it was pickled."""
         loaded = self._loaded(profile)
@@ -129,7 +129,7 @@ class ProfileChecks(Suite):
                 do="see the pickling checks of the components that it names",
             )
 
-    @check(Bench.profiles)
+    @check(Registered.profiles)
     def test_twin(self, profile: ProfileFile) -> None:
         """Its virtual twin runs: frames of the profile's size, which a touch changes."""
         self._loaded(profile)

@@ -14,10 +14,10 @@ from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugins.entry_points import installed_offers, normalized
 from tactile_core.plugins.registry import find_plugin, resolve
-from tactile_core.testing.bench import Bench, Part
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.registered import Part, Registered
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 _UNKNOWN = "no_such_option"
@@ -68,7 +68,7 @@ class RegistrationChecks(Suite):
                 do="name the entry point with letters, digits, '_' and '-', a letter first",
             )
 
-    @check(Bench.parts)
+    @check(Registered.parts)
     def test_components(self, part: Part) -> None:
         """Each name leads to a class that implements the interface of its hook."""
         try:
@@ -81,19 +81,19 @@ class RegistrationChecks(Suite):
                 do="correct the hook's 'module:Class', or the class",
             ) from error
 
-    @check(Bench.parts)
+    @check(Registered.parts)
     def test_options(self, part: Part) -> None:
         """Options are frozen, refuse unknown keys, and each has a description."""
-        options = self.bench.class_of(part).Options
+        options = self.registered.class_of(part).Options
         for model in _models(options):
             self._judge_options(part, model)
 
-    @check(Bench.makeable)
+    @check(Registered.makeable)
     def test_construction(self, part: Part) -> None:
         """A component is made from its options, and a device does not open in its constructor."""
         before = Footprint.now()
         try:
-            made = self.bench.make(part)
+            made = self.registered.make(part)
         except Unjudged:
             raise
         except Exception as error:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from tactile_core.quantities import ContactMask, Gradients, HeightMap, Quantity
 from tactile_core.quantities.form import form_fault as array_fault
-from tactile_core.testing.comparing import arrays_in
-from tactile_core.testing.scenes import VirtualPress
+from tactile_core.testing.differences import arrays_in
+from tactile_core.testing.virtual_presses import VirtualPress
 
 _FACTOR = 3.0
 """A measurement of a ball this much too high or too low has another unit, or another model."""

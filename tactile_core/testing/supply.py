@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
-from tactile_core.testing.bench import Bench
+from tactile_core.testing.registered import Registered
 
 KnownQuantities = Mapping[type[Quantity], Quantity]
 
@@ -15,7 +15,7 @@ KnownQuantities = Mapping[type[Quantity], Quantity]
 def completed(
     known: KnownQuantities,
     needs: Collection[type[Quantity]],
-    bench: Bench,
+    registered: Registered,
     context: SensorContext,
     *,
     without: str,
@@ -26,7 +26,7 @@ def completed(
     ----------
     known : mapping of type to Quantity
     needs : collection of types
-    bench : Bench
+    registered : Registered
     context : SensorContext
         The sensor that the quantities are of.
     without : str
@@ -35,7 +35,7 @@ def completed(
     made = dict(known)
     if made.keys() >= set(needs):
         return made
-    steps = list(_steps(bench, context, without))
+    steps = list(_steps(registered, context, without))
     while step := next((s for s in steps if s.gives not in made and s.missing(made) is None), None):
         steps.remove(step)
         try:
@@ -45,8 +45,8 @@ def completed(
     return made
 
 
-def _steps(bench: Bench, context: SensorContext, without: str) -> Iterator[Step]:
-    for source in (bench, Bench("core", {})):
+def _steps(registered: Registered, context: SensorContext, without: str) -> Iterator[Step]:
+    for source in (registered, Registered("core", {})):
         for part in source.estimators():
             try:
                 if part.use != without:

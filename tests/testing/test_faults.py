@@ -14,8 +14,8 @@ from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.checks import checks_of, subjects_of
 from tactile_core.testing.faults import Fault, Unjudged
-from tactile_core.testing.scenes import VirtualPress, generic_rig
 from tactile_core.testing.supply import completed
+from tactile_core.testing.virtual_presses import VirtualPress, generic_rig
 
 FAKES = Path(__file__).parents[1] / "fakes" / "faulty"
 IMPORTS = ("light_import", "import_effects")
@@ -149,7 +149,7 @@ def failures(suite: type[PluginConformance], *, imports: bool) -> dict[str, str]
     for name, method in checks_of(suite).items():
         if name == "expected_failures" or (name in IMPORTS) > imports:
             continue
-        subjects = subjects_of(method, suite.bench)
+        subjects = subjects_of(method, suite.registered)
         for subject in [()] if subjects is None else [(one,) for one in subjects[1]]:
             try:
                 inspect.unwrap(method)(suite(), *subject)
@@ -207,11 +207,11 @@ def test_a_quantity_that_nobody_registers_can_be_given() -> None:
 def test_what_an_estimator_needs_is_made_by_the_plugins_others() -> None:
     from fake_faulty.estimators import Temperature
 
-    bench, rig = suite_of("not_json").bench, generic_rig()
+    registered, rig = suite_of("not_json").registered, generic_rig()
     truth = rig.scenes[0].truth
-    made = completed(truth, [Temperature], bench, rig.context, without="not_json.y")
+    made = completed(truth, [Temperature], registered, rig.context, without="not_json.y")
     assert made.keys() >= truth.keys() | {Temperature}
-    without = completed(truth, [Temperature], bench, rig.context, without="not_json.x")
+    without = completed(truth, [Temperature], registered, rig.context, without="not_json.x")
     assert Temperature not in without
 
 

@@ -23,7 +23,7 @@ from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.testing.faults import Unjudged
-from tactile_core.testing.scenes import Rig, full_rig, generic_rig, small_rig
+from tactile_core.testing.virtual_presses import Rig, full_rig, generic_rig, small_rig
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ProfileFile:
         return f"profile {self.path.stem}"
 
 
-class Bench:
+class Registered:
     """A plugin's parts, each made when it is asked for.
 
     Parameters

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
 from typing import Any, Literal, NoReturn, Self, TypeVar, get_args
 
-from pluggy import HookCaller, PluginManager, PluginValidationError
+from pluggy import HookImpl, PluginManager, PluginValidationError
 
 from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
@@ -21,6 +22,7 @@ KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 
 _HOOKS: Mapping[ComponentKind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
 _ALL_HOOKS = (*_HOOKS.values(), "tactile_profiles")
+_REGISTERING = Lock()
 _COMPONENT_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 T = TypeVar("T")
@@ -40,7 +42,7 @@ class Plugin:
     """An imported plugin whose hooks fit the contract."""
 
     offer: Offer
-    _hooks: Mapping[str, HookCaller]
+    _hooks: Mapping[str, HookImpl]
 
     @classmethod
     def load(cls, offer: Offer) -> Self:
@@ -52,27 +54,22 @@ class Plugin:
             It cannot be imported, or implements hooks that are not in the contract.
         """
         found = _attempt(partial(_object, offer.value), f"{offer} cannot be imported", offer)
-        manager = PluginManager("tactile_core")
-        manager.add_hookspecs(hookspecs)
         try:
-            manager.register(found, offer.name)
+            hooks = _registered(found)
         except PluginValidationError as error:
             raise PluginError(
                 f"{offer} has a hook that does not fit ({words_of(error)}); {_remedy(offer)}"
             ) from error
-        callers = manager.get_hookcallers(found) or []
         unknown = [
-            caller.name
-            for caller in callers
-            if not caller.has_spec()
-            and not all(implementation.optionalhook for implementation in caller.get_hookimpls())
+            name
+            for name, implementation in hooks.items()
+            if name not in _ALL_HOOKS and not implementation.optionalhook
         ]
         if unknown:
             raise PluginError(
                 f"{offer} implements {unknown[0]}, which is no hook of {offer.group}"
                 f"{_instead(unknown[0], _ALL_HOOKS)}"
             )
-        hooks = {caller.name: caller for caller in callers}
         for name in _ALL_HOOKS:
             if name not in hooks and callable(getattr(found, name, None)):
                 raise PluginError(
@@ -165,9 +162,8 @@ class Plugin:
     def _call(self, hook: str) -> Any:
         if hook not in self._hooks:
             return None
-        caller = self._hooks[hook]
-        results = _attempt(caller, f"{self.offer}: {hook} failed", self.offer)
-        return results[0] if results else None
+        implementation = self._hooks[hook].function
+        return _attempt(implementation, f"{self.offer}: {hook} failed", self.offer)
 
     def _refuse(self, kind: ComponentKind, name: str, registered: Mapping[str, str]) -> NoReturn:
         for other in KINDS:
@@ -177,6 +173,33 @@ class Plugin:
                     f"name it there, or another component here"
                 )
         raise PluginError(f"{self.offer} has no {kind} {name!r}{_instead(name, tuple(registered))}")
+
+
+@cache
+def _manager() -> PluginManager:
+    manager = PluginManager("tactile_core")
+    manager.add_hookspecs(hookspecs)
+    return manager
+
+
+def _registered(plugin: Any) -> dict[str, HookImpl]:
+    """Return a plugin's implementations by hook, validated when it is met for the first time."""
+    manager = _manager()
+    with _REGISTERING:
+        if not manager.is_registered(plugin):
+            try:
+                # by identity: one object may be offered under two names, and two under one
+                manager.register(plugin, str(id(plugin)))
+            except PluginValidationError:
+                if manager.is_registered(plugin):
+                    manager.unregister(plugin)
+                raise
+        return {
+            hook.name: implementation
+            for hook in manager.get_hookcallers(plugin) or ()
+            for implementation in hook.get_hookimpls()
+            if implementation.plugin is plugin
+        }
 
 
 def _object(value: str) -> Any:

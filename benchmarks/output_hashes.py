@@ -28,6 +28,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -42,18 +43,24 @@ HASHES = "hashes.json"
 TEXTS = {".csv", ".html", ".json", ".md", ".py", ".toml", ".txt", ".yaml", ""}
 
 UNSTEADY = {
-    r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d)?(\+\d\d:\d\d| UTC)?": "DATE",
     r"\b[\d.]+(?= ?ms\b)": "TIME",
     r"\b[\d.]+(?= ?MiB\b)": "MEMORY",
+    r"[\d.]+ / [\d.]+(\s+|</td><td>)\d+(?=$|</td></tr>)": "TIME MEMORY",
 }
-"""Dates, how long a frame took and how much memory the process used."""
+"""How long a frame took and how much memory the process used; the last two columns of a table."""
+
+TIMED_TABLE = "time, ms (median / p90)"
+"""Head of a table whose columns are as wide as its times."""
 
 UNSTEADY_KEYS = {
     "latency_ms",  # how long a frame took
+    "timed_frames",  # how many frames were measured in a fixed time
+    "peak_memory_mib",  # of the process
     "created",  # when a bundle was written
     "versions",  # of the software that wrote it
     "machine",  # where a bench ran
     "content_hash",  # of a manifest, with its date
+    "mtime_ns",  # when a result was written, in the folder's list of results
 }
 """Keys of JSON objects whose values are of the moment or of the machine."""
 
@@ -149,7 +156,8 @@ def run(work: Path, case: str, number: int, line: str) -> int:
     out.mkdir(exist_ok=True)
     words = shlex.split(line.format(data="data", out=case))
     own = dict(words.pop(0).split("=", 1) for _ in range(len(words)) if "=" in words[0])
-    program = {"tactile": Path(sys.executable).with_name("tactile"), "python": sys.executable}
+    tactile = str(Path(sys.executable).with_name("tactile"))
+    program = {"tactile": tactile, "python": sys.executable}
     home = {"HOME": str(work / "home"), "XDG_DATA_HOME": str(work / "home")}
     done = subprocess.run(
         [program[words[0]], *words[1:]],
@@ -188,7 +196,7 @@ def is_text(name: str) -> bool:
 
 def steady(text: str, work: Path, *, only_keys: bool = False) -> str:
     """Take out of a text what varies from run to run, or with where the software lies."""
-    for place, word in ((work, "WORK"), (DATA, "DATA"), (sys.prefix, "PREFIX"), (ROOT, "ROOT")):
+    for place, word in ((work, "WORK"), (DATA, "DATA"), (_installed(), "CODE")):
         text = text.replace(str(place), word)
     try:
         objects = [json.loads(text)]
@@ -201,8 +209,17 @@ def steady(text: str, work: Path, *, only_keys: bool = False) -> str:
         kept = [_steady_json(each, only_keys) for each in objects]
         text = "".join(json.dumps(each, indent=1, ensure_ascii=False) + "\n" for each in kept)
     for pattern, word in UNSTEADY.items():
-        text = re.sub(pattern, word, text)
+        text = re.sub(pattern, word, text, flags=re.MULTILINE)
+    if TIMED_TABLE in text:
+        text = re.sub(r"(?<=\S) {2,}", "  ", text)
     return IMPORT.sub("", text)
+
+
+def _installed() -> Path:
+    found = find_spec("tactile_core")
+    if found is None or found.origin is None:
+        sys.exit(f"{sys.executable} has no tactile_core; run with the interpreter that has it")
+    return Path(found.origin).parents[1]
 
 
 def _steady_json(value: Any, only_keys: bool) -> Any:

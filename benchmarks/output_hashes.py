@@ -61,6 +61,7 @@ UNSTEADY_KEYS = {
     "machine",  # where a bench ran
     "content_hash",  # of a manifest, with its date
     "mtime_ns",  # when a result was written, in the folder's list of results
+    "size",  # in the same list, of a report with times in it; every file is hashed anyway
 }
 """Keys of JSON objects whose values are of the moment or of the machine."""
 

@@ -1,0 +1,72 @@
+"""The public names in Python on small inputs: ``python public_names.py OUT``.
+
+It runs in the folder of ``output_hashes.py``, after the cases whose results it reads.
+"""
+
+from __future__ import annotations
+
+import sys
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactile_core import ContactMask, Gradients, HeightMap, Pipeline, open_sensor
+from tactile_core.algorithms.poisson import integrate
+from tactile_core.sim import VirtualStage
+
+TRUTH = ("height_mm", "gradients", "contact", "stick", "displacement_mm", "markers_px", "wrench")
+OUT = Path(sys.argv[1])
+Arrays = dict[str, Any]
+
+
+def solved() -> Arrays:
+    """Heights of one slope field, for each boundary, whole and in a mask."""
+    y, x = np.mgrid[0:48, 0:64] / 8
+    gx, gy = np.cos(x) * np.sin(y), np.sin(x) * np.cos(y)
+    masks = {"whole": None, "masked": (x - 4) ** 2 + (y - 3) ** 2 < 8}
+    return {
+        f"{boundary}_{name}": integrate(gx, gy, mm_per_px=0.125, boundary=boundary, mask=mask)
+        for boundary, (name, mask) in product(("neumann", "dirichlet"), masks.items())
+    }
+
+
+def staged(kind: str, options: dict[str, Any], seed: int) -> Arrays:
+    """Frame and truth of a shape that was pressed, sheared, turned and held."""
+    overrides = {"gel": {"friction": 0.4}}
+    stage = VirtualStage("hex_fingertip", seed=seed, mode="fast", overrides=overrides)
+    stage.indenter(kind, x_mm=0.5, **options)
+    stage.press(force_n=1.0)
+    stage.shear(dx_mm=0.2, steps=2)
+    stage.twist(degrees=2)
+    stage.hold(seconds=0.2)
+    truth = stage.truth()
+    arrays = {name: np.asarray(getattr(truth, name)) for name in TRUTH}
+    return arrays | {"time_s": truth.time_s, "frame": stage.frame().pixels}
+
+
+def main() -> None:
+    """Write what each name gives."""
+    heights = solved()
+    np.savez(OUT / "integrate.npz", **heights)
+    shapes: dict[str, dict[str, Any]] = {
+        "sphere": {"diameter_mm": 6},
+        "cylinder": {"diameter_mm": 5, "length_mm": 6, "angle_deg": 30},
+        "flat": {"size_mm": (4, 3)},
+        "cone": {"half_angle_deg": 65},
+        "heightmap": {"height_mm": heights["dirichlet_whole"], "mm_per_px": 0.1},
+    }
+    for seed, (kind, options) in enumerate(shapes.items()):
+        np.savez(OUT / f"stage_{kind}.npz", **staged(kind, options, seed))
+    bundle = "calibrate_models_core.polynomial/bundle"
+    with open_sensor("objectfolder.yaml", bundle=bundle, input="few_objectfolder") as sensor:
+        assert isinstance(sensor.pipeline, Pipeline)
+        reading = sensor.read()
+    for quantity in (HeightMap, Gradients, ContactMask):
+        arrays: Arrays = dict(reading[quantity].arrays())
+        np.savez(OUT / f"{quantity.__name__}.npz", **arrays)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-"""From the images of a camera, under the lights, to frames in the geometry of the profile.
+"""From the images of a camera, under its lights, to frames in the geometry of the profile.
 
 May import bundles, profiles, plugins, interfaces and what these may import.
 """

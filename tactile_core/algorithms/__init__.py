@@ -1,1 +1,4 @@
-"""Pure functions on arrays; they know nothing else of ours but ``errors``."""
+"""Pure functions on arrays, a folder or module for each word of the papers.
+
+May import errors, and nothing else of ours.
+"""

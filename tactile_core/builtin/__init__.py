@@ -1,4 +1,7 @@
-"""The plugin ``core``: components that belong to no one rig, registered like a stranger's."""
+"""The plugin ``core``: thin adapters over the algorithms, registered like a stranger's.
+
+May import conditioning, recordings, interfaces and what these may import.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The command ``tactile``: data to stdout, words to stderr, one sentence when it fails."""
+"""The command ``tactile``: data to stdout, words to stderr, one sentence when it fails.
+
+May import every room but testing.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,4 @@
-"""File formats: one module each, reading into plain values and writing whole or not at all."""
+"""File formats, one a module: read into plain values, written whole or not at all.
+
+May import algorithms, quantities and errors.
+"""

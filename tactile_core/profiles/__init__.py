@@ -1,1 +1,4 @@
-"""Profiles: YAML with positions, the model, and every mistake at once."""
+"""Profiles: YAML with positions, the model, and every mistake at once.
+
+May import plugins, interfaces and what these may import.
+"""

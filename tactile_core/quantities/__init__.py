@@ -1,5 +1,7 @@
 """What is measured: each quantity's type fixes its unit, its frame and its sign.
 
+May import errors.
+
 Sensor frame: origin at the image centre, x right, y down, z away from the camera towards the
 object (right-handed), millimetres. Arrays are read-only; every value is frozen.
 """

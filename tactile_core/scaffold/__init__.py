@@ -1,5 +1,7 @@
 """A start for a lab's own sensor: a commented profile from one picture, and a plugin package.
 
+May import calibration, pipeline and what these may import.
+
 :func:`new_profile` finds what differs from a known build; :func:`new_package` puts such a profile
 into an installable plugin with a first estimator and its conformance test.
 """

@@ -1,4 +1,6 @@
-"""Virtual rigs: sensors without hardware, with the truth attached.
+"""Virtual sensors: frames of any profile without hardware, with the truth beside them.
+
+May import calibration, pipeline and what these may import.
 
 ``VirtualStage`` moves an object on the skin of any profile; ``Faults`` are what may go wrong with
 the rig. Both are imported when they are first used.

@@ -1,5 +1,7 @@
 """The conformance kit: a lab proves its plugin with five lines of pytest.
 
+May import every room but cli; nothing but tests imports it.
+
 ::
 
     from tactile_core.testing import PluginConformance

@@ -159,29 +159,3 @@ def test_earlier_readings_keep_their_values(lab: VirtualLab) -> None:
     pipeline.process(frame_of(lab, None))
     np.testing.assert_array_equal(first[HeightMap].mm, before[0])
     np.testing.assert_array_equal(first[Gradients].x, before[1])
-
-
-def drifted(lab: VirtualLab, press: BallPress | None, minute: int) -> Frame:
-    """A frame in the light of some minutes later: each channel goes its own way."""
-    gains = 1 + 0.006 * minute * np.array([1.0, -1.0, 0.5])
-    frame = frame_of(lab, press)
-    pixels = np.clip(np.rint(frame.pixels * gains), 0, 255).astype(np.uint8)
-    return replace(frame, pixels=pixels, sequence=minute)
-
-
-def test_a_ball_that_is_held_stays_while_the_light_drifts(lab: VirtualLab) -> None:
-    pipeline = Pipeline(lab.profile, lab.bundle)
-    before = pipeline.process(frame_of(lab, PRESS))
-    for minute in range(1, 11):
-        now = pipeline.process(drifted(lab, PRESS, minute))
-        assert now[HeightMap].mm.max() == pytest.approx(before[HeightMap].mm.max(), rel=0.03)
-        assert now[ContactMask].area_mm2 == pytest.approx(before[ContactMask].area_mm2, rel=0.05)
-
-
-def test_a_ball_that_was_held_for_long_leaves_no_trace(lab: VirtualLab) -> None:
-    pipeline = Pipeline(lab.profile, lab.bundle)
-    for minute in range(10):
-        pipeline.process(drifted(lab, PRESS, minute))
-    reading = pipeline.process(drifted(lab, None, 10))
-    assert reading[ContactMask].area_mm2 == 0
-    assert np.abs(reading[HeightMap].mm).max() < 0.02

@@ -20,7 +20,7 @@ from diagrams import Curve, Panel, write_sheet
 from tactile_core.formats.target import read_target
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics import RigOptics
 from tactile_core.sim.stage import VirtualStage
 

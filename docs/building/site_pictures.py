@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import HeightMap
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 from tactile_core.views.pictures import relief, side_by_side
 
 RIGS = ("hex_fingertip", "baxter_fingertip", "desktop_six_led", "desktop_three_colour")

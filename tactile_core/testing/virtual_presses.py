@@ -30,7 +30,7 @@ from tactile_core.quantities import (
     Reference,
     SlipState,
 )
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
 SMALL_PX = 160

@@ -15,7 +15,7 @@ from tactile_core.algorithms.circles import (
     locate,
     refine_grid,
 )
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 
 
 @dataclass(frozen=True)

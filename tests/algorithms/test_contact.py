@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tactile_core import load_profile
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.errors import InputError
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.poisson import integrate, integrate_robustly
 from tactile_core.errors import InputError
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

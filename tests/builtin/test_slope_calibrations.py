@@ -20,7 +20,7 @@ from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

@@ -19,7 +19,7 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.scoring import FOLDS
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Reference
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 
 HELD_OUT = 2
 Known = list[list[np.ndarray]]

@@ -15,7 +15,7 @@ from support import command_line
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 LIMIT_BYTES = 60_000
 

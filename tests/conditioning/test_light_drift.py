@@ -7,7 +7,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import ContactMask, Frame, HeightMap, Pipeline
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

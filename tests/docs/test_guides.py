@@ -6,7 +6,7 @@ from pathlib import Path
 from support.followed import ROOT, Reader
 from support.virtual_lab import VirtualLab
 
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 DOCS = ROOT / "docs"
 

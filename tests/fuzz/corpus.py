@@ -13,7 +13,7 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.tmd import write_tmd
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 from tactile_core.sim.script import Script
 from tactile_core.sim.simulation import simulate
 from tactile_core.sim.stage import VirtualStage

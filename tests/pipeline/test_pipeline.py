@@ -11,7 +11,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading
 from tactile_core.algorithms import kernels
 from tactile_core.errors import InputError
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

@@ -11,7 +11,7 @@ from tactile_core.errors import CalibrationError, CameraLost, DeviceError, Input
 from tactile_core.formats.images import write_png
 from tactile_core.pipeline.sensor import played_back
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 
 def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 
 
 def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.ball import SKIRT_BALL_FRACTION, render
+from tactile_core.sim.analytic_ball import SKIRT_BALL_FRACTION, render
 
 Array = NDArray[Any]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import pytest
 from tactile_baxter_fingertip.four_sides import FourSides, FourSidesOptions
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 
 
 def test_the_light_is_found_by_its_name() -> None:

@@ -25,7 +25,7 @@ from tactile_core.plugins.returned import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
 PRESSES = 8

@@ -15,7 +15,7 @@ from tactile_core.evaluation.comparison.report import comparison_page, compariso
 from tactile_core.evaluation.comparison.variants import parse_swap, variants_of
 from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.formats.npz import write_npz
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 
 PRESSES = {
     "left": BallPress((60.0, 55.0), BALL_MM, 0.8),

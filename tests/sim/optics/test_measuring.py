@@ -16,7 +16,7 @@ from tactile_core.interfaces.component import Component
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics import RigOptics
 
 SCORED = 0.8

@@ -9,7 +9,7 @@ import sensor_profiles
 from tactile_core.errors import InputError
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.ball import BallPress
+from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics import Faults, RigOptics
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.virtual_lab import VirtualLab
 
-from tactile_core.sim.ball import BallPress, render
+from tactile_core.sim.analytic_ball import BallPress, render
 
 SCALE = 0.05
 

@@ -64,11 +64,6 @@ class FoundPress:
     start: Start | None = None
 
     @property
-    def flat_equivalent_px(self) -> float:
-        """Radius of the ball that would press a flat gel so."""
-        return flat_equivalent(self.ball_radius_px, self.dome_radius_px)
-
-    @property
     def used(self) -> bool:
         """Whether the press is good enough to fit on."""
         return self.circle.used

@@ -9,7 +9,7 @@ from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.formats.shown import shown
-from tactile_core.formats.yaml import number, read_mapping, write_mapping
+from tactile_core.formats.yaml import number, read_mapping
 
 SCAN_FILE = "scan.yaml"
 Crop = tuple[int, int, int, int]
@@ -86,27 +86,6 @@ def read_scan(path: Path) -> Scan:
         gel_id=str(metadata.get("gelid") or "") if isinstance(metadata, dict) else "",
         extra={key: value for key, value in content.items() if key not in _OURS},
     )
-
-
-def write_scan(path: Path, scan: Scan) -> None:
-    """Write a ``scan.yaml``, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        The disk is full or refuses.
-    """
-    content: dict[str, Any] = {
-        "images": list(scan.images),
-        "guid": scan.guid,
-        "mmperpixel": scan.mm_per_px or 0,
-        "crop": list(scan.crop or (0, 0, 0, 0)),
-        "calib": scan.calib,
-        "annotations": [dict(annotation) for annotation in scan.annotations],
-    }
-    if scan.gel_id:
-        content["metadata"] = {"gelid": scan.gel_id}
-    write_mapping(path, {**content, **scan.extra})
 
 
 def _leaves(image: str) -> bool:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_text, write_atomically
+from tactile_core.formats.files import read_text
 from tactile_core.formats.shown import shown
 
 MOST_BYTES = 1_000_000
@@ -55,24 +53,6 @@ def read_mapping(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise InputError(f"{path} is no mapping of keys to values")
     return {str(key): value for key, value in content.items()}
-
-
-def write_mapping(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a mapping as YAML, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        The disk is full or refuses.
-    """
-    from ruamel.yaml import YAML
-
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    buffer = io.BytesIO()
-    yaml.dump(dict(content), buffer)
-    write_atomically(path, buffer.getvalue())
 
 
 def number(

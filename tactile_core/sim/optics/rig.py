@@ -111,12 +111,6 @@ class RigOptics:
         marks = self._membrane.marks
         return np.zeros((0, 2)) if marks is None else marks.rest_px.copy()
 
-    @property
-    def markers_worn(self) -> NDArray[np.bool_]:
-        """(N,) which of them are missing, by a fault."""
-        marks = self._membrane.marks
-        return np.zeros(0, np.bool_) if marks is None else marks.worn.copy()
-
     def expose(
         self,
         height_mm: NDArray[Any],

@@ -13,7 +13,7 @@ from scipy.io import loadmat
 
 from experiments.row import Row, command
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Gradients
 
 Array = NDArray[Any]

@@ -12,7 +12,7 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.target import BallGrid, read_target
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import played_back, read_frames
+from tactile_core.pipeline.playback import played_back, read_frames
 from tactile_core.quantities import Gradients
 
 ROOT = Path(__file__).resolve().parents[1]

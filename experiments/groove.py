@@ -14,7 +14,7 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Gradients, HeightMap
 
 Array = NDArray[Any]

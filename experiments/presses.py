@@ -24,7 +24,7 @@ from tactile_core.calibration.presses import (
 )
 from tactile_core.calibration.result import Calibrated
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Gradients, HeightMap
 
 

@@ -24,7 +24,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.pipeline.sensor import played_back, read_frames
+from tactile_core.pipeline.playback import played_back, read_frames
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by

@@ -22,7 +22,7 @@ from tactile_core.calibration.surface import S
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.progress import Progress
-from tactile_core.pipeline.sensor import images_per_observation, read_frames
+from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recording import open_recording

@@ -41,7 +41,8 @@ def run(
     from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
     from tactile_core.pipeline.outputs import FORMATS, check_names, write_reading
-    from tactile_core.pipeline.sensor import FIRST, observation_names, open_sensor
+    from tactile_core.pipeline.playback import observation_names
+    from tactile_core.pipeline.sensor import FIRST, open_sensor
     from tactile_core.recordings.inputs import PROFILE, Inputs
     from tactile_core.recordings.output_folder import OutputFolder
 

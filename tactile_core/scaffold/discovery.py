@@ -17,7 +17,7 @@ from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.progress import Progress
-from tactile_core.pipeline.sensor import images_per_observation, read_frames
+from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.profiles.loader import load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles

@@ -13,7 +13,7 @@ from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.targets import balls
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding

@@ -6,7 +6,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.errors import InputError
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Frame
 
 

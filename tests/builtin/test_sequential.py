@@ -11,7 +11,7 @@ import pytest
 from tactile_core.acquisition.acquisition import average
 from tactile_core.errors import SequenceError
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 

@@ -19,7 +19,7 @@ from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Gradients
 
 Array = NDArray[np.float64]

@@ -271,7 +271,7 @@ def test_an_unclear_declaration_is_refused_by_step_and_class(
 def test_a_step_that_raises_is_let_through_with_its_name() -> None:
     with pytest.raises(InputError, match="upside down") as caught:
         chain(look=Stumbling).run(everything())
-    assert caught.value.__notes__ == ["raised by step 'look' (tests.test_chain.Stumbling)"]
+    assert caught.value.__notes__ == [f"raised by step 'look' ({__name__}.Stumbling)"]
 
 
 def test_a_step_that_gives_something_else_than_it_declares_is_caught() -> None:

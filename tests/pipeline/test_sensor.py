@@ -9,7 +9,7 @@ from tactile_core.builtin.constant import ConstantIllumination
 from tactile_core.builtin.replay import ReplayCamera
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.formats.images import write_png
-from tactile_core.pipeline.sensor import played_back
+from tactile_core.pipeline.playback import played_back
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.analytic_ball import BallPress
 

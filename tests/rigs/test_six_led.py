@@ -14,7 +14,7 @@ from experiments.grids import on_balls
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.target import BallGrid, read_target
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import played_back, read_frames
+from tactile_core.pipeline.playback import played_back, read_frames
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
 

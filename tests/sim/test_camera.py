@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core import load_profile, open_sensor
 from tactile_core.errors import InputError
-from tactile_core.pipeline.sensor import make_devices
+from tactile_core.pipeline.playback import make_devices
 from tactile_core.sim import VirtualStage
 
 SCRIPT = """\

@@ -17,7 +17,7 @@ from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, 
 from tactile_core.evaluation.fresh_process import one_thread
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.outputs import merged_arrays
-from tactile_core.pipeline.sensor import images_per_observation
+from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.recordings.recording import open_recording
 
 

@@ -17,7 +17,7 @@ from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import make_devices
+from tactile_core.pipeline.playback import make_devices
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 

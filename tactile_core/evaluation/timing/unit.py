@@ -18,7 +18,7 @@ from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.pipeline.sensor import make_devices
+from tactile_core.pipeline.playback import make_devices
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by

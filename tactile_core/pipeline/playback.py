@@ -1,0 +1,99 @@
+"""A profile's camera and lights, and recordings that are played back in place of the camera."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from tactile_core.acquisition.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
+from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.errors import InputError
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.gel import markers_misfit
+from tactile_core.interfaces.illumination import Illumination
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Reference
+from tactile_core.recordings.recording import open_recording
+
+_SAME_SHAPE = 0.01
+"""Stretch below which an image has the profile's shape but for rounding."""
+
+
+def make_devices(profile: Profile) -> tuple[Camera, Illumination]:
+    """Make the camera and the lights that a profile names, closed."""
+    camera: type[Camera] = resolve("camera", profile.camera.use)
+    with blame(CAMERA, camera):
+        made = camera.of(options_of(camera, profile.camera), profile)
+    return made, _lights(profile)
+
+
+def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
+    """Return the profile with a recording in place of its camera, and notes for the user."""
+    count = images_per_observation(profile)
+    recording = open_recording(path, images_per_observation=count)
+    notes: tuple[str, ...] = ()
+    image = profile.image
+    if recording.crop is not None:
+        image = image.model_copy(update={"crop": recording.crop})
+    if recording.mm_per_px is not None:
+        # The scan's scale is that of the camera's pixels, the profile's that of the result's.
+        camera_scale = ImageGeometry(image).camera_mm_per_px(recording.size_px)
+        scale = image.mm_per_px * recording.mm_per_px / camera_scale
+        if scale != image.mm_per_px:
+            notes = (
+                f"{path.name} gives a scale of {scale:g} mm per pixel, which replaces the "
+                f"profile's {image.mm_per_px:g}",
+            )
+            image = image.model_copy(update={"mm_per_px": scale})
+            misfit = markers_misfit(profile.gel, image)
+            if misfit is not None:
+                raise InputError(f"{notes[0]}, but then the gel {misfit}")
+    stretch = ImageGeometry(image).stretch(recording.size_px)
+    if abs(stretch - 1) > _SAME_SHAPE:
+        width, height = recording.size_px
+        notes = (
+            *notes,
+            f"{path.name} holds images of {width} × {height}, which are stretched to the profile's "
+            f"{image.width_px} × {image.height_px}, so that mm_per_px does not hold in both "
+            f"directions; set 'image.crop' or the size in the profile",
+        )
+    camera = Component.model_validate(
+        {"use": "core.replay", "path": path, "images_per_observation": count}
+    )
+    return profile.model_copy(update={"camera": camera, "image": image}), notes
+
+
+def observation_names(profile: Profile, path: Path) -> list[str]:
+    """Names of a recording's observations; of a video's the first alone."""
+    recording = open_recording(path, images_per_observation=images_per_observation(profile))
+    if recording.video is not None:
+        return [f"{path.stem}_{0:06d}"]
+    return [observation.name for observation in recording.files]
+
+
+def images_per_observation(profile: Profile) -> int:
+    """How many exposures the profile's lights take for one frame, a dark one included."""
+    return len(exposures_of(_lights(profile)))
+
+
+def read_reference(profile: Profile, path: Path) -> Reference:
+    """Average the observations of a recording of the untouched sensor."""
+    return average(list(read_frames(profile, path)))
+
+
+def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
+    """Yield the frames of a recording, in image coordinates."""
+    profile, _ = played_back(profile, path)
+    camera, illumination = make_devices(profile)
+    with illumination, camera:
+        yield from Acquisition(camera, illumination, profile.image)
+
+
+def _lights(profile: Profile) -> Illumination:
+    lights: type[Illumination] = resolve("illumination", profile.illumination.use)
+    with blame(LIGHTS, lights):
+        return lights(options_of(lights, profile.illumination))

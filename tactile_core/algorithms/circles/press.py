@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.quantile import sigma_of
 from tactile_core.algorithms.shrinking import shrunk
 
 Float = NDArray[np.float64]
@@ -18,7 +20,6 @@ BALL_RADIUS_PX = 25.0
 """Larger balls are shrunk to this radius: centres are as good and the work is bounded."""
 
 BLUR_PX = 0.7
-CEILING = 0.988
 DARK_IN_BRIGHT = 0.94
 """Some cameras fold back to dark inside a saturated spot; below this fraction, it is one."""
 
@@ -133,7 +134,7 @@ def change_of(press: PressImage, scale: float) -> Change:
         weight[_folded(full[..., k], frame[..., k])] = 0
     change = _masked_blur(frame - reference, weight)
     skin = np.linalg.norm(change, axis=2)[weight > 0]
-    noise = 1.4826 * float(np.median(skin)) + 1e-3 if skin.size else np.inf
+    noise = sigma_of(skin) + 1e-3 if skin.size else np.inf
     return Change(change, weight, full, noise, scale)
 
 

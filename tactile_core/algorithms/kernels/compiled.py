@@ -14,10 +14,9 @@ from tactile_core.algorithms.kernels.neighbours import (
     paired_both_ways,
     room_at,
 )
-from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
+from tactile_core.algorithms.kernels.resting import lower, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
-from tactile_core.algorithms.kernels.touching import steepness
 from tactile_core.algorithms.kernels.validity import two_of_three_within
 
 __all__ = [
@@ -32,12 +31,10 @@ __all__ = [
     "mutual_nearest",
     "neighbours_plane",
     "paired_both_ways",
-    "rest_plane",
     "resting_gain",
     "room_at",
     "sines_of_bytes",
     "solve_low",
-    "steepness",
     "to_slopes",
     "two_of_three_within",
 ]

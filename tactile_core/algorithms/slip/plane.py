@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.gradient import gradient
+
 Complex = NDArray[np.complex64]
 Float32 = NDArray[np.float32]
 Indices = NDArray[np.intp]
@@ -71,13 +73,9 @@ def strain(displacement: Complex, spacing_mm: float, chosen: Indices) -> Float32
     chosen : (n,) intp
         Places, counted along the rows.
     """
-    scale = 1 / (8 * spacing_mm)
-    parts = _parts(displacement)
     along, down = (
-        np.asarray(cv2.Sobel(parts, cv2.CV_32F, *order, ksize=3, scale=scale))
-        .reshape(-1, 2)
-        .take(chosen, axis=0)
-        for order in ((1, 0), (0, 1))
+        slope.reshape(-1, 2).take(chosen, axis=0)
+        for slope in gradient(_parts(displacement), spacing_mm, smooth=True)
     )
     shear = along[:, 1] + down[:, 0]
     return np.asarray(np.sqrt(along[:, 0] ** 2 + down[:, 1] ** 2 + 0.5 * shear**2), np.float32)

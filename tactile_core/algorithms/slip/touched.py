@@ -32,14 +32,6 @@ def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> F
     return small if small.ndim == 3 else small[..., None]
 
 
-def steepness(height_mm: Float32, spacing_mm: float) -> Float32:
-    """(h, w) size of the slope of a height map."""
-    scale = 1 / (8 * spacing_mm)
-    along = cv2.Sobel(height_mm, cv2.CV_32F, 1, 0, scale=scale)
-    down = cv2.Sobel(height_mm, cv2.CV_32F, 0, 1, scale=scale)
-    return np.asarray(cv2.magnitude(along, down), np.float32)
-
-
 def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
     """(h, w) how much the light of the skin changed, which is most where it became steepest.
 
@@ -76,7 +68,7 @@ def touched_within(steep: Float32, least: float) -> Bool:
     Parameters
     ----------
     steep : (h, w) float32
-        :func:`steepness` or :func:`light_change`.
+        :func:`~tactile_core.algorithms.gradient.steepness` or :func:`light_change`.
     least : float
         Of such a value at a border, at any press.
 

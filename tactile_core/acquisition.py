@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tactile_core.algorithms.intensity import CEILING
 from tactile_core.blame import blame, fault
 from tactile_core.camera import Camera
 from tactile_core.errors import CameraLost, InputError
@@ -14,7 +15,6 @@ from tactile_core.geometry import ImageGeometry
 from tactile_core.illumination import Exposure, Illumination
 from tactile_core.profiles.model import ImageSection
 from tactile_core.quantities import Frame, Image, Pixels, Reference
-from tactile_core.quantities.observation import CEILING
 
 CAMERA, LIGHTS = "the camera", "the lights"
 """How messages name the parts of a sensor."""

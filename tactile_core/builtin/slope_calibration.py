@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from tactile_core import device
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
+from tactile_core.algorithms.intensity import CEILING, FLOOR
 from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.sines import to_sines
 from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField, takes_table
@@ -33,8 +34,6 @@ FAITHFUL_SINE = 0.0175
 """Largest mean distance of table and model, 1°: half of what the best models err."""
 
 _PRESSES_COMPARED = 4
-SATURATED_FRACTION = 0.988
-DARK_FRACTION = 0.012
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -319,9 +318,7 @@ def _table_from(arrays: Arrays) -> ColourTable:
 
 def _measurable(frame: Frame) -> Bool:
     """Where two channels are neither saturated nor dark, and no mark hides the skin."""
-    valid = two_within(
-        frame.pixels, DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
-    )
+    valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
     if frame.marks is not None:
         valid &= skin_of(frame.marks)
     return valid.view(np.bool_)

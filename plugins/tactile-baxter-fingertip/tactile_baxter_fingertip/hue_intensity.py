@@ -12,12 +12,9 @@ from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, Light
+from tactile_core.algorithms.intensity import CEILING, FLOOR
 from tactile_core.algorithms.sines import to_sines
-from tactile_core.builtin.slope_calibration import (
-    DARK_FRACTION,
-    SATURATED_FRACTION,
-    check_fitting,
-)
+from tactile_core.builtin.slope_calibration import check_fitting
 from tactile_core.calibration import Calibration, Press
 from tactile_core.device import Options
 from tactile_core.errors import CalibrationError, InputError
@@ -186,10 +183,10 @@ def _valid(frame: Frame) -> Bool:
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
     # Extremes are found ten times faster than where they are, and are rarely out of range.
     darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
-    if brightest >= SATURATED_FRACTION * frame.full_scale:
+    if brightest >= CEILING * frame.full_scale:
         valid &= ~frame.saturated.any(axis=2)
-    if darkest <= DARK_FRACTION * frame.full_scale:
-        valid &= (frame.pixels > DARK_FRACTION * frame.full_scale).any(axis=2)
+    if darkest <= FLOOR * frame.full_scale:
+        valid &= (frame.pixels > FLOOR * frame.full_scale).any(axis=2)
     if frame.marks is not None:
         valid &= ~frame.marks
     return valid

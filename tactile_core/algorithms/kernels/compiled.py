@@ -2,10 +2,8 @@
 
 from tactile_core.algorithms.kernels.integration import (
     backward_columns,
-    divergence_in_dft_order,
+    double_divergence,
     forward_columns,
-    from_dft_order,
-    in_dft_order,
     solve_low,
 )
 from tactile_core.algorithms.kernels.neighbours import (
@@ -21,11 +19,9 @@ from tactile_core.algorithms.kernels.validity import two_of_three_within
 
 __all__ = [
     "backward_columns",
-    "divergence_in_dft_order",
+    "double_divergence",
     "forward_columns",
-    "from_dft_order",
     "halved_brightness",
-    "in_dft_order",
     "lower",
     "moments_of_labels",
     "mutual_nearest",

@@ -70,6 +70,11 @@ class PolynomialFit:
         return fit
 
 
+def scaling(features: Float32) -> tuple[Float32, Float32]:
+    """Mean and standard deviation (D,) of (N, D) features; none of the latter is 0."""
+    return features.mean(0), features.std(0) + np.float32(1e-6)
+
+
 def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
     """(N, T) products of up to ``order`` features, the constant first, then by their number."""
     features = np.ascontiguousarray(scaled.T)
@@ -105,8 +110,7 @@ def fit_polynomial(
     CalibrationError
         The samples do not determine the coefficients.
     """
-    mean = features.mean(0)
-    std = features.std(0) + np.float32(1e-6)
+    mean, std = scaling(features)
     a = terms(((features - mean) / std).astype(np.float64), order)
     normal = a.T @ a + ridge * len(a) * np.eye(a.shape[1])
     try:

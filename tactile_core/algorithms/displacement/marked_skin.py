@@ -13,6 +13,7 @@ from tactile_core.algorithms.displacement.contact_drag import ContactDrag
 from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
 from tactile_core.algorithms.pitch import pitch
+from tactile_core.algorithms.places import struck
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -119,11 +120,7 @@ class MarkedSkin:
     def supported(self, px: Array, seen: Bool) -> Bool:
         """(H, W) bool: within a pitch of a mark that is seen."""
         grid = self._grid
-        near = np.zeros(grid.shape, np.uint8)
-        at = np.rint(grid.in_cells(px[seen])).astype(int)
-        inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=1)
-        near[at[inside, 1], at[inside, 0]] = 1
-        near = np.asarray(cv2.dilate(near, self._around))
+        near = np.asarray(cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around))
         return grid.marked(near.view(np.bool_))
 
     def _without(

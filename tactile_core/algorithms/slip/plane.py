@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.gradient import gradient
+from tactile_core.algorithms.places import nodes
 
 Complex = NDArray[np.complex64]
 Float32 = NDArray[np.float32]
@@ -45,11 +46,11 @@ def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
     -------
     (h, w) complex64
     """
-    nodes, per_place = _nodes(now.shape), np.float32(1 / spacing_mm)
+    at, per_place = _nodes(now.shape), np.float32(1 / spacing_mm)
     moved = now - before
     # the same skin was elsewhere then: twice is enough, for displacements change slowly in space
     for _ in range(2):
-        came_from = nodes - _parts(moved) * per_place
+        came_from = at - _parts(moved) * per_place
         was = cv2.remap(
             _parts(before),
             came_from,
@@ -93,8 +94,7 @@ def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex:
 @lru_cache(maxsize=4)
 def _nodes(shape: tuple[int, ...]) -> Float32:
     """(h, w, 2) column and row of each value."""
-    columns, rows = np.meshgrid(np.arange(shape[1]), np.arange(shape[0]))
-    return np.stack([columns, rows], axis=-1).astype(np.float32)
+    return nodes(shape)
 
 
 def _parts(field: Complex) -> Float32:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.places import struck
 from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.shrinking import shrunk
 
@@ -49,12 +50,10 @@ def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
 
 def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     """(h, w) what lies this near to points (N, 2), x and y in places."""
-    near = np.zeros(shape, np.uint8)
-    columns, rows = np.rint(points).astype(np.intp).T
-    inside = (columns >= 0) & (rows >= 0) & (columns < shape[1]) & (rows < shape[0])
-    near[rows[inside], columns[inside]] = 1
     side = 2 * round(radius) + 1
-    return np.asarray(cv2.dilate(near, np.ones((side, side), np.uint8))).view(np.bool_)
+    return np.asarray(cv2.dilate(struck(points, shape), np.ones((side, side), np.uint8))).view(
+        np.bool_
+    )
 
 
 def touched_within(steep: Float32, least: float) -> Bool:

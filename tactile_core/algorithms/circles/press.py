@@ -102,15 +102,19 @@ class Change:
 
     def disc(self, centre: Float, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Columns and rows of the skin within a radius of a centre."""
-        h, w = self.weight.shape
-        x0, x1 = max(0, int(centre[0] - radius)), min(w, int(centre[0] + radius) + 2)
-        y0, y1 = max(0, int(centre[1] - radius)), min(h, int(centre[1] + radius) + 2)
-        if x0 >= x1 or y0 >= y1:
-            return np.empty(0, np.intp), np.empty(0, np.intp)
-        y, x = np.mgrid[y0:y1, x0:x1]
-        inside = (x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2
-        inside &= self.weight[y0:y1, x0:x1] > 0
-        return x[inside], y[inside]
+        return disc(self.weight, centre, radius)
+
+
+def disc(
+    skin: NDArray[Any], centre: Float, radius: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Columns and rows within a radius of a centre where an (H, W) mask or weight is not 0."""
+    sides = zip(centre, skin.shape[::-1], strict=True)
+    box = [np.clip([v - radius, v + radius + 2], 0, side).astype(int) for v, side in sides]
+    (x0, x1), (y0, y1) = box
+    y, x = np.mgrid[y0:y1, x0:x1]
+    inside = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2) & (skin[y, x] > 0)
+    return x[inside], y[inside]
 
 
 def working_scale(ball_radius_px: float) -> float:

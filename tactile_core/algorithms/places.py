@@ -8,6 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def from_middle(count: int) -> NDArray[np.float64]:
+    """(n,) place of each of so many pixels in a line, from its middle."""
+    return np.asarray(np.arange(count) - (count - 1) / 2)
+
+
 def nodes(shape: tuple[int, ...]) -> NDArray[np.float32]:
     """(h, w, 2) column and row of every pixel."""
     return np.indices(shape, np.float32)[::-1].transpose(1, 2, 0).copy()

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.narrowest import narrowest
+from tactile_core.algorithms.places import from_middle
 from tactile_core.algorithms.quantile import sigma_of
 
 Array = NDArray[Any]
@@ -34,8 +35,8 @@ class RestPlane(NamedTuple):
         ``out`` may hold the result; ``height_mm`` itself as well.
         """
         rows, columns = height_mm.shape
-        down = self.slope_y * mm_per_px * (np.arange(rows) - (rows - 1) / 2)
-        across = self.slope_x * mm_per_px * (np.arange(columns) - (columns - 1) / 2)
+        down = self.slope_y * mm_per_px * from_middle(rows)
+        across = self.slope_x * mm_per_px * from_middle(columns)
         levels = (self.level_mm + down[:, None]).astype(height_mm.dtype)
         compiled = kernels.ready()
         if compiled is not None and out is height_mm and out.dtype == np.float32:
@@ -80,8 +81,7 @@ def rest_plane(
     z, p, q = (
         a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
     )
-    y = (np.arange(step // 2, rows, step) - (rows - 1) / 2) * mm_per_px
-    x = (np.arange(step // 2, columns, step) - (columns - 1) / 2) * mm_per_px
+    y, x = (from_middle(side)[step // 2 :: step] * mm_per_px for side in (rows, columns))
     x, y = np.tile(x, len(y)), np.repeat(y, len(x))
     tilt = float(np.median(p)), float(np.median(q))
     deviation = np.hypot(p - tilt[0], q - tilt[1])

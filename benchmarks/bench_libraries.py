@@ -175,7 +175,7 @@ def integration() -> Iterator[Row]:
 
 
 def fields() -> Iterator[Row]:
-    """Displacement of a marked skin."""
+    """Displacement of a gel surface with markers."""
     field, grid = 0.1 * smooth(40, 2), CoarseGrid.of(SHAPE, 7.5)
     coarse, at = field[: grid.shape[0], : grid.shape[1]].copy(), grid.nodes + np.float32(0.37)
     here = np.indices(SHAPE)[::-1].reshape(2, -1).T.astype(float)
@@ -256,7 +256,7 @@ def fits() -> Iterator[Row]:
         a = terms(((features - mean) / std).astype(float), 2)
         held = np.sqrt(1e-3 * len(a)) * np.eye(a.shape[1])
         right = np.concatenate([targets, np.zeros((a.shape[1], 2))])
-        return np.asarray(np.linalg.lstsq(np.concatenate([a, held]), right)[0])
+        return np.asarray(np.linalg.lstsq(np.concatenate([a, held]), right, rcond=None)[0])
 
     def by_light() -> tuple[float, float, float]:
         (circle,) = find_circles([Start.of(image, 40.0)])

@@ -1,4 +1,4 @@
-"""The pitch of a lattice is told from its points."""
+"""The pitch of a lattice is found from its points."""
 
 import numpy as np
 

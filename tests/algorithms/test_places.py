@@ -1,4 +1,4 @@
-"""Pixels are told by column and row, and points by the pixels they lie in."""
+"""A pixel is its column and its row, and a point lies in one of them or in none."""
 
 import numpy as np
 

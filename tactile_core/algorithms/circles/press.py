@@ -106,14 +106,14 @@ class Change:
 
 
 def disc(
-    skin: NDArray[Any], centre: Float, radius: float
+    seen: NDArray[Any], centre: Float, radius: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Columns and rows within a radius of a centre where an (H, W) mask or weight is not 0."""
-    sides = zip(centre, skin.shape[::-1], strict=True)
+    sides = zip(centre, seen.shape[::-1], strict=True)
     box = [np.clip([v - radius, v + radius + 2], 0, side).astype(int) for v, side in sides]
     (x0, x1), (y0, y1) = box
     y, x = np.mgrid[y0:y1, x0:x1]
-    inside = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2) & (skin[y, x] > 0)
+    inside = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2) & (seen[y, x] > 0)
     return x[inside], y[inside]
 
 

@@ -166,7 +166,7 @@ def integration() -> Iterator[Row]:
     """The Laplacian's inverse, in float32."""
     rhs = smooth(3)
     rhs -= rhs.mean()
-    dft, dct = DftLaplacian(SHAPE), FftLaplacian(SHAPE, "neumann")
+    dft, dct = DftLaplacian(SHAPE), FftLaplacian(SHAPE)
     yield (
         "Laplacian: OpenCV's DFT | scipy.fft (0.2 s to import)",
         lambda: dft.solve(rhs.copy()),

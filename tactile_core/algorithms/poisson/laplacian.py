@@ -66,7 +66,10 @@ class FftLaplacian:
     """By ``scipy.fft``: of cosines (DCT-II) for Neumann, of sines (DST-I) for Dirichlet."""
 
     def __init__(
-        self, shape: tuple[int, int], boundary: Boundary, dtype: DTypeLike = np.float32
+        self,
+        shape: tuple[int, int],
+        boundary: Boundary = "neumann",
+        dtype: DTypeLike = np.float32,
     ) -> None:
         self._boundary = boundary
         first = 0 if boundary == "neumann" else 1

@@ -17,7 +17,7 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.markers import darkness_of, find_markers, marker_mask
 from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
-from tactile_core.algorithms.poisson.laplacian import Boundary, CosineLaplacian, DftLaplacian
+from tactile_core.algorithms.poisson.laplacian import Boundary, DftLaplacian, FftLaplacian
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
 from tactile_core.algorithms.rest import rest_plane
 
@@ -25,7 +25,7 @@ Array = NDArray[Any]
 
 MM_PER_PX = 0.03
 SHAPES = [(240, 320), (480, 640), (1080, 1920)]
-INVERSES = [DftLaplacian, CosineLaplacian, *([TridiagonalLaplacian] if kernels.load() else [])]
+INVERSES = [DftLaplacian, FftLaplacian, *([TridiagonalLaplacian] if kernels.load() else [])]
 sizes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[1]}x{s[0]}")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.algorithms.intensity import CEILING
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.illumination import Exposure, Illumination
@@ -14,7 +15,6 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Image, Pixels, Reference
 from tactile_core.quantities.form import image_fault
-from tactile_core.quantities.observation import CEILING
 
 CAMERA, LIGHTS = "the camera", "the lights"
 """How messages name the parts of a sensor."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from math import comb
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tactile_core.algorithms.quantile import sigma_of
+from tactile_core.algorithms.regression import terms
 
 Float32 = NDArray[np.float32]
 
@@ -42,33 +46,22 @@ def smooth_background(
     """
     height, width, channels = pixels.shape
     step = max(1, min(height, width) // _SAMPLES_ACROSS)
-    terms = _terms(height, width, degree)
+    x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
+    powers = terms(np.stack([x.ravel(), y.ravel()], axis=1), degree)
     seen = np.zeros((height, width), bool)
     seen[step // 2 :: step, step // 2 :: step] = True
     if marks is not None:
         seen &= ~marks
-    few = terms[seen]
+    few = powers[seen.ravel()]
     least = max(float(pixels.max()) / 1000, 1e-6)
     planes = []
     for k in range(channels):
         logarithm = np.log(np.maximum(pixels[..., k][seen].astype(np.float64), least))
-        planes.append(np.exp(terms @ _cauchy_fit(few, logarithm, degree)))
-    return np.stack(planes, axis=2).astype(np.float32)
+        planes.append(np.exp(powers @ _cauchy_fit(few, logarithm, degree)))
+    return np.stack(planes, axis=1).reshape(pixels.shape).astype(np.float32)
 
 
-def _powers(degree: int) -> list[tuple[int, int]]:
-    """Exponents of x and y, by total degree."""
-    return [(total - j, j) for total in range(degree + 1) for j in range(total + 1)]
-
-
-def _terms(height: int, width: int, degree: int) -> NDArray[np.float64]:
-    """(H, W, T) products of powers of the place, which runs from −1 to 1."""
-    x = np.linspace(-1, 1, width)[None, :]
-    y = np.linspace(-1, 1, height)[:, None]
-    return np.stack([x**i * y**j for i, j in _powers(degree)], axis=2)
-
-
-def _cauchy_fit(terms: NDArray[Any], values: NDArray[Any], degree: int) -> NDArray[Any]:
+def _cauchy_fit(powers: NDArray[Any], values: NDArray[Any], degree: int) -> NDArray[Any]:
     """Coefficients, one degree after another.
 
     Each degree starts from the weights of the one below, which is too stiff to follow relief: so
@@ -77,11 +70,11 @@ def _cauchy_fit(terms: NDArray[Any], values: NDArray[Any], degree: int) -> NDArr
     weight = np.ones_like(values)
     coefficients: NDArray[Any] = np.zeros(0)
     for highest in range(degree + 1):
-        some = terms[:, : len(_powers(highest))]
+        some = powers[:, : comb(highest + 2, 2)]
         for _ in range(_ROUNDS if highest == degree else _FIRST_ROUNDS):
             root = np.sqrt(weight)
             coefficients = np.linalg.lstsq(some * root[:, None], values * root, rcond=None)[0]
-            residual = np.abs(values - some @ coefficients)
-            sigma = max(_LEAST_SIGMA, 1.4826 * float(np.median(residual)))
+            residual = values - some @ coefficients
+            sigma = max(_LEAST_SIGMA, sigma_of(residual))
             weight = 1 / (1 + np.square(residual / sigma))
     return coefficients

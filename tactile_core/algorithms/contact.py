@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
-from tactile_core.algorithms.quantile import median, quantile
+from tactile_core.algorithms.gradient import steepness
+from tactile_core.algorithms.quantile import quantile, sigma_of
 from tactile_core.algorithms.shrinking import repeated, shrunk
 from tactile_core.errors import InputError
 
@@ -92,7 +92,7 @@ def contact_mask(
     seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
     if coarse.max() <= seen_mm:
         return mask.view(bool)
-    slope = _steepness(coarse, 0.5 / (shrink * mm_per_px))
+    slope = steepness(coarse, shrink * mm_per_px)
     steep = slope > max(min_slope, _SEEN_SIGMAS * _slope_noise(slope))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (coarse > low_mm).view(np.uint8), connectivity=8, ltype=cv2.CV_16U
@@ -119,7 +119,7 @@ def _height_noise(coarse: Array) -> float:
     """Sigma of the height at rest, from the pixels below it."""
     sample = _sample(coarse)
     below = -sample[sample < 0]
-    return 1.4826 * median(below) if len(below) else 0.0
+    return sigma_of(below) if len(below) else 0.0
 
 
 def _slope_noise(slope: Array) -> float:
@@ -130,20 +130,10 @@ def _slope_noise(slope: Array) -> float:
 def _border(depth: Array, slope: Array) -> float:
     """Depth at a region's border, over the greatest, from (N,) relative depths and slopes."""
     band = np.clip((_BANDS * depth).astype(np.intp), 0, _BANDS - 1)
-    steepness = np.bincount(band, slope, _BANDS) / np.maximum(np.bincount(band, None, _BANDS), 1)
-    steepness[1:-1] += (steepness[:-2] + steepness[2:]) / 2
-    steepest = 1 + int(np.argmax(steepness[1 : _HIGHEST_BAND + 1]))
+    usual = np.bincount(band, slope, _BANDS) / np.maximum(np.bincount(band, None, _BANDS), 1)
+    usual[1:-1] += (usual[:-2] + usual[2:]) / 2
+    steepest = 1 + int(np.argmax(usual[1 : _HIGHEST_BAND + 1]))
     return _BLUNT * (steepest + 0.5) / _BANDS
-
-
-def _steepness(coarse: Float32, scale: float) -> Float32:
-    """Size of the gradient by central differences, ``scale`` of them."""
-    compiled = kernels.ready()
-    if compiled is not None:
-        return np.asarray(compiled.steepness(coarse, scale))
-    gx = cv2.Sobel(coarse, cv2.CV_32F, 1, 0, ksize=1, scale=scale)
-    gy = cv2.Sobel(coarse, cv2.CV_32F, 0, 1, ksize=1, scale=scale)
-    return np.asarray(cv2.magnitude(gx, gy, gx))
 
 
 def _sample(image: Array) -> Array:

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.places import from_middle
+
 Array = NDArray[Any]
 Float32 = NDArray[np.float32]
 
@@ -41,7 +43,7 @@ def rest_height(shape: tuple[int, int], *, mm_per_px: float, radius_mm: float) -
         z in mm, 0 at the apex in the image centre and negative elsewhere: z points towards the
         object, and the dome's border lies nearer to the camera.
     """
-    y, x = (((np.arange(n) - (n - 1) / 2) * mm_per_px) ** 2 for n in shape)
+    y, x = ((from_middle(n) * mm_per_px) ** 2 for n in shape)
     return np.asarray(cap(x + y[:, None], radius_mm) - radius_mm, np.float32)
 
 

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.narrowest import narrowest
 from tactile_core.algorithms.shrinking import shrunk
 
 Array = NDArray[Any]
@@ -31,7 +33,7 @@ _LEAST, _ENOUGH = 0.2, 0.35
 """Shares of the image that must agree in all channels to be believed at all, and fully."""
 
 _ROUNDS = 3
-_DARK, _FULL = 0.02, 0.988
+_DARK = 0.02
 
 
 class RestingLevels:
@@ -62,7 +64,7 @@ class RestingLevels:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
         seen = self._few(pixels)
         good = (seen.min(axis=0) > _DARK * self._full_scale) & self._bright
-        good &= seen.max(axis=0) < _FULL * self._full_scale
+        good &= seen.max(axis=0) < CEILING * self._full_scale
         if marks is not None:
             good &= self._few(marks.view(np.uint8)[..., None])[0] == 0
         if np.count_nonzero(good) < _FEWEST:
@@ -139,7 +141,7 @@ def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
 
 def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
     steady = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
-    return np.where(levels < _FULL * full_scale, steady, np.float32(full_scale))
+    return np.where(levels < CEILING * full_scale, steady, np.float32(full_scale))
 
 
 def _resting_gain(logs: Array) -> tuple[Array, float]:
@@ -161,7 +163,7 @@ def _modes(logs: Array) -> Array:
     """(K,): mean of the shortest interval that holds half of each row."""
     ordered = np.sort(logs, axis=1)
     half = ordered.shape[1] // 2
-    first = (ordered[:, half:] - ordered[:, : ordered.shape[1] - half]).argmin(axis=1)
+    first, _ = narrowest(ordered, half + 1)
     return np.array(
         [row[i : i + half].mean() for row, i in zip(ordered, first, strict=True)], np.float32
     )

@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.regression import scaling
+
 Float32 = NDArray[np.float32]
 
 HUBER = 0.25
@@ -78,8 +80,7 @@ def train(
         Same seed, same network.
     """
     rng = np.random.default_rng(seed)
-    mean = features.mean(0)
-    std = features.std(0) + np.float32(1e-6)
+    mean, std = scaling(features)
     scaled = (features - mean) / std
     sizes = [features.shape[1], *hidden, targets.shape[1]]
     parameters: list[Float32] = []

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.places import from_middle
 from tactile_core.algorithms.scratch import borrowed
 from tactile_core.algorithms.shrinking import shrunk
 
@@ -184,7 +185,5 @@ def relative_change(smoothed: NDArray[Any], base: Float32, *, full_scale: float 
 
 def place(shape: tuple[int, int]) -> Float32:
     """(H, W, 2) position of each pixel: x and y from the centre, in half widths of the image."""
-    h, w = shape
-    x = (np.arange(w, dtype=np.float32) - (w - 1) / 2) / (w / 2)
-    y = (np.arange(h, dtype=np.float32) - (h - 1) / 2) / (w / 2)
+    y, x = (from_middle(side) / (shape[1] / 2) for side in shape)
     return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Quantiles of a few samples, without the many checks of numpy's."""
+"""Quantiles of a few samples, without the many checks of numpy's, and a robust sigma."""
 
 from __future__ import annotations
 
@@ -18,6 +18,6 @@ def quantile(values: NDArray[Any], share: float) -> float:
     return low + (place - below) * (high - low)
 
 
-def median(values: NDArray[Any]) -> float:
-    """Median of (N,) finite values."""
-    return quantile(values, 0.5)
+def sigma_of(residuals: NDArray[Any]) -> float:
+    """Standard deviation of (N,) normal residuals about 0; what a few outliers are is ignored."""
+    return 1.4826 * float(np.median(np.abs(residuals)))

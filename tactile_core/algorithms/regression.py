@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import comb
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.errors import CalibrationError
 
 Float32 = NDArray[np.float32]
+T = TypeVar("T", np.float32, np.float64)
 
 _HIGHEST = 8
 """A polynomial of higher order is not one of ours."""
@@ -69,8 +70,13 @@ class PolynomialFit:
         return fit
 
 
-def terms(scaled: Float32, order: int) -> Float32:
-    """(N, T) products of up to ``order`` features, the constant first."""
+def scaling(features: Float32) -> tuple[Float32, Float32]:
+    """Mean and standard deviation (D,) of (N, D) features; none of the latter is 0."""
+    return features.mean(0), features.std(0) + np.float32(1e-6)
+
+
+def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
+    """(N, T) products of up to ``order`` features, the constant first, then by their number."""
     features = np.ascontiguousarray(scaled.T)
     products = [(0, np.ones(len(scaled), scaled.dtype))]
     every = list(products)
@@ -104,8 +110,7 @@ def fit_polynomial(
     CalibrationError
         The samples do not determine the coefficients.
     """
-    mean = features.mean(0)
-    std = features.std(0) + np.float32(1e-6)
+    mean, std = scaling(features)
     a = terms(((features - mean) / std).astype(np.float64), order)
     normal = a.T @ a + ridge * len(a) * np.eye(a.shape[1])
     try:

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.quantile import median
+from tactile_core.algorithms.narrowest import narrowest
+from tactile_core.algorithms.places import from_middle
+from tactile_core.algorithms.quantile import sigma_of
 
 Array = NDArray[Any]
 
@@ -33,8 +35,8 @@ class RestPlane(NamedTuple):
         ``out`` may hold the result; ``height_mm`` itself as well.
         """
         rows, columns = height_mm.shape
-        down = self.slope_y * mm_per_px * (np.arange(rows) - (rows - 1) / 2)
-        across = self.slope_x * mm_per_px * (np.arange(columns) - (columns - 1) / 2)
+        down = self.slope_y * mm_per_px * from_middle(rows)
+        across = self.slope_x * mm_per_px * from_middle(columns)
         levels = (self.level_mm + down[:, None]).astype(height_mm.dtype)
         compiled = kernels.ready()
         if compiled is not None and out is height_mm and out.dtype == np.float32:
@@ -76,31 +78,20 @@ def rest_plane(
     """
     rows, columns = height_mm.shape
     step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
-    compiled = kernels.ready()
-    if compiled is not None:
-        regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
-        levels = _BULGE, _LEAST_BELOW
-        images = height_mm, gx, gy
-        return RestPlane(
-            *compiled.rest_plane(
-                images, step, mm_per_px, drift_slope, _LEAST_CALM, levels, regression
-            )
-        )
     z, p, q = (
         a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
     )
-    y = (np.arange(step // 2, rows, step) - (rows - 1) / 2) * mm_per_px
-    x = (np.arange(step // 2, columns, step) - (columns - 1) / 2) * mm_per_px
+    y, x = (from_middle(side)[step // 2 :: step] * mm_per_px for side in (rows, columns))
     x, y = np.tile(x, len(y)), np.repeat(y, len(x))
-    tilt = median(p), median(q)
+    tilt = float(np.median(p)), float(np.median(q))
     deviation = np.hypot(p - tilt[0], q - tilt[1])
     calm = deviation < drift_slope
     if calm.sum() < _LEAST_CALM * len(calm) or np.hypot(*tilt) > drift_slope:
         slope = np.hypot(p, q)
-        return RestPlane(_commonest(z[slope <= median(slope)])[0], 0.0, 0.0)
+        return RestPlane(_commonest(z[slope <= np.median(slope)])[0], 0.0, 0.0)
     upright = z - tilt[0] * x - tilt[1] * y
     apart = _BULGE * (upright.max() - upright.min())
-    level, spread = _lower_level(upright[deviation <= median(deviation)], upright[calm], apart)
+    level, spread = _lower_level(upright[deviation <= np.median(deviation)], upright[calm], apart)
     terms = np.stack([np.ones_like(x), x, y])[:, calm]
     plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)
     if np.hypot(plane[1], plane[2]) > drift_slope:
@@ -112,9 +103,8 @@ def _commonest(values: Array) -> tuple[float, float]:
     """Mean of the shortest interval that holds half of the values, and a sigma from its length."""
     ordered = np.sort(values)
     half = (len(ordered) + 1) // 2
-    lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
-    first = int(np.argmin(lengths))
-    return float(ordered[first : first + half].mean()), float(lengths[first]) / 1.349
+    first, length = narrowest(ordered, half)
+    return float(ordered[first : first + half].mean()), float(length) / 1.349
 
 
 def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
@@ -137,5 +127,5 @@ def _robust_plane(terms: Array, z: Array, plane: Array, sigma: float) -> Array:
         weighted = terms * np.square(1 - np.minimum(near, 1))
         plane = plane + np.linalg.solve(weighted @ terms.T + ridge, weighted @ residual)
         residual = z - plane @ terms
-        sigma = 1.4826 * median(np.abs(residual[near < 1]))
+        sigma = sigma_of(residual[near < 1])
     return plane

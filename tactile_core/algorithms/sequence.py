@@ -16,6 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.narrowest import narrowest
+
 Array = NDArray[Any]
 
 _ROWS, _COLUMNS = 16, 20
@@ -145,6 +147,5 @@ def _widths(logs: Array, reference: Array) -> Array:
 
 def _half_width(values: Array) -> Array:
     """Length of the shortest interval that holds half of the values, along the last axis."""
-    ordered = np.sort(values, axis=-1)
-    half = ordered.shape[-1] // 2
-    return np.asarray((ordered[..., half:] - ordered[..., : ordered.shape[-1] - half]).min(axis=-1))
+    _, length = narrowest(np.sort(values, axis=-1), values.shape[-1] // 2 + 1)
+    return length

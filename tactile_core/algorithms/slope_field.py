@@ -78,9 +78,9 @@ class SlopeField:
         h, w, k = reference.shape
         self._table = table if takes_table((h, w, k)) else None
         if self._table is None:
-            self._smoothing = Smoothing.of(reference_marks, blur_px)
-            self._base = np.asarray(self._smoothing.apply(reference, reference_marks), np.float32)
-            self._place = place((h, w)).reshape(-1, 2)
+            self._sampler = Sampler(
+                reference, reference_marks, full_scale=full_scale, blur_px=blur_px
+            )
             return
         self._sampling = Sampling.of((h, w), reference_marks, blur_px)
         self._coarse = coarse_size(*self._sampling.shape, self._table.points)
@@ -104,8 +104,8 @@ class SlopeField:
         """
         h, w = pixels.shape[:2]
         if self._table is None:
-            smoothed = self._smoothing.apply(pixels, marks)
-            both = to_gradient(self._from_model(smoothed)).reshape(h, w, 2)
+            every = self._sampler.image(pixels, marks).reshape(h * w, -1)
+            both = to_gradient(self._model(every)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
         smoothed = self._sampling.smooth(pixels, marks)
         with borrowed((2, *self._sampling.shape), np.float32) as sines:
@@ -186,7 +186,7 @@ def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
 
 
 class Sampler:
-    """Relative change and place of some pixels, exactly as :class:`SlopeField` sees them."""
+    """Relative change and place of pixels, exactly as a model sees them."""
 
     def __init__(
         self,
@@ -209,7 +209,10 @@ class Sampler:
         columns: NDArray[np.int32],
     ) -> Float32:
         """(N, K + 2) features of N pixels of one frame."""
-        smoothed = self._smoothing.apply(pixels, marks)[rows, columns]
-        base = self._base[rows, columns]
-        change = relative_change(smoothed, base, full_scale=self._full_scale)
-        return np.concatenate([change, self._place[rows, columns]], axis=1)
+        return self.image(pixels, marks)[rows, columns]
+
+    def image(self, pixels: NDArray[Any], marks: Bool | None) -> Float32:
+        """(H, W, K + 2) features of all pixels of one frame."""
+        smoothed = self._smoothing.apply(pixels, marks)
+        change = relative_change(smoothed, self._base, full_scale=self._full_scale)
+        return np.concatenate([change, self._place], axis=2)

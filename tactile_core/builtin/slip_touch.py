@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.gradient import steepness
 from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.slip.drag import Load
 from tactile_core.algorithms.slip.touched import (
     covered,
     light_change,
     small_image,
-    steepness,
     touched_by_motion,
     touched_within,
 )
@@ -116,7 +116,9 @@ class TouchFinder:
         mask = self.picked(contact.mask)
         load = Load(float(np.count_nonzero(contact.mask)), 0.0)
         if height is not None:
-            steep = steepness(np.ascontiguousarray(self.picked(height.mm)), self._spacing_mm)
+            steep = steepness(
+                np.ascontiguousarray(self.picked(height.mm)), self._spacing_mm, smooth=True
+            )
             slope = quantile(steep.ravel(), _STRONGEST)
             if mask.any() or slope > _SURE_SLOPE:
                 self._slope = slope

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.intensity import CEILING, FLOOR
 from tactile_core.algorithms.photometric import skin_of
 from tactile_core.algorithms.slope_field import Model, SlopeField
 from tactile_core.algorithms.validity import two_within
@@ -18,9 +19,6 @@ from tactile_core.builtin.model_file import Arrays, stored_model, write_model
 from tactile_core.interfaces import device
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
-
-SATURATED_FRACTION = 0.988
-DARK_FRACTION = 0.012
 
 
 class SlopeOptions(device.Options):
@@ -171,9 +169,7 @@ def _table_from(arrays: Arrays) -> ColourTable:
 
 def _measurable(frame: Frame) -> Bool:
     """Where two channels are neither saturated nor dark, and no mark hides the skin."""
-    valid = two_within(
-        frame.pixels, DARK_FRACTION * frame.full_scale, SATURATED_FRACTION * frame.full_scale
-    )
+    valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
     if frame.marks is not None:
         valid &= skin_of(frame.marks)
     return valid.view(np.bool_)

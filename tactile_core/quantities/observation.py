@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.intensity import CEILING, FLOOR
 from tactile_core.quantities.quantity import Bool, Float32, Quantity
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
 
 Pixels = NDArray[Any]
 """uint8, uint16 or float32 intensities."""
-
-CEILING = 0.988
-"""Intensities from this share of the full scale on are saturated."""
 
 _SHARE_ROWS = 60
 """Shares of a frame are told from so many of its rows."""
@@ -98,7 +96,7 @@ class Frame(Quantity):
     @cached_property
     def too_dark_share(self) -> float:
         """Share of the intensities too dark to measure, from some of its rows."""
-        return _share(_some(self.pixels) <= 0.012 * self.full_scale)
+        return _share(_some(self.pixels) <= FLOOR * self.full_scale)
 
     def summary(self) -> Mapping[str, Any]:
         """Sequence number, timestamp and source."""

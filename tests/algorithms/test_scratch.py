@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.quantile import median, quantile
+from tactile_core.algorithms.quantile import quantile, sigma_of
 from tactile_core.algorithms.scratch import borrowed
 
 
@@ -47,4 +47,9 @@ def test_memory_comes_back_from_a_failure() -> None:
 def test_quantiles_are_numpys(values: list[float], share: float) -> None:
     some = np.array(values)
     assert quantile(some, share) == pytest.approx(np.quantile(some, share), abs=1e-9)
-    assert median(some) == pytest.approx(np.median(some), abs=1e-9)
+
+
+def test_what_a_few_outliers_are_hardly_changes_a_sigma() -> None:
+    residuals = np.random.default_rng(0).normal(0, 3, 10_000)
+    assert sigma_of(residuals) == pytest.approx(3, rel=0.03)
+    assert sigma_of(np.append(residuals, np.full(1000, 1e6))) == pytest.approx(3, rel=0.2)

@@ -12,9 +12,9 @@ from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
+from tactile_core.algorithms.intensity import CEILING, FLOOR
 from tactile_core.builtin.image_shape import ImageShape, check_fitting, in_words, shape_of
 from tactile_core.builtin.model_file import arrays_of, stored_model, write_model
-from tactile_core.builtin.slope_calibration import DARK_FRACTION, SATURATED_FRACTION
 from tactile_core.builtin.slope_training import thinned, too_few
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Press
@@ -156,10 +156,10 @@ def _valid(frame: Frame) -> Bool:
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
     # Extremes are found ten times faster than where they are, and are rarely out of range.
     darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
-    if brightest >= SATURATED_FRACTION * frame.full_scale:
+    if brightest >= CEILING * frame.full_scale:
         valid &= ~frame.saturated.any(axis=2)
-    if darkest <= DARK_FRACTION * frame.full_scale:
-        valid &= (frame.pixels > DARK_FRACTION * frame.full_scale).any(axis=2)
+    if darkest <= FLOOR * frame.full_scale:
+        valid &= (frame.pixels > FLOOR * frame.full_scale).any(axis=2)
     if frame.marks is not None:
         valid &= ~frame.marks
     return valid

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import Change
+from tactile_core.algorithms.circles.symmetry import vertex
 
 Float = NDArray[np.float64]
 
@@ -52,8 +53,5 @@ def contact_radius(change: Change, light: Light, centre: Float, ball_radius: flo
     best = int(np.argmin(costs))
     border = borders[best]
     if 0 < best < len(borders) - 1:
-        left, middle, right = costs[best - 1 : best + 2]
-        curve = left - 2 * middle + right
-        if curve > 0:
-            border += 0.5 * (left - right) / curve * _STEP
+        border += vertex(-costs[best - 1 : best + 2]) * _STEP
     return float(border * ball_radius)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles.finder import MOST_MISFIT, SMALLEST_CONTACT, Circle
-from tactile_core.algorithms.circles.press import PressImage
+from tactile_core.algorithms.circles.press import PressImage, disc
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
 
@@ -140,15 +140,8 @@ class _Balls:
 
     def _disc(self, centre: Float, reach: float) -> tuple[Float32, Float]:
         """Features and (N, 2) place in ball radii of the skin within ``reach`` of a centre."""
-        height, width = self._skin.shape
-        radius = reach * self._radius
-        sides = zip(centre, (width, height), strict=True)
-        box = [np.clip([v - radius, v + radius + 2], 0, side) for v, side in sides]
-        (left, right), (top, bottom) = (limits.astype(int) for limits in box)
-        y, x = np.mgrid[top:bottom, left:right]
-        offset = (np.stack([x, y], -1) - centre) / self._radius
-        inside = (np.hypot(offset[..., 0], offset[..., 1]) < reach) & self._skin[y, x]
-        return self._features[y[inside], x[inside]], offset[inside]
+        x, y = disc(self._skin, centre, reach * self._radius)
+        return self._features[y, x], (np.stack([x, y], 1) - centre) / self._radius
 
     def fitted(self, reach: float, many: bool) -> PolynomialFit:
         """Sines as a polynomial of colour and, for many balls, place."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles.press import Change
+from tactile_core.algorithms.regression import terms
 
 Float = NDArray[np.float64]
 
@@ -75,14 +76,14 @@ class LocalLight:
 
     def __call__(self, normal: Float) -> Float:
         """(N, K) change for normals (N, 2), the sines of the slope."""
-        terms = _slopes(normal, self.slope_order)
-        return np.asarray(np.einsum("ns,nsk->nk", terms, self.coefficients))
+        slopes = _slopes(normal, self.slope_order)
+        return np.asarray(np.einsum("ns,nsk->nk", slopes, self.coefficients))
 
     def along(self, direction: Float) -> Float:
         """(T, N, K) coefficients of the powers of the sine, from the first on, in directions."""
-        terms = _slopes(direction, self.slope_order)[:, :, None] * self.coefficients
+        products = _slopes(direction, self.slope_order)[:, :, None] * self.coefficients
         ends = np.cumsum([0, *(degree + 1 for degree in range(1, self.slope_order + 1))])
-        return np.stack([terms[:, a:b].sum(1) for a, b in pairwise(ends)])
+        return np.stack([products[:, a:b].sum(1) for a, b in pairwise(ends)])
 
 
 def orders_for(presses: int) -> tuple[int, int]:
@@ -110,22 +111,23 @@ def fit(
         np.concatenate([getattr(s, name) for s in samples])
         for name in ("xy", "normal", "change", "full")
     )
-    terms = _terms(xy, normal, shape, *orders)
-    weight = np.ones(len(terms))
-    coefficients = np.zeros((terms.shape[1], change.shape[1]))
-    penalty = RIDGE * len(terms) * np.eye(terms.shape[1])
+    slopes, places = _slopes(normal, orders[0]), _places(xy, shape, orders[1])
+    products = (slopes[:, :, None] * places[:, None, :]).reshape(len(xy), -1)
+    weight = np.ones(len(products))
+    coefficients = np.zeros((products.shape[1], change.shape[1]))
+    penalty = RIDGE * len(products) * np.eye(products.shape[1])
     residual = 1.0
     for _ in range(_ROUNDS):
-        weighted = terms * weight[:, None]
-        square, mixed = weighted.T @ terms + penalty, weighted.T @ change
+        weighted = products * weight[:, None]
+        square, mixed = weighted.T @ products + penalty, weighted.T @ change
         for k in range(change.shape[1]):
             # Few pixels are saturated: what they take away is less work than what the others give.
-            out = full[:, k] & (terms @ coefficients[:, k] >= change[:, k])
+            out = full[:, k] & (products @ coefficients[:, k] >= change[:, k])
             without = weighted[out].T
             coefficients[:, k] = np.linalg.solve(
-                square - without @ terms[out], mixed[:, k] - without @ change[out, k]
+                square - without @ products[out], mixed[:, k] - without @ change[out, k]
             )
-        misfit = misfits(terms @ coefficients, change, full)
+        misfit = misfits(products @ coefficients, change, full)
         residual = float(np.median(misfit))
         weight = 1 / (1 + (misfit / (3 * residual + 1e-9)) ** 2)
     return Light(coefficients, *orders, shape, scale, residual)
@@ -138,29 +140,12 @@ def misfits(predicted: Float, change: Float, full: NDArray[np.bool_]) -> Float:
     return np.asarray(np.sqrt((error * error).sum(1)))
 
 
-def _terms(
-    xy: Float, normal: Float, shape: tuple[int, int], slope_order: int, place_order: int
-) -> Float:
-    slopes, places = _slopes(normal, slope_order), _places(xy, shape, place_order)
-    return (slopes[:, :, None] * places[:, None, :]).reshape(len(xy), -1)
-
-
 def _slopes(normal: Float, order: int) -> Float:
     """(N, S) products of nx and ny, by their degree from 1 on."""
-    x, y = (_powers(component, order) for component in normal.T)
-    return np.stack([x[a] * y[t - a] for t in range(1, order + 1) for a in range(t + 1)], 1)
+    return terms(normal, order)[:, 1:]
 
 
 def _places(xy: Float, shape: tuple[int, int], order: int) -> Float:
     """(N, P) products of the place, which runs from −1 to 1 across."""
     h, w = shape
-    u = _powers((xy[:, 0] - w / 2) / (w / 2), order)
-    v = _powers((xy[:, 1] - h / 2) / (w / 2), order)
-    return np.stack([u[a] * v[b] for a in range(order + 1) for b in range(order + 1 - a)], 1)
-
-
-def _powers(values: Float, highest: int) -> list[Float]:
-    powers = [np.ones_like(values)]
-    for _ in range(highest):
-        powers.append(powers[-1] * values)
-    return powers
+    return terms((xy - (w / 2, h / 2)) / (w / 2), order)

@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.quantile import sigma_of
 from tactile_core.algorithms.shrinking import shrunk
 
 Float = NDArray[np.float64]
@@ -18,7 +20,6 @@ BALL_RADIUS_PX = 25.0
 """Larger balls are shrunk to this radius: centres are as good and the work is bounded."""
 
 BLUR_PX = 0.7
-CEILING = 0.988
 DARK_IN_BRIGHT = 0.94
 """Some cameras fold back to dark inside a saturated spot; below this fraction, it is one."""
 
@@ -101,15 +102,19 @@ class Change:
 
     def disc(self, centre: Float, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Columns and rows of the skin within a radius of a centre."""
-        h, w = self.weight.shape
-        x0, x1 = max(0, int(centre[0] - radius)), min(w, int(centre[0] + radius) + 2)
-        y0, y1 = max(0, int(centre[1] - radius)), min(h, int(centre[1] + radius) + 2)
-        if x0 >= x1 or y0 >= y1:
-            return np.empty(0, np.intp), np.empty(0, np.intp)
-        y, x = np.mgrid[y0:y1, x0:x1]
-        inside = (x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2
-        inside &= self.weight[y0:y1, x0:x1] > 0
-        return x[inside], y[inside]
+        return disc(self.weight, centre, radius)
+
+
+def disc(
+    seen: NDArray[Any], centre: Float, radius: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Columns and rows within a radius of a centre where an (H, W) mask or weight is not 0."""
+    sides = zip(centre, seen.shape[::-1], strict=True)
+    box = [np.clip([v - radius, v + radius + 2], 0, side).astype(int) for v, side in sides]
+    (x0, x1), (y0, y1) = box
+    y, x = np.mgrid[y0:y1, x0:x1]
+    inside = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2) & (seen[y, x] > 0)
+    return x[inside], y[inside]
 
 
 def working_scale(ball_radius_px: float) -> float:
@@ -133,7 +138,7 @@ def change_of(press: PressImage, scale: float) -> Change:
         weight[_folded(full[..., k], frame[..., k])] = 0
     change = _masked_blur(frame - reference, weight)
     skin = np.linalg.norm(change, axis=2)[weight > 0]
-    noise = 1.4826 * float(np.median(skin)) + 1e-3 if skin.size else np.inf
+    noise = sigma_of(skin) + 1e-3 if skin.size else np.inf
     return Change(change, weight, full, noise, scale)
 
 

@@ -42,12 +42,13 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float, float]:
     j, i = np.unravel_index(int(np.argmax(score)), score.shape)
     peak = np.array([i, j], float)
     if 0 < i < 2 * w - 1 and 0 < j < 2 * h - 1:
-        peak += [_vertex(score[j, i - 1 : i + 2]), _vertex(score[j - 1 : j + 2, i])]
+        lines = score[j, i - 1 : i + 2], score[j - 1 : j + 2, i]
+        peak += [vertex(line) if line.min() > -2 else 0.0 for line in lines]
     return peak / 2, float(score[j, i])
 
 
-def _vertex(three: Float) -> float:
+def vertex(three: Float) -> float:
     """Offset of a parabola's top from the middle of three samples."""
     left, middle, right = three
     curve = left - 2 * middle + right
-    return float(0.5 * (left - right) / curve) if curve < 0 and left > -2 and right > -2 else 0.0
+    return float(0.5 * (left - right) / curve) if curve < 0 else 0.0

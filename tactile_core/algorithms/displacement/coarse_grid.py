@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.shrinking import shrunk
+from tactile_core.algorithms.places import nodes
+from tactile_core.algorithms.shrinking import repeated, shrunk
 
 Array = NDArray[Any]
 Float32 = NDArray[np.float32]
@@ -45,9 +46,7 @@ class CoarseGrid:
     @property
     def nodes(self) -> Float32:
         """(rows, columns, 2) column and row of every node, in cells."""
-        rows, columns = self.shape
-        x, y = np.meshgrid(np.arange(columns), np.arange(rows))
-        return np.stack([x, y], axis=-1).astype(np.float32)
+        return nodes(self.shape)
 
     @property
     def half(self) -> CoarseGrid:
@@ -78,15 +77,7 @@ class CoarseGrid:
 
     def marked(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(H, W) of cells (rows, columns)."""
-        high, wide = (
-            side // count if side % count == 0 else 0
-            for side, count in zip(self.image_shape, self.shape, strict=True)
-        )
-        if high and wide:
-            return np.repeat(np.repeat(cells, wide, axis=1), high, axis=0)
-        size = self.image_shape[::-1]
-        whole = cv2.resize(cells.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-        return np.asarray(whole).view(np.bool_)
+        return repeated(cells.view(np.uint8), self.image_shape).view(np.bool_)
 
     def refined(self, field: Float32) -> Float32:
         """(rows, columns, 2) of a field on the half grid, by cubics."""

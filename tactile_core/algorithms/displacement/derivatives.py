@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,7 +36,7 @@ def divergence(displacement_mm: Array, *, mm_per_px: float) -> Float32:
         The field is not (H, W, 2), or narrower than two pixels.
     """
     u, v = _parts(displacement_mm)
-    return (_across(u) + _down(v)) / np.float32(mm_per_px)
+    return np.asarray((np.gradient(u, axis=1) + np.gradient(v, axis=0)) / np.float32(mm_per_px))
 
 
 def curl(displacement_mm: Array, *, mm_per_px: float) -> Float32:
@@ -63,7 +62,7 @@ def curl(displacement_mm: Array, *, mm_per_px: float) -> Float32:
         The field is not (H, W, 2), or narrower than two pixels.
     """
     u, v = _parts(displacement_mm)
-    return (_across(v) - _down(u)) / np.float32(mm_per_px)
+    return np.asarray((np.gradient(v, axis=1) - np.gradient(u, axis=0)) / np.float32(mm_per_px))
 
 
 def checked(displacement_mm: Array) -> Array:
@@ -80,18 +79,5 @@ def checked(displacement_mm: Array) -> Array:
     return displacement_mm
 
 
-def _parts(displacement_mm: Array) -> list[Float32]:
-    field = np.asarray(checked(displacement_mm), np.float32)
-    return [np.asarray(part) for part in cv2.split(field)]
-
-
-def _across(part: Float32) -> Float32:
-    slope = np.asarray(cv2.Sobel(part, cv2.CV_32F, 1, 0, ksize=1, scale=0.5), np.float32)
-    slope[:, 0], slope[:, -1] = part[:, 1] - part[:, 0], part[:, -1] - part[:, -2]
-    return slope
-
-
-def _down(part: Float32) -> Float32:
-    slope = np.asarray(cv2.Sobel(part, cv2.CV_32F, 0, 1, ksize=1, scale=0.5), np.float32)
-    slope[0], slope[-1] = part[1] - part[0], part[-1] - part[-2]
-    return slope
+def _parts(displacement_mm: Array) -> Float32:
+    return np.asarray(np.moveaxis(checked(displacement_mm), 2, 0), np.float32, order="C")

@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.quantile import median
 from tactile_core.algorithms.shrinking import shrunk
 
 Array = NDArray[Any]
@@ -137,4 +136,4 @@ def followed(before_px: Float32, moved_px: Float32) -> Float32:
 def _noise_energy(added: Float32) -> float:
     """Mean square of what no neighbour shares [Immerkær 1996], were it noise all of it."""
     lone = cv2.filter2D(added, cv2.CV_32F, _LONE)[1:-1:_SAMPLED, 1:-1:_SAMPLED]
-    return float(_NOISE_SHARE * (median(np.abs(lone.ravel())) / _NORMAL_MEDIAN) ** 2)
+    return float(_NOISE_SHARE * (np.median(np.abs(lone).astype(np.float64)) / _NORMAL_MEDIAN) ** 2)

@@ -12,6 +12,8 @@ from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.contact_drag import ContactDrag
 from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
+from tactile_core.algorithms.pitch import pitch
+from tactile_core.algorithms.places import struck
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -64,7 +66,7 @@ class MarkedSkin:
         if reference_px.ndim != 2 or reference_px.shape[1] != 2:
             raise InputError(f"marks are (N, 2); these are {reference_px.shape}")
         self.reference_px = np.array(reference_px, np.float64)
-        self._pitch_px = _pitch(self.reference_px)
+        self._pitch_px = pitch(self.reference_px)
         self._mm_per_px = mm_per_px
         self._grid = grid = CoarseGrid.of(shape, self._pitch_px / _CELLS_PER_PITCH)
         self._nodes = grid.nodes
@@ -118,11 +120,7 @@ class MarkedSkin:
     def supported(self, px: Array, seen: Bool) -> Bool:
         """(H, W) bool: within a pitch of a mark that is seen."""
         grid = self._grid
-        near = np.zeros(grid.shape, np.uint8)
-        at = np.rint(grid.in_cells(px[seen])).astype(int)
-        inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=1)
-        near[at[inside, 1], at[inside, 0]] = 1
-        near = np.asarray(cv2.dilate(near, self._around))
+        near = np.asarray(cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around))
         return grid.marked(near.view(np.bool_))
 
     def _without(
@@ -151,13 +149,3 @@ class MarkedSkin:
         for _ in range(_STEPS):
             moved = dragged + self._grid.sampled(rest, self._nodes - moved * self._per_mm)
         return moved
-
-
-def _pitch(marks_px: Float64) -> float:
-    """Typical distance of neighbours; infinite for a single mark."""
-    from scipy.spatial import KDTree
-
-    if len(marks_px) < 2:
-        return np.inf
-    distances, _ = KDTree(marks_px).query(marks_px, k=2)
-    return float(np.median(np.asarray(distances)[:, 1]))

@@ -2,10 +2,8 @@
 
 from tactile_core.algorithms.kernels.integration import (
     backward_columns,
-    divergence_in_dft_order,
+    double_divergence,
     forward_columns,
-    from_dft_order,
-    in_dft_order,
     solve_low,
 )
 from tactile_core.algorithms.kernels.neighbours import (
@@ -14,30 +12,25 @@ from tactile_core.algorithms.kernels.neighbours import (
     paired_both_ways,
     room_at,
 )
-from tactile_core.algorithms.kernels.resting import lower, rest_plane, resting_gain
+from tactile_core.algorithms.kernels.resting import lower, resting_gain
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
-from tactile_core.algorithms.kernels.touching import steepness
 from tactile_core.algorithms.kernels.validity import two_of_three_within
 
 __all__ = [
     "backward_columns",
-    "divergence_in_dft_order",
+    "double_divergence",
     "forward_columns",
-    "from_dft_order",
     "halved_brightness",
-    "in_dft_order",
     "lower",
     "moments_of_labels",
     "mutual_nearest",
     "neighbours_plane",
     "paired_both_ways",
-    "rest_plane",
     "resting_gain",
     "room_at",
     "sines_of_bytes",
     "solve_low",
-    "steepness",
     "to_slopes",
     "two_of_three_within",
 ]

@@ -31,35 +31,9 @@ def _sum(first: Float32, second: Float32, sign: Any, out: Float32) -> None:
         out[j] = sign * (first[j] + second[j])
 
 
-@njit(**ROW)
-def _row_in_dft_order(row: Float32, evens: Float32, odds: Float32) -> None:
-    for j in range(odds.size):
-        evens[j] = row[2 * j]
-        odds[odds.size - 1 - j] = row[2 * j + 1]
-    if evens.size > odds.size:
-        evens[-1] = row[-1]
-
-
-@njit(**ROW)
-def _row_from_dft_order(evens: Float32, odds: Float32, gain: Any, row: Float32) -> None:
-    for j in range(odds.size):
-        row[2 * j] = gain * evens[j]
-        row[2 * j + 1] = gain * odds[odds.size - 1 - j]
-    if evens.size > odds.size:
-        row[-1] = gain * evens[-1]
-
-
 @njit(**LOOP)
-def in_dft_order(rows: Float32, ordered: Float32) -> None:
-    """Of each row the even samples first and the odd ones reversed behind them."""
-    half = (rows.shape[1] + 1) // 2
-    for i in range(len(rows)):
-        _row_in_dft_order(rows[i], ordered[i, :half], ordered[i, half:])
-
-
-@njit(**LOOP)
-def divergence_in_dft_order(gx: Float32, gy: Float32, first: int, out: Float32) -> None:
-    """Twice the divergence with free borders, of some rows, as from :func:`in_dft_order`.
+def double_divergence(gx: Float32, gy: Float32, first: int, out: Float32) -> None:
+    """Twice the divergence with free borders, of some rows.
 
     Parameters
     ----------
@@ -71,10 +45,8 @@ def divergence_in_dft_order(gx: Float32, gy: Float32, first: int, out: Float32) 
         Overwritten; as many rows as are wanted.
     """
     rows, columns = gx.shape
-    half = (columns + 1) // 2
-    row = np.empty(columns, np.float32)
     for k in range(len(out)):
-        i = first + k
+        i, row = first + k, out[k]
         if i == 0:
             _sum(gy[0], gy[1], np.float32(1), row)
         elif i == rows - 1:
@@ -85,15 +57,6 @@ def divergence_in_dft_order(gx: Float32, gy: Float32, first: int, out: Float32) 
         row[0] += slope[0] + slope[1]
         row[columns - 1] -= slope[columns - 2] + slope[columns - 1]
         _add_difference(slope[:-2], slope[2:], row[1:-1])
-        _row_in_dft_order(row, out[k, :half], out[k, half:])
-
-
-@njit(**LOOP)
-def from_dft_order(ordered: Float32, gain: float, rows: Float32) -> None:
-    """Undo :func:`in_dft_order`, and multiply by ``gain``."""
-    half = (rows.shape[1] + 1) // 2
-    for i in range(len(rows)):
-        _row_from_dft_order(ordered[i, :half], ordered[i, half:], np.float32(gain), rows[i])
 
 
 @njit(**ROW)

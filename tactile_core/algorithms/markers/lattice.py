@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.markers.darkness import brightness_of, check_image, surroundings
+from tactile_core.algorithms.pitch import spacings
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
@@ -61,7 +62,7 @@ def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | 
     if typical < _LEAST_DARKNESS or alike.sum() < _LEAST_DOTS:
         return None
     centres, sizes = centres[alike], sizes[alike]
-    nearest = _nearest_distance(centres)
+    nearest = spacings(centres)
     pitch = float(np.median(nearest))
     regular = np.abs(nearest / pitch - 1) < 0.2
     if regular.sum() < max(_LEAST_DOTS, _LEAST_REGULAR * alike.size):
@@ -74,15 +75,15 @@ def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | 
 
 
 def _typical_peak(darkness: Array, diameter_px: float) -> float:
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+    from scipy.ndimage import maximum
+
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (darkness > _LEAST_DARKNESS).view(np.uint8)
     )
     large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] > 0.2 * diameter_px**2) + 1
     if not large.size:
         return 0.0
-    peaks = np.zeros(count, np.float32)
-    np.maximum.at(peaks, np.asarray(labels, np.intp).ravel(), darkness.ravel())
-    return float(np.median(peaks[large]))
+    return float(np.median(maximum(darkness, np.asarray(labels, np.intp), large)))
 
 
 def _compact_spots(dark: Bool) -> tuple[Array, Array]:
@@ -95,10 +96,3 @@ def _compact_spots(dark: Bool) -> tuple[Array, Array]:
     )
     keep = inside & compact & (area > 3)
     return centres[keep], np.sqrt(4 * area[keep] / np.pi)
-
-
-def _nearest_distance(points: Array) -> Array:
-    from scipy.spatial import KDTree
-
-    distances, _ = KDTree(points).query(points, k=2)
-    return np.asarray(distances)[:, 1]

@@ -112,23 +112,8 @@ def _moments(labels: UInt16, weight: UInt8, count: int) -> Float64:
     compiled = kernels.ready()
     if compiled is not None:
         return np.asarray(compiled.moments_of_labels(labels, weight, count))
-    places = np.flatnonzero((weight > 0) & (labels > 0))
-    if not places.size:
-        return np.zeros((6, count))
-    # Pixels side by side are added up first: a tenth as many numbers are left to be sorted out.
-    of = labels.ravel()[places]
-    fresh = np.ones(len(places), np.bool_)
-    fresh[1:] = (places[1:] != places[:-1] + 1) | (of[1:] != of[:-1])
-    rows = np.searchsorted(places, np.arange(0, labels.size, labels.shape[1]))
-    fresh[rows[rows < len(fresh)]] = True
-    starts = np.flatnonzero(fresh)
-    at = places.astype(np.float64)
-    w = weight.ravel()[places].astype(np.float64)
-    w_at = w * at
-    s, s_at, s_at_at = (np.add.reduceat(v, starts) for v in (w, w_at, w_at * at))
-    y = (places[starts] // labels.shape[1]).astype(np.float64)
-    left = y * labels.shape[1]
-    x, xx = s_at - left * s, s_at_at - left * (2 * s_at - left * s)
-    sums = (s, x, s * y, xx, x * y, s * y * y)
-    runs = of[starts].astype(np.intp)
-    return np.stack([np.bincount(runs, weights=v, minlength=count)[:count] for v in sums])
+    y, x = np.nonzero(labels)
+    of, w = labels[y, x].astype(np.intp), weight[y, x].astype(np.float64)
+    wx, wy = w * x, w * y
+    sums = (w, wx, wy, wx * x, wx * y, wy * y)
+    return np.stack([np.bincount(of, each, count)[:count] for each in sums])

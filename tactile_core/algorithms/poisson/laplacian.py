@@ -57,43 +57,35 @@ def _prepared(
 ) -> Laplacian:
     if compiled:
         return TridiagonalLaplacian(shape)
-    if boundary == "dirichlet":
-        return SineLaplacian(shape, dtype)
-    if cv2.ipp.useIPP() and shape[0] * shape[1] <= _LARGE_PX:
+    if boundary == "neumann" and cv2.ipp.useIPP() and shape[0] * shape[1] <= _LARGE_PX:
         return DftLaplacian(shape, dtype)
-    return CosineLaplacian(shape, dtype)
+    return FftLaplacian(shape, boundary, dtype)
 
 
-class CosineLaplacian:
-    """Neumann, by ``scipy.fft``."""
+class FftLaplacian:
+    """By ``scipy.fft``: of cosines (DCT-II) for Neumann, of sines (DST-I) for Dirichlet."""
 
-    def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float32) -> None:
-        rows, columns = (_neumann_eigenvalues(np.arange(n), n) for n in shape)
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        boundary: Boundary = "neumann",
+        dtype: DTypeLike = np.float32,
+    ) -> None:
+        self._boundary = boundary
+        first = 0 if boundary == "neumann" else 1
+        rows, columns = (_eigenvalues(np.arange(n) + first, n + first) for n in shape)
         self._gain = _inverse(rows[:, None] + columns, dtype)
 
     def solve(self, rhs: Array) -> Array:
         """Return the z of L z = rhs."""
-        from scipy.fft import dctn, idctn
+        from scipy import fft
 
-        spectrum = dctn(rhs, type=2, norm="ortho", overwrite_x=True, workers=1)
+        cosines, sines = (fft.dctn, fft.idctn, 2), (fft.dstn, fft.idstn, 1)
+        forward, backward, kind = cosines if self._boundary == "neumann" else sines
+        how: dict[str, Any] = {"type": kind, "norm": "ortho", "overwrite_x": True, "workers": 1}
+        spectrum = forward(rhs, **how)
         spectrum *= self._gain
-        return np.asarray(idctn(spectrum, type=2, norm="ortho", overwrite_x=True, workers=1))
-
-
-class SineLaplacian:
-    """Dirichlet, by ``scipy.fft``."""
-
-    def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float32) -> None:
-        rows, columns = (_neumann_eigenvalues(np.arange(1, n + 1), n + 1) for n in shape)
-        self._gain = _inverse(rows[:, None] + columns, dtype)
-
-    def solve(self, rhs: Array) -> Array:
-        """Return the z of L z = rhs."""
-        from scipy.fft import dstn, idstn
-
-        spectrum = dstn(rhs, type=1, norm="ortho", overwrite_x=True, workers=1)
-        spectrum *= self._gain
-        return np.asarray(idstn(spectrum, type=1, norm="ortho", overwrite_x=True, workers=1))
+        return np.asarray(backward(spectrum, **how))
 
 
 class DftLaplacian:
@@ -102,8 +94,7 @@ class DftLaplacian:
     def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float32) -> None:
         self._down, self._across = (CosineRows(n, dtype) for n in shape)
         down, across = (
-            _neumann_eigenvalues(rows.frequencies, rows.length)
-            for rows in (self._down, self._across)
+            _eigenvalues(rows.frequencies, rows.length) for rows in (self._down, self._across)
         )
         self._gain = _inverse(down[:, None] + across, dtype, scale=1 / (shape[0] * shape[1]))
 
@@ -150,7 +141,7 @@ def _bands(rows: Array) -> list[slice]:
     return [slice(i, min(i + count, len(rows))) for i in range(0, len(rows), count)]
 
 
-def _neumann_eigenvalues(k: Array, n: int) -> Array:
+def _eigenvalues(k: Array, n: int) -> Array:
     return np.asarray(2 * np.cos(np.pi * k / n) - 2)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -95,25 +96,20 @@ def _accumulate(total: Array, flow: Array) -> None:
 
 
 def _conjugate_gradients(domain: _Domain, rhs: Array) -> Array | None:
-    whole = laplacian(domain.mask.shape, domain.boundary, np.float64)
+    from scipy.sparse.linalg import LinearOperator, cg
 
-    def precondition(residual: Array) -> Array:
-        return np.asarray(whole.solve(residual.copy()) * domain.mask)
+    shape, whole = rhs.shape, laplacian(rhs.shape, domain.boundary, np.float64)
 
-    height, residual = np.zeros(rhs.shape), rhs.copy()
-    direction = precondition(residual)
-    energy = start = -float(np.vdot(residual, direction))
-    for _ in range(_MOST_ROUNDS):
-        if energy <= _TOLERANCE**2 * start:
-            return height
-        image = domain.apply(direction)
-        step = energy / -float(np.vdot(direction, image))
-        height += step * direction
-        residual -= step * image
-        correction = precondition(residual)
-        previous, energy = energy, -float(np.vdot(residual, correction))
-        direction = correction + (energy / previous) * direction
-    return None
+    def of_images(function: Callable[[Array], Array]) -> LinearOperator:
+        def of_vector(vector: Array) -> Array:
+            return function(vector.reshape(shape)).ravel()
+
+        return LinearOperator((rhs.size, rhs.size), of_vector, dtype=np.float64)
+
+    matrix = of_images(domain.apply)
+    inverse = of_images(lambda residual: whole.solve(residual.copy()) * domain.mask)
+    height, unsolved = cg(matrix, rhs.ravel(), rtol=_TOLERANCE, maxiter=_MOST_ROUNDS, M=inverse)
+    return None if unsolved else np.asarray(height.reshape(shape))
 
 
 def _direct(domain: _Domain, rhs: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.kernels import load
-from tactile_core.algorithms.poisson.cosines import CosineRows
+from tactile_core.algorithms.poisson.cosines import CosineRows, from_dft_order, in_dft_order
 from tactile_core.algorithms.scratch import borrowed
 
 Array = NDArray[Any]
@@ -49,28 +50,21 @@ class TridiagonalLaplacian:
 
     def solve(self, rhs: Array) -> Array:
         """Return the z of L z = rhs."""
-
-        def order(first: int, out: Array) -> None:
-            _kernels().in_dft_order(rhs[first : first + len(out)], out)
-
-        self._solve(order, 1.0, rhs)
+        self._solve(rhs, 1.0, lambda first, rows: None)
         return rhs
 
     def integrated(self, gx: Array, gy: Array, mm_per_px: float) -> Array:
         """Return the (H, W) float32 height of these slopes, of at least 2 × 2 pixels."""
-
-        def order(first: int, out: Array) -> None:
-            _kernels().divergence_in_dft_order(gx, gy, first, out)
-
         height = np.empty(gx.shape, np.float32)
-        self._solve(order, 0.5 * mm_per_px, height)
+        divergence = partial(_kernels().double_divergence, gx, gy)
+        self._solve(height, 0.5 * mm_per_px, divergence)
         return height
 
-    def _solve(self, order: Callable[[int, Array], None], gain: float, out: Array) -> None:
-        """Write ``gain`` times the solution.
+    def _solve(self, out: Array, gain: float, write: Callable[[int, Array], None]) -> None:
+        """Replace the right-hand side by ``gain`` times its solution.
 
         It goes down and up again in bands of rows that stay in the cache from step to step;
-        ``order`` writes those of the right-hand side, in the DFT's order, from a row on.
+        ``write`` writes those of the right-hand side, from a row on, if they are not there yet.
         """
         kernels = _kernels()
         rows, columns = out.shape
@@ -81,17 +75,18 @@ class TridiagonalLaplacian:
             borrowed(self._low_pivots.shape, np.float64) as low,
         ):
             for first, last in bands:
-                some = memory[: last - first]
-                order(first, some)
-                cv2.dft(some, dst=out[first:last], flags=cv2.DFT_ROWS)
+                band, some = out[first:last], memory[: last - first]
+                write(first, band)
+                in_dft_order(band.T, some.T)
+                cv2.dft(some, dst=band, flags=cv2.DFT_ROWS)
                 kernels.forward_columns(out, first, last, self._turn, self._pivots, low)
             kernels.solve_low(low, self._low_pivots)
             for first, last in reversed(bands):
-                some = memory[: last - first]
+                band, some = out[first:last], memory[: last - first]
                 kernels.backward_columns(out, first, last, self._turn, self._pivots, low)
-                flags = cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE
-                cv2.dft(out[first:last], dst=some, flags=flags)
-                kernels.from_dft_order(some, gain, out[first:last])
+                cv2.dft(band, dst=some, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE)
+                np.multiply(some, np.float32(gain), out=some)
+                from_dft_order(some.T, band.T)
 
 
 def _kernels() -> ModuleType:

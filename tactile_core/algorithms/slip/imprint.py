@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.gradient import gradient
 from tactile_core.algorithms.slip.skin_view import SkinView
 
 Array = NDArray[Any]
@@ -201,8 +202,7 @@ class _Imprint:
 def _motion(before: _Imprint, now: _Imprint) -> Array:
     """x, y and turn about the centre, small ones, that explain the change best."""
     half = (before.pattern + now.pattern) / 2
-    across = cv2.Sobel(half, cv2.CV_32F, 1, 0, scale=1 / 8).reshape(half.shape)
-    down = cv2.Sobel(half, cv2.CV_32F, 0, 1, scale=1 / 8).reshape(half.shape)
+    across, down = gradient(half, smooth=True)
     x, y = before.centre
     columns = np.arange(half.shape[1], dtype=np.float32)[:, np.newaxis] - x
     rows = np.arange(half.shape[0], dtype=np.float32)[:, np.newaxis, np.newaxis] - y

@@ -9,6 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.gradient import gradient
+from tactile_core.algorithms.places import nodes
+
 Complex = NDArray[np.complex64]
 Float32 = NDArray[np.float32]
 Indices = NDArray[np.intp]
@@ -43,11 +46,11 @@ def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
     -------
     (h, w) complex64
     """
-    nodes, per_place = _nodes(now.shape), np.float32(1 / spacing_mm)
+    at, per_place = _nodes(now.shape), np.float32(1 / spacing_mm)
     moved = now - before
     # the same skin was elsewhere then: twice is enough, for displacements change slowly in space
     for _ in range(2):
-        came_from = nodes - _parts(moved) * per_place
+        came_from = at - _parts(moved) * per_place
         was = cv2.remap(
             _parts(before),
             came_from,
@@ -71,13 +74,9 @@ def strain(displacement: Complex, spacing_mm: float, chosen: Indices) -> Float32
     chosen : (n,) intp
         Places, counted along the rows.
     """
-    scale = 1 / (8 * spacing_mm)
-    parts = _parts(displacement)
     along, down = (
-        np.asarray(cv2.Sobel(parts, cv2.CV_32F, *order, ksize=3, scale=scale))
-        .reshape(-1, 2)
-        .take(chosen, axis=0)
-        for order in ((1, 0), (0, 1))
+        slope.reshape(-1, 2).take(chosen, axis=0)
+        for slope in gradient(_parts(displacement), spacing_mm, smooth=True)
     )
     shear = along[:, 1] + down[:, 0]
     return np.asarray(np.sqrt(along[:, 0] ** 2 + down[:, 1] ** 2 + 0.5 * shear**2), np.float32)
@@ -95,8 +94,7 @@ def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex:
 @lru_cache(maxsize=4)
 def _nodes(shape: tuple[int, ...]) -> Float32:
     """(h, w, 2) column and row of each value."""
-    columns, rows = np.meshgrid(np.arange(shape[1]), np.arange(shape[0]))
-    return np.stack([columns, rows], axis=-1).astype(np.float32)
+    return nodes(shape)
 
 
 def _parts(field: Complex) -> Float32:

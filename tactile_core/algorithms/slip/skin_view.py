@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.markers import marker_mask
+from tactile_core.algorithms.pitch import pitch
 from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.errors import InputError
 
@@ -57,7 +58,7 @@ class SkinView:
         self._columns, self._rows = np.meshgrid(
             np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
         )
-        pitch_px = _pitch(self._marks_px)
+        pitch_px = pitch(self._marks_px)
         self._spread, self._nodes = _spread(self._marks_px, pitch_px, height, width)
         rim = 2 * int(np.ceil(_RIM_DIAMETERS * diameter_px)) + 1
         marks = marker_mask(pixels, diameter_px=diameter_px * self.times)
@@ -119,12 +120,6 @@ def _reduced(pixels: Array, times: int) -> Float32:
 
 def _at(points_px: Array, times: int) -> Float32:
     return np.asarray((np.asarray(points_px) + 0.5) / times - 0.5, np.float32)
-
-
-def _pitch(marks_px: Float32) -> float:
-    between = np.linalg.norm(marks_px[:, np.newaxis] - marks_px, axis=-1)
-    np.fill_diagonal(between, np.inf)
-    return float(np.median(between.min(axis=1)))
 
 
 def _spread(

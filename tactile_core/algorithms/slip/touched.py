@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.places import struck
 from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.shrinking import shrunk
 
@@ -32,14 +33,6 @@ def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> F
     return small if small.ndim == 3 else small[..., None]
 
 
-def steepness(height_mm: Float32, spacing_mm: float) -> Float32:
-    """(h, w) size of the slope of a height map."""
-    scale = 1 / (8 * spacing_mm)
-    along = cv2.Sobel(height_mm, cv2.CV_32F, 1, 0, scale=scale)
-    down = cv2.Sobel(height_mm, cv2.CV_32F, 0, 1, scale=scale)
-    return np.asarray(cv2.magnitude(along, down), np.float32)
-
-
 def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
     """(h, w) how much the light of the skin changed, which is most where it became steepest.
 
@@ -57,12 +50,10 @@ def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
 
 def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     """(h, w) what lies this near to points (N, 2), x and y in places."""
-    near = np.zeros(shape, np.uint8)
-    columns, rows = np.rint(points).astype(np.intp).T
-    inside = (columns >= 0) & (rows >= 0) & (columns < shape[1]) & (rows < shape[0])
-    near[rows[inside], columns[inside]] = 1
     side = 2 * round(radius) + 1
-    return np.asarray(cv2.dilate(near, np.ones((side, side), np.uint8))).view(np.bool_)
+    return np.asarray(cv2.dilate(struck(points, shape), np.ones((side, side), np.uint8))).view(
+        np.bool_
+    )
 
 
 def touched_within(steep: Float32, least: float) -> Bool:
@@ -76,7 +67,7 @@ def touched_within(steep: Float32, least: float) -> Bool:
     Parameters
     ----------
     steep : (h, w) float32
-        :func:`steepness` or :func:`light_change`.
+        :func:`~tactile_core.algorithms.gradient.steepness` or :func:`light_change`.
     least : float
         Of such a value at a border, at any press.
 

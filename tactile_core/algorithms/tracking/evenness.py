@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.quantile import sigma_of
+from tactile_core.algorithms.regression import terms
 from tactile_core.algorithms.tracking.nearest import nearest
 
 _FEWEST = 25
@@ -48,12 +50,11 @@ def shows_contact(places_px: NDArray[Any]) -> bool:
 
 def _without_trend(places_px: NDArray[Any], spacing: NDArray[Any], inner: NDArray[Any]) -> Any:
     """What a robust quadratic over the view leaves of the spacing, outliers clipped."""
-    x, y = ((places_px - places_px.mean(axis=0)) / np.ptp(places_px, axis=0)).T
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+    powers = terms((places_px - places_px.mean(axis=0)) / np.ptp(places_px, axis=0), 2)
     weight = inner.astype(np.float64)
     for _ in range(4):
-        factors = np.linalg.lstsq(terms * weight[:, None], spacing * weight, rcond=None)[0]
-        rest = spacing - terms @ factors
-        scale = 1.4826 * np.median(np.abs(rest[inner])) + 1e-3
+        factors = np.linalg.lstsq(powers * weight[:, None], spacing * weight, rcond=None)[0]
+        rest = spacing - powers @ factors
+        scale = sigma_of(rest[inner]) + 1e-3
         weight = inner / (1 + (rest / (2 * scale)) ** 2)
     return np.clip(rest, -4 * scale, 4 * scale)

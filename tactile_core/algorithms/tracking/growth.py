@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.quantile import sigma_of
 from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
@@ -76,7 +77,7 @@ class Scene:
         """
         around = self.around
         room = self.room_px
-        typical = 1.4826 * float(np.median(distance[known])) if known.any() else 0.0
+        typical = sigma_of(distance[known]) if known.any() else 0.0
         nearby = around.nearby(np.minimum(distance, room / 4), known)
         floor = self.free_share(known)
         allowed = np.maximum(3.5 * typical, 2.5 * nearby) + 0.02 * around.pitch_px

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.quantile import sigma_of
 from tactile_core.algorithms.tracking.nearest import nearest
 
 Array = NDArray[Any]
@@ -132,7 +133,7 @@ class Neighbourhood:
             distance = np.hypot(*(values - expected).T)
             if turn == rounds or not known.any():
                 break
-            scale = max(1.4826 * float(np.median(distance[known])), 0.01 * self.pitch_px)
+            scale = max(sigma_of(distance[known]), 0.01 * self.pitch_px)
             trust = known / (1 + (distance / (3 * scale)) ** 2)
         return expected, distance
 

@@ -1,0 +1,280 @@
+"""What is written here beside what a library has: ``python benchmarks/bench_libraries.py``.
+
+A row for each: milliseconds at 640 × 480, and the largest difference of the results as a share of
+the largest value. With the extra ``fast`` ours are the kernels where there are some; with
+TACTILE_FAST=0 they are not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
+from scipy.spatial import KDTree
+from skimage import feature, measure, morphology, restoration, transform
+
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.circles import PressImage, Start, find_circles
+from tactile_core.algorithms.contact import _without_specks
+from tactile_core.algorithms.displacement import decomposed
+from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+from tactile_core.algorithms.displacement.kriging import Kriging
+from tactile_core.algorithms.filling import filled
+from tactile_core.algorithms.markers.spots import _moments
+from tactile_core.algorithms.photometric import fill_marks
+from tactile_core.algorithms.poisson.laplacian import DftLaplacian, FftLaplacian
+from tactile_core.algorithms.quantile import quantile
+from tactile_core.algorithms.regression import fit_polynomial, scaling, terms
+from tactile_core.algorithms.tracking.pairing import paired
+from tactile_core.algorithms.validity import two_within
+
+Array = NDArray[Any]
+Row = tuple[str, Callable[[], Any], Callable[[], Any]]
+
+SHAPE = 480, 640
+TURNS = 7
+RNG = np.random.default_rng(0)
+
+
+def main() -> None:
+    """Print the table."""
+    kernels.load()
+    cv2.setNumThreads(1)
+    print(f"{'thing: ours | library':64}{'ours ms':>9}{'lib ms':>9}{'difference':>12}")
+    for rows in (spots, regions, gaps, samples, integration, fields, tracking, fits):
+        for thing, ours, library in rows():
+            one, other = np.asarray(ours(), float), np.asarray(library(), float)
+            apart = np.abs(one - other).max() / np.abs(one).max()
+            took = f"{median_ms(ours):9.3f}{median_ms(library):9.3f}"
+            print(f"{thing:64}{took}{apart:12.1e}", flush=True)
+
+
+def median_ms(call: Callable[[], Any]) -> float:
+    """Median time of a few calls."""
+    took = []
+    for _ in range(TURNS):
+        begun = time.perf_counter()
+        call()
+        took.append(time.perf_counter() - begun)
+    return float(1e3 * np.median(took))
+
+
+def dots() -> NDArray[np.uint8]:
+    """A print of 336 dots."""
+    image = np.zeros(SHAPE, np.uint8)
+    image[20::30, 20::30] = 255
+    image = np.asarray(cv2.dilate(image, morphology.disk(6)), np.uint8)
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), 1.5), np.uint8)
+
+
+def smooth(sigma: float, *channels: int) -> NDArray[np.float32]:
+    """Noise of unit size that changes over so many pixels."""
+    noise = RNG.standard_normal((*SHAPE, *channels), np.float32)
+    image = np.asarray(cv2.GaussianBlur(noise, (0, 0), sigma), np.float32)
+    return np.asarray(image / image.std(), np.float32)
+
+
+def spots() -> Iterator[Row]:
+    """Centres of the spots of a print, at half the size, as they are detected."""
+    size = SHAPE[1] // 2, SHAPE[0] // 2
+    weight = np.asarray(cv2.resize(dots(), size, interpolation=cv2.INTER_AREA), np.uint8)
+    count, found = cv2.connectedComponents((weight > 60).view(np.uint8), ltype=cv2.CV_16U)
+    labels = np.asarray(found, np.uint16)
+
+    def ours() -> Array:
+        total, x, y, *_ = _moments(labels, weight, count)[:, 1:]
+        return np.stack([y / total, x / total])
+
+    def library() -> Array:
+        regions = measure.regionprops_table(labels, weight, ["centroid_weighted"])
+        return np.stack(list(regions.values()))
+
+    yield "spots: sums of pixels | regionprops", ours, library
+
+
+def regions() -> Iterator[Row]:
+    """Parts of a mask of the size at which contacts are looked for."""
+    mask = np.asarray(cv2.resize(smooth(4), (160, 120))) > 1
+    dotted, square = dots(), np.ones((9, 9), np.uint8)
+
+    def by_opencv() -> Array:
+        _, _, parts, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8))
+        return np.sort(np.asarray(parts)[1:, cv2.CC_STAT_AREA])
+
+    def by_skimage() -> Array:
+        labels = measure.label(mask, connectivity=2)
+        return np.sort(measure.regionprops_table(labels, properties=["area"])["area"])
+
+    yield "areas: connectedComponentsWithStats | regionprops", by_opencv, by_skimage
+    yield (
+        "specks: connectedComponentsWithStats | remove_small_objects",
+        lambda: _without_specks(mask, 20),
+        lambda: morphology.remove_small_objects(mask, max_size=19, connectivity=2),
+    )
+    yield (
+        "dilation by 9 × 9: OpenCV | skimage",
+        lambda: cv2.dilate(dotted, square),
+        lambda: morphology.dilation(dotted, square),
+    )
+
+
+def gaps() -> Iterator[Row]:
+    """Holes of the size of markers."""
+    image, hidden = smooth(20), dots() > 60
+    known, holes = np.argwhere(~hidden)[::7], np.argwhere(hidden)
+
+    def by_triangles() -> Array:
+        result = image.copy()
+        result[hidden] = np.nan_to_num(LinearNDInterpolator(known, image[tuple(known.T)])(holes))
+        return result
+
+    def by_skimage() -> Array:
+        return np.asarray(restoration.inpaint_biharmonic(image, hidden, split_into_regions=True))
+
+    yield "gaps: ever coarser | inpaint_biharmonic", lambda: filled(image, ~hidden), by_skimage
+    yield "gaps: ever coarser | LinearNDInterpolator", lambda: filled(image, ~hidden), by_triangles
+    yield (
+        "markers: mean around | cv2.inpaint",
+        lambda: fill_marks(image[..., None], hidden, 27)[..., 0],
+        lambda: cv2.inpaint(image, hidden.view(np.uint8), 3, cv2.INPAINT_TELEA),
+    )
+
+
+def samples() -> Iterator[Row]:
+    """What is called many times a frame, or on every intensity."""
+    few = RNG.standard_normal(600)
+    pixels = RNG.integers(0, 256, (*SHAPE, 3)).astype(np.uint8)
+    yield (
+        "quantile of 600: partition | np.quantile",
+        lambda: quantile(few, 0.95),
+        lambda: np.quantile(few, 0.95),
+    )
+    yield (
+        "two channels within bounds: extremes first | numpy",
+        lambda: two_within(pixels, 3, 252),
+        lambda: ((pixels > 3) & (pixels < 252)).sum(axis=2) >= 2,
+    )
+
+
+def integration() -> Iterator[Row]:
+    """The Laplacian's inverse, in float32."""
+    rhs = smooth(3)
+    rhs -= rhs.mean()
+    dft, dct = DftLaplacian(SHAPE), FftLaplacian(SHAPE)
+    yield (
+        "Laplacian: OpenCV's DFT | scipy.fft (0.2 s to import)",
+        lambda: dft.solve(rhs.copy()),
+        lambda: dct.solve(rhs.copy()),
+    )
+
+
+def fields() -> Iterator[Row]:
+    """Displacement of a gel surface with markers."""
+    field, grid = 0.1 * smooth(40, 2), CoarseGrid.of(SHAPE, 7.5)
+    coarse, at = field[: grid.shape[0], : grid.shape[1]].copy(), grid.nodes + np.float32(0.37)
+    here = np.indices(SHAPE)[::-1].reshape(2, -1).T.astype(float)
+    markers = np.argwhere(np.ones((24, 18))) * 1.4
+    values, nodes = RNG.standard_normal((len(markers), 2)), grid.half.nodes.reshape(-1, 2)
+    kriging = Kriging(markers, nodes, range_mm=12.0)
+
+    def rotation() -> float:
+        found: Any = transform.SimilarityTransform.from_estimate(here - field.reshape(-1, 2), here)
+        return float(np.degrees(found.rotation))
+
+    def mapped() -> Array:
+        place = at.transpose(2, 0, 1)[::-1]
+        parts = coarse.transpose(2, 0, 1)
+        return np.dstack(
+            [ndimage.map_coordinates(p, place, order=1, mode="nearest") for p in parts]
+        )
+
+    yield (
+        "similarity: complex least squares | SimilarityTransform",
+        lambda: decomposed(field, mm_per_px=1.0).rotation_deg,
+        rotation,
+    )
+    yield "field at points: cv2.remap | map_coordinates", lambda: grid.sampled(coarse, at), mapped
+    yield (
+        "field from markers: weights kept | RBFInterpolator",
+        lambda: kriging.field(values),
+        lambda: RBFInterpolator(markers, values, degree=1)(nodes),
+    )
+
+
+def tracking() -> Iterator[Row]:
+    """Markers from frame to frame."""
+    expected = 30.0 * np.argwhere(np.ones((16, 22)))
+    found = expected + RNG.normal(0, 2, expected.shape)
+    votes = np.asarray(cv2.blur(RNG.poisson(2, (18, 18)).astype(float), (3, 3)))
+
+    def by_trees() -> Array:
+        distance, forth = KDTree(found).query(expected)
+        _, back = KDTree(expected).query(found)
+        mutual = np.asarray(back)[forth] == np.arange(len(expected))
+        return np.where(mutual & (np.asarray(distance) <= 10), forth, -1)
+
+    def in_turn() -> Array:
+        left, peaks = votes.copy(), []
+        for _ in range(3):
+            x, y = np.unravel_index(int(left.argmax()), left.shape)
+            peaks.append((x, y))
+            left[max(x - 2, 0) : x + 3, max(y - 2, 0) : y + 3] = 0
+        return np.array(peaks)
+
+    yield (
+        "mutual nearest: cells | two trees",
+        lambda: paired(expected, found, np.full(len(expected), 10.0)),
+        by_trees,
+    )
+    yield (
+        "three peaks of votes: highest left | peak_local_max",
+        in_turn,
+        lambda: feature.peak_local_max(votes, min_distance=2, num_peaks=3, exclude_border=False),
+    )
+
+
+def fits() -> Iterator[Row]:
+    """What a calibration needs."""
+    features = RNG.standard_normal((20_000, 5)).astype(np.float32)
+    targets = RNG.standard_normal((20_000, 2)).astype(np.float32)
+    y, x = np.mgrid[:240, :320] - np.array([118.4, 161.7])[:, None, None]
+    r = np.hypot(x, y)
+    sine = np.where(r < 25, r / 40, 25 / 40 * np.exp(-(r - 25) / 8))
+    slopes = [sine * side / np.maximum(r, 1e-6) for side in (x, y, 0.6 * x - 0.8 * y)]
+    reference = np.full((240, 320, 3), 120.0, np.float32)
+    press = reference * (1 + 0.5 * np.dstack(slopes)) + RNG.normal(0, 1, reference.shape)
+    image = PressImage(press.astype(np.float32), reference)
+
+    def by_lstsq() -> Array:
+        mean, std = scaling(features)
+        a = terms(((features - mean) / std).astype(float), 2)
+        held = np.sqrt(1e-3 * len(a)) * np.eye(a.shape[1])
+        right = np.concatenate([targets, np.zeros((a.shape[1], 2))])
+        return np.asarray(np.linalg.lstsq(np.concatenate([a, held]), right, rcond=None)[0])
+
+    def by_light() -> tuple[float, float, float]:
+        (circle,) = find_circles([Start.of(image, 40.0)])
+        return *circle.centre_px, circle.contact_radius_px
+
+    def by_edge() -> tuple[float, float, float]:
+        change = np.linalg.norm(cv2.GaussianBlur(press - reference, (0, 0), 2), axis=2)
+        edges = np.concatenate(measure.find_contours(change, 0.5 * change.max()))
+        found: Any = measure.ransac(edges[:, ::-1], measure.CircleModel, 3, 1.0, rng=0)[0]
+        return *found.center, found.radius
+
+    yield (
+        "ridge: normal equations | lstsq",
+        lambda: fit_polynomial(features, targets).coefficients,
+        by_lstsq,
+    )
+    yield "circle of a ball: its light | ransac, CircleModel", by_light, by_edge
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""Slopes of an image by central differences, mirrored at its border."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+
+
+def gradient(
+    image: NDArray[Any], spacing: float = 1.0, *, smooth: bool = False
+) -> tuple[Float32, Float32]:
+    """Slopes to the right and downwards, of each channel.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, K) float32
+    spacing : float
+        Distance of neighbouring pixels.
+    smooth : bool
+        Average three neighbouring differences by 1 : 2 : 1 (Sobel's operator).
+
+    Returns
+    -------
+    along, down : float32 of the image's shape
+    """
+    side, scale = (3, 0.125 / spacing) if smooth else (1, 0.5 / spacing)
+    along, down = (
+        np.asarray(cv2.Sobel(image, cv2.CV_32F, *order, ksize=side, scale=scale), np.float32)
+        for order in ((1, 0), (0, 1))
+    )
+    return along.reshape(image.shape), down.reshape(image.shape)
+
+
+def steepness(image: Float32, spacing: float = 1.0, *, smooth: bool = False) -> Float32:
+    """(H, W) size of the :func:`gradient` of an (H, W) image."""
+    return np.asarray(cv2.magnitude(*gradient(image, spacing, smooth=smooth)), np.float32)

@@ -20,17 +20,17 @@ from scipy.spatial import KDTree
 from skimage import feature, measure, morphology, restoration, transform
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.filling import filled
+from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import fit_polynomial, scaling, terms
 from tactile_core.algorithms.circles import PressImage, Start, find_circles
 from tactile_core.algorithms.contact import _without_specks
 from tactile_core.algorithms.displacement import decomposed
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.kriging import Kriging
-from tactile_core.algorithms.filling import filled
 from tactile_core.algorithms.markers.spots import _moments
 from tactile_core.algorithms.photometric import fill_marks
 from tactile_core.algorithms.poisson.laplacian import DftLaplacian, FftLaplacian
-from tactile_core.algorithms.quantile import quantile
-from tactile_core.algorithms.regression import fit_polynomial, scaling, terms
 from tactile_core.algorithms.tracking.pairing import paired
 from tactile_core.algorithms.validity import two_within
 

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.quantile import sigma_of
-from tactile_core.algorithms.regression import terms
-
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.regression import terms
+from tactile_core.algorithms.arrays.types import Float32
 
 _ROUNDS = 8
 _FIRST_ROUNDS = 4

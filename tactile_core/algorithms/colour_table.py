@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Float32 = NDArray[np.float32]
-Complex64 = NDArray[np.complex64]
+from tactile_core.algorithms.arrays.types import Complex64, Float32
 
 BINS = 80
 """Entries per channel, as in the papers."""

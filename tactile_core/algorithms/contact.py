@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.gradient import steepness
-from tactile_core.algorithms.quantile import quantile, sigma_of
-from tactile_core.algorithms.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.gradient import steepness
+from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
+from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
 
 _COARSE_PX = 160 * 120
 _NOISE_SAMPLES = 4000

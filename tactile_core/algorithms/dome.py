@@ -7,15 +7,10 @@ cap(ball) + cap(dome) relative to a dome: a dome presses back like a second ball
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.places import from_middle
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import Array, Float32
 
 
 def cap(square: Array, radius: float) -> Array:

@@ -7,18 +7,14 @@ and a contact that is held for long cannot be absorbed.
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.half_sample import narrowest
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.intensity import CEILING
-from tactile_core.algorithms.narrowest import narrowest
-from tactile_core.algorithms.shrinking import shrunk
-
-Array = NDArray[Any]
 
 _ROWS, _COLUMNS = 24, 32
 _FEWEST = 100

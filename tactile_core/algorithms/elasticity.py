@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO = 2.0, 0.145, 0.48
 """Of a gel of which nobody tells: the silicone of most sensors of this family."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
 
 BIN_MM = 1 / 256
 """The papers' numbers fit this width; a fixed number of bins would stretch with the load."""

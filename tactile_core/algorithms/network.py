@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.regression import scaling
-
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.regression import scaling
+from tactile_core.algorithms.arrays.types import Float32
 
 HUBER = 0.25
 """Errors (in sines) above it pull linearly, so that lifted skin and dirt do not rule the fit."""

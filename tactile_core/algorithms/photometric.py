@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.places import from_middle
-from tactile_core.algorithms.scratch import borrowed
-from tactile_core.algorithms.shrinking import shrunk
-
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Float32
 
 DARK_FRACTION = 0.04
 """Intensities below this fraction of full scale are too dark to divide by."""

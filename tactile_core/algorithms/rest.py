@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.narrowest import narrowest
-from tactile_core.algorithms.places import from_middle
-from tactile_core.algorithms.quantile import sigma_of
-
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.half_sample import narrowest
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.types import Array
 
 _SAMPLES = 1200
 _ROUNDS = 3

@@ -9,12 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
+from tactile_core.algorithms.arrays.types import Bool
 from tactile_core.algorithms.photometric import AroundMarks, around_marks, planes_of, skin_of
-from tactile_core.algorithms.scratch import borrowed
-from tactile_core.algorithms.shrinking import MOST_CHANNELS, shrunk
-
-Float32 = NDArray[np.float32]
-Bool = NDArray[np.bool_]
 
 _PX_PER_BLUR = 0.75
 """Smoothing over sampling step, standard deviation: an image loses nothing that one would see."""

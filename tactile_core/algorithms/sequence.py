@@ -10,15 +10,13 @@ is refused.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.narrowest import narrowest
-
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.half_sample import narrowest
+from tactile_core.algorithms.arrays.types import Array
 
 _ROWS, _COLUMNS = 16, 20
 _BLOCK = 3

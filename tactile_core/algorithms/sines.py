@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.types import Float32
 
 STEEPEST_SINE = 0.98
 """Sine of the steepest slope that a model may claim, 78°."""

@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.photometric import (
     DARK_FRACTION,
@@ -24,12 +27,8 @@ from tactile_core.algorithms.photometric import (
     relative_change,
 )
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.scratch import borrowed
-from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.algorithms.sines import STEEPEST_SINE, planes_to_gradient, to_gradient
 
-Float32 = NDArray[np.float32]
-Bool = NDArray[np.bool_]
 Model = Callable[[Float32], Float32]
 
 EXACT_PIXELS = 20_000

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.photometric import planes_of
-from tactile_core.algorithms.scratch import borrowed
 
 
 def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np.uint8]:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
-from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.builtin.image_shape import shape_of
 from tactile_core.builtin.model_file import Arrays

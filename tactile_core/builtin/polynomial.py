@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
 from tactile_core.builtin.image_shape import shape_of
 from tactile_core.builtin.model_file import Arrays
 from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions

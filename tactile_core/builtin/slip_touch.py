@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.gradient import steepness
-from tactile_core.algorithms.quantile import quantile
+from tactile_core.algorithms.arrays.gradient import steepness
+from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.drag import Load
 from tactile_core.algorithms.slip.touched import (
     covered,
@@ -18,9 +19,6 @@ from tactile_core.algorithms.slip.touched import (
     touched_within,
 )
 from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
-
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
 
 _DRAGGED_MM = 0.04
 _LEAST_SLOPE, _SURE_SLOPE, _STAYS = 0.03, 0.1, 0.5

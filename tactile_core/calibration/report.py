@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.calibration.surface import KnownSurface
 from tactile_core.views import html
+from tactile_core.views.drawing import Rgb
 
 if TYPE_CHECKING:
     from tactile_core.bundles.manifest import Manifest
     from tactile_core.calibration.scoring import Score
 
-Rgb = NDArray[np.uint8]
 
 _FOUND, _REFUSED, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), (40, 90, 170)
 _PLOT_PX = 320

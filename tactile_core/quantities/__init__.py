@@ -6,10 +6,11 @@ Sensor frame: origin at the image centre, x right, y down, z away from the camer
 object (right-handed), millimetres. Arrays are read-only; every value is frozen.
 """
 
+from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.quantities.displacement import DisplacementField
 from tactile_core.quantities.markers import MarkerDetections, MarkerField
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
-from tactile_core.quantities.quantity import Bool, Float32, Quantity
+from tactile_core.quantities.quantity import Quantity
 from tactile_core.quantities.slip import SlipState
 from tactile_core.quantities.surface import ContactMask, Gradients, HeightMap
 

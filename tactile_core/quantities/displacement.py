@@ -8,7 +8,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from tactile_core.quantities.quantity import Bool, Float32, Quantity
+from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.quantities.quantity import Quantity
 
 
 @dataclass(frozen=True, eq=False)

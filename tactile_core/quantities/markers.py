@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.quantities.quantity import Bool, Float32, Quantity
+from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.quantities.quantity import Quantity
 
 Int32 = NDArray[np.int32]
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.intensity import CEILING, FLOOR
-from tactile_core.quantities.quantity import Bool, Float32, Quantity
+from tactile_core.quantities.quantity import Quantity
 
 if TYPE_CHECKING:
     from tactile_core.quantities.markers import MarkerDetections

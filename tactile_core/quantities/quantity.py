@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Float32 = NDArray[np.float32]
-Bool = NDArray[np.bool_]
-
 
 @dataclass(frozen=True, eq=False)
 class Quantity:

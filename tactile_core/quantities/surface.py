@@ -9,7 +9,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.quantities.quantity import Bool, Float32, Quantity
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.quantities.quantity import Quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,7 @@ class HeightMap(Quantity):
     @property
     def points_mm(self) -> Float32:
         """(H, W, 3) where the skin is in the sensor frame: x, y, and z = rest − height."""
-        y, x = ((np.arange(n) - (n - 1) / 2) * self.mm_per_px for n in self.mm.shape)
+        y, x = (from_middle(n) * self.mm_per_px for n in self.mm.shape)
         points = np.empty((*self.mm.shape, 3), np.float32)
         points[..., 0] = x
         points[..., 1] = y[:, None]

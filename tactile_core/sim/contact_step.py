@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.sim.contact_state import Move, Pose, SkinState
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.friction import Grip, solve_friction
@@ -16,8 +16,6 @@ from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.viscoelasticity import TimeStep
 from tactile_core.sim.window import Window
-
-Array = NDArray[Any]
 
 _OUT_OF_REACH_MM = -50.0
 _FAR_SPACINGS, _FAR_SWEEPS = 0.3, 2

@@ -6,16 +6,12 @@ proportion to its load, so a Fourier transform turns loads into displacements.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.response import Response, Symbols
-
-Array = NDArray[Any]
 
 
 class ElasticLayer(Response):

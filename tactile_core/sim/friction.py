@@ -7,14 +7,12 @@ sticks to the object, at it the skin slips against the traction.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.sim.response import Response
-
-Array = NDArray[Any]
 
 _RELAXATION = 1.6
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.dome import cap
 from tactile_core.algorithms.elasticity import (
     POISSON_RATIO,
@@ -19,8 +18,6 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.viscoelasticity import Branch
-
-Array = NDArray[Any]
 
 FRICTION = 0.5
 """Of a profile that does not tell: painted silicone on smooth objects, roughly."""

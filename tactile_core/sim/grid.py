@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import Array
 
 
 @dataclass(frozen=True)
@@ -55,12 +54,12 @@ class Grid:
     @cached_property
     def x_mm(self) -> Array:
         """(nx,) positions of the columns."""
-        return np.asarray((np.arange(self.nx) - (self.nx - 1) / 2) * self.spacing_mm)
+        return from_middle(self.nx) * self.spacing_mm
 
     @cached_property
     def y_mm(self) -> Array:
         """(ny,) positions of the rows."""
-        return np.asarray((np.arange(self.ny) - (self.ny - 1) / 2) * self.spacing_mm)
+        return from_middle(self.ny) * self.spacing_mm
 
     @cached_property
     def nodes_mm(self) -> Array:

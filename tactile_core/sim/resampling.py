@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from functools import cached_property
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.sim.grid import Grid
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
 
 _ROUGH_STEPS, _EXACT_STEPS = 4, 2
 

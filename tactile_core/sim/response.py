@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 
 class Symbols(NamedTuple):

@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.sim.contact_state import Pose, SkinState
 from tactile_core.sim.resampling import ImageSampler
-
-Float32 = NDArray[np.float32]
-Bool = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 _MARGIN_NODES, _MARGIN_SHARE = 2, 0.1
 _MULTIPLE = 8

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
-from tactile_core.views.drawing import Colour, round_length
+from tactile_core.views.drawing import Colour, Rgb, round_length
 from tactile_core.views.sheet import unit_of
-
-Rgb = NDArray[np.uint8]
-Array = NDArray[Any]
 
 _OUTLINE_BLUR_PX = 1.0
 _OUTLINE, _HALO = (255, 255, 255), (45, 52, 62)

@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, HeightMap, MarkerField
-from tactile_core.views.drawing import blank, text_size, write
+from tactile_core.views.drawing import Rgb, blank, text_size, write
 from tactile_core.views.overlay import drag, outline
 from tactile_core.views.shading import colours, painted, shaded, signed
 from tactile_core.views.sheet import FOOT, GAP, SMALLEST_PX, framed
-
-Rgb = NDArray[np.uint8]
 
 _ENLARGED_BLUR_PX = 0.6
 _DIMMED = 0.55

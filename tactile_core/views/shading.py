@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Rgb = NDArray[np.uint8]
+from tactile_core.views.drawing import Rgb
 
 _LEVELS, _SHADES = 256, 128
 _LIGHT = np.array([-0.45, -0.55, 0.7])

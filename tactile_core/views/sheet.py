@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.views.drawing import (
     FAINT,
     INK,
+    Rgb,
     blank,
     in_words,
     round_length,
@@ -16,8 +15,6 @@ from tactile_core.views.drawing import (
     ticks,
     write,
 )
-
-Rgb = NDArray[np.uint8]
 
 SMALLEST_PX = 640
 FOOT, GAP = 46, 18

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.regression import PolynomialFit
+from tactile_core.algorithms.arrays.regression import PolynomialFit
 from tactile_core.builtin.polynomial import Polynomial
 from tactile_core.bundles.bundle import Bundle, Manifest
 from tactile_core.errors import CalibrationError

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_baxter_fingertip.tables import ENTRIES, Bytes, Float32, smooth_table
-from tactile_core.algorithms import regression
+from tactile_core.algorithms.arrays import regression
 from tactile_core.builtin.model_file import part_from
 
 Float = NDArray[np.float64]

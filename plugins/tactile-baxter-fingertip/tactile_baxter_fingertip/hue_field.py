@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
-from tactile_core.algorithms import regression
+from tactile_core.algorithms.arrays import regression
 from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
 from tactile_core.algorithms.sines import planes_to_gradient
 

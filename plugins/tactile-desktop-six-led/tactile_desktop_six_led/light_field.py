@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import regression
+from tactile_core.algorithms.arrays import regression
 
 Float32 = NDArray[np.float32]
 

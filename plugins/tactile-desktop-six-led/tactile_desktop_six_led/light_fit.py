@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import regression
+from tactile_core.algorithms.arrays import regression
 from tactile_desktop_six_led.light_field import DIMMEST, LightField
 
 Float32 = NDArray[np.float32]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.photometric import DARK_FRACTION, place
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.scratch import borrowed
 from tactile_desktop_six_led.lamp_drift import LampDrift
 from tactile_desktop_six_led.light_field import DIMMEST, LightField
 from tactile_desktop_six_led.redundancy import Redundancy

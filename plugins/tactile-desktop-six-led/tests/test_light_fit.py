@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import check_grad
 
-from tactile_core.algorithms import regression
+from tactile_core.algorithms.arrays import regression
 from tactile_desktop_six_led.light_fit import _Objective
 
 

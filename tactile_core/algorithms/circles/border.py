@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import Change
 from tactile_core.algorithms.circles.symmetry import vertex
-
-Float = NDArray[np.float64]
 
 LARGEST = 0.98
 _SMALLEST, _STEP = 0.25, 0.03
@@ -18,7 +16,7 @@ _STEEPEST = 0.999
 _MOST_PIXELS = 1500
 
 
-def contact_radius(change: Change, light: Light, centre: Float, ball_radius: float) -> float:
+def contact_radius(change: Change, light: Light, centre: Float64, ball_radius: float) -> float:
     """Radius at which the slope stops being the ball's, in working pixels.
 
     Inside, the sine of the slope is r / R; outside, it decays exponentially. Border and decay are

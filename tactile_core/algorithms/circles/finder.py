@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.border import contact_radius
 from tactile_core.algorithms.circles.light import (
     Light,
@@ -17,8 +17,6 @@ from tactile_core.algorithms.circles.light import (
     samples_on,
 )
 from tactile_core.algorithms.circles.start import Start
-
-Float = NDArray[np.float64]
 
 SMALLEST_CONTACT = 0.3
 MOST_MISFIT = 2.5
@@ -127,7 +125,7 @@ class _Fit:
     """A press while it is being fitted, in working pixels."""
 
     start: Start
-    centre: Float
+    centre: Float64
     trusted: float
     contact: float = 0.0
     misfit: float = 0.0
@@ -165,7 +163,7 @@ def _alternate(fits: dict[int, _Fit], orders: tuple[int, int]) -> Light:
     return light
 
 
-def _refined(start: Start, light: Light, centre: Float, radius: float) -> tuple[Float, float]:
+def _refined(start: Start, light: Light, centre: Float64, radius: float) -> tuple[Float64, float]:
     """Centre whose ball would give the colours that are seen, and the misfit it leaves.
 
     Gauss–Newton on the two coordinates with soft-L1 weights; the pixels stay those of the start.
@@ -177,7 +175,7 @@ def _refined(start: Start, light: Light, centre: Float, radius: float) -> tuple[
         return centre, np.inf
     here = light.at(samples.xy)
 
-    def error(at: Float) -> Float:
+    def error(at: Float64) -> Float64:
         e = (here((samples.xy - at) / ball) - samples.change) / unit
         e[samples.full & (e > 0)] = 0
         return e

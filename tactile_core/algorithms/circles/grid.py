@@ -7,16 +7,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
+from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.finder import MOST_MISFIT, SMALLEST_CONTACT, Circle
 from tactile_core.algorithms.circles.press import PressImage, disc
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
-from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial
-
-Float = NDArray[np.float64]
-Float32 = NDArray[np.float32]
-Bool = NDArray[np.bool_]
 
 _BLUR_BALLS, _LEAST_BLUR_PX = 0.1, 1.2
 _SAMPLES = 12_000
@@ -54,7 +50,7 @@ class GridLight:
     contact: float
     with_place: bool
 
-    def locate(self, image: PressImage, centres_px: Float, ball_radius_px: float) -> list[Circle]:
+    def locate(self, image: PressImage, centres_px: Float64, ball_radius_px: float) -> list[Circle]:
         """Refine the circles of balls that this light was not fitted to."""
         balls = _Balls.of(image, centres_px, ball_radius_px, self.with_place)
         misfits = np.full(len(balls.centres), np.inf)
@@ -62,7 +58,7 @@ class GridLight:
             misfits = balls.move(light, reach)
         return self.circles(balls.centres, misfits, ball_radius_px)
 
-    def circles(self, centres_px: Float, misfits: Float, ball_radius_px: float) -> list[Circle]:
+    def circles(self, centres_px: Float64, misfits: Float64, ball_radius_px: float) -> list[Circle]:
         """Circles of balls that were moved by this light, or why they are of no use."""
         found = []
         for (x, y), misfit in zip(centres_px, misfits, strict=True):
@@ -79,7 +75,7 @@ class GridLight:
 
 
 def refine_grid(
-    image: PressImage, centres_px: Float, ball_radius_px: float
+    image: PressImage, centres_px: Float64, ball_radius_px: float
 ) -> tuple[list[Circle], GridLight]:
     """Refine the circles of many balls in one frame, from centres good to a fifth of the radius.
 
@@ -120,12 +116,12 @@ def refine_grid(
 class _Balls:
     """Balls of a frame while their centres are refined."""
 
-    def __init__(self, features: Float32, skin: Bool, centres: Float, radius: float) -> None:
+    def __init__(self, features: Float32, skin: Bool, centres: Float64, radius: float) -> None:
         self._features, self._skin, self._radius = features, skin, radius
         self.centres = centres
 
     @classmethod
-    def of(cls, image: PressImage, centres_px: Float, radius_px: float, with_place: bool) -> Self:
+    def of(cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool) -> Self:
         """Prepare a frame: its relative change, and perhaps the place."""
         smoothing = Smoothing.of(image.marks, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius_px))
         features = relative_change(
@@ -138,7 +134,7 @@ class _Balls:
         skin = np.ones(features.shape[:2], bool) if image.marks is None else ~image.marks
         return cls(features, skin, np.array(centres_px, float), radius_px)
 
-    def _disc(self, centre: Float, reach: float) -> tuple[Float32, Float]:
+    def _disc(self, centre: Float64, reach: float) -> tuple[Float32, Float64]:
         """Features and (N, 2) place in ball radii of the skin within ``reach`` of a centre."""
         x, y = disc(self._skin, centre, reach * self._radius)
         return self._features[y, x], (np.stack([x, y], 1) - centre) / self._radius
@@ -157,7 +153,7 @@ class _Balls:
             np.concatenate([seen, -seen]), np.concatenate([sines, -sines]), order=1, ridge=1e-3
         )
 
-    def move(self, light: PolynomialFit, reach: float) -> Float:
+    def move(self, light: PolynomialFit, reach: float) -> Float64:
         """Put each centre where its sines vanish; (N,) misfit of each ball, inf where unseen."""
         misfits = np.full(len(self.centres), np.inf)
         for i, centre in enumerate(self.centres):

@@ -9,10 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.regression import terms
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change
-from tactile_core.algorithms.regression import terms
-
-Float = NDArray[np.float64]
 
 RIDGE = 1e-4
 _ROUNDS = 4
@@ -22,9 +21,9 @@ _ROUNDS = 4
 class Samples:
     """Pixels on balls: place, normal, change, and which channels are saturated."""
 
-    xy: Float
-    normal: Float
-    change: Float
+    xy: Float64
+    normal: Float64
+    change: Float64
     full: NDArray[np.bool_]
 
 
@@ -46,14 +45,14 @@ class Light:
         Median misfit, on a scale of 255.
     """
 
-    coefficients: Float
+    coefficients: Float64
     slope_order: int
     place_order: int
     shape: tuple[int, int]
     scale: float
     residual: float = 1.0
 
-    def at(self, xy: Float) -> LocalLight:
+    def at(self, xy: Float64) -> LocalLight:
         """Light at working places (N, 2), for many normals there."""
         places = _places(xy, self.shape, self.place_order)
         by_slope = self.coefficients.reshape(-1, places.shape[1], self.coefficients.shape[1])
@@ -71,15 +70,15 @@ class LocalLight:
     slope_order : int
     """
 
-    coefficients: Float
+    coefficients: Float64
     slope_order: int
 
-    def __call__(self, normal: Float) -> Float:
+    def __call__(self, normal: Float64) -> Float64:
         """(N, K) change for normals (N, 2), the sines of the slope."""
         slopes = _slopes(normal, self.slope_order)
         return np.asarray(np.einsum("ns,nsk->nk", slopes, self.coefficients))
 
-    def along(self, direction: Float) -> Float:
+    def along(self, direction: Float64) -> Float64:
         """(T, N, K) coefficients of the powers of the sine, from the first on, in directions."""
         products = _slopes(direction, self.slope_order)[:, :, None] * self.coefficients
         ends = np.cumsum([0, *(degree + 1 for degree in range(1, self.slope_order + 1))])
@@ -93,7 +92,7 @@ def orders_for(presses: int) -> tuple[int, int]:
     return (3, 1) if presses < 12 else (3, 2)
 
 
-def samples_on(change: Change, centre: Float, radius: float, ball_radius: float) -> Samples:
+def samples_on(change: Change, centre: Float64, radius: float, ball_radius: float) -> Samples:
     """Pixels within ``radius`` of a ball's centre, with the ball's normals there."""
     x, y = change.disc(centre, radius)
     xy = np.stack([x, y], 1).astype(np.float64)
@@ -133,19 +132,19 @@ def fit(
     return Light(coefficients, *orders, shape, scale, residual)
 
 
-def misfits(predicted: Float, change: Float, full: NDArray[np.bool_]) -> Float:
+def misfits(predicted: Float64, change: Float64, full: NDArray[np.bool_]) -> Float64:
     """(N,) length of the misfit, which a saturated channel has only where light falls short."""
     error = predicted - change
     error[full & (error > 0)] = 0
     return np.asarray(np.sqrt((error * error).sum(1)))
 
 
-def _slopes(normal: Float, order: int) -> Float:
+def _slopes(normal: Float64, order: int) -> Float64:
     """(N, S) products of nx and ny, by their degree from 1 on."""
     return terms(normal, order)[:, 1:]
 
 
-def _places(xy: Float, shape: tuple[int, int], order: int) -> Float:
+def _places(xy: Float64, shape: tuple[int, int], order: int) -> Float64:
     """(N, P) products of the place, which runs from −1 to 1 across."""
     h, w = shape
     return terms((xy - (w / 2, h / 2)) / (w / 2), order)

@@ -9,12 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.intensity import CEILING
-from tactile_core.algorithms.quantile import sigma_of
-from tactile_core.algorithms.shrinking import shrunk
-
-Float = NDArray[np.float64]
-Bool = NDArray[np.bool_]
 
 BALL_RADIUS_PX = 25.0
 """Larger balls are shrunk to this radius: centres are as good and the work is bounded."""
@@ -76,8 +74,8 @@ class Change:
         Working pixels per pixel.
     """
 
-    values: Float
-    weight: Float
+    values: Float64
+    weight: Float64
     full: Bool
     noise: float
     scale: float
@@ -92,21 +90,21 @@ class Change:
         """The same without what brightens or darkens all channels alike."""
         return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))
 
-    def to_working(self, xy: Float) -> Float:
+    def to_working(self, xy: Float64) -> Float64:
         """Points of the image in working pixels."""
         return (xy + 0.5) * self.scale - 0.5
 
-    def to_image(self, xy: Float) -> Float:
+    def to_image(self, xy: Float64) -> Float64:
         """Working pixels in points of the image."""
         return (xy + 0.5) / self.scale - 0.5
 
-    def disc(self, centre: Float, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def disc(self, centre: Float64, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Columns and rows of the skin within a radius of a centre."""
         return disc(self.weight, centre, radius)
 
 
 def disc(
-    seen: NDArray[Any], centre: Float, radius: float
+    seen: NDArray[Any], centre: Float64, radius: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Columns and rows within a radius of a centre where an (H, W) mask or weight is not 0."""
     sides = zip(centre, seen.shape[::-1], strict=True)
@@ -151,7 +149,7 @@ def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[An
     return shrunk(image, size).astype(np.float64)
 
 
-def _folded(full: Bool, plane: Float) -> Bool:
+def _folded(full: Bool, plane: Float64) -> Bool:
     """Dark holes inside a saturated spot."""
     if np.count_nonzero(full) <= 20:
         return np.zeros_like(full)
@@ -161,7 +159,7 @@ def _folded(full: Bool, plane: Float) -> Bool:
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 
 
-def _masked_blur(image: Float, weight: Float) -> Float:
+def _masked_blur(image: Float64, weight: Float64) -> Float64:
     total = np.maximum(cv2.GaussianBlur(weight, (0, 0), BLUR_PX), 1e-6)
     blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), BLUR_PX)
     return np.asarray(blurred.reshape(image.shape) / total[..., None])

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change, PressImage, change_of, working_scale
 from tactile_core.algorithms.circles.symmetry import odd_centre
-
-Float = NDArray[np.float64]
 
 FEWEST_ODD = 0.25
 STRONGEST_ELSEWHERE = 0.5
@@ -38,7 +36,7 @@ class Start:
 
     change: Change
     ball: float
-    centre: Float
+    centre: Float64
     oddness: float
     why: str
 
@@ -52,7 +50,7 @@ class Start:
         return cls(change, ball, centre, odd, _unlike_a_press(change, centre, odd, ball))
 
 
-def _most_odd(change: Change, ball: float) -> tuple[Float, float]:
+def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
     """Centre about which the change is most odd, and how odd it is."""
     found = odd_centre(change, ball)
     if found[1] >= FEWEST_ODD:
@@ -61,7 +59,7 @@ def _most_odd(change: Change, ball: float) -> tuple[Float, float]:
     return max(found, odd_centre(change.between_channels(), ball), key=lambda start: start[1])
 
 
-def _unlike_a_press(change: Change, start: Float, odd: float, ball: float) -> str:
+def _unlike_a_press(change: Change, start: Float64, odd: float, ball: float) -> str:
     """Why the change alone rules a press out; "" if it does not."""
     x, y = change.disc(start, 0.6 * ball)
     if len(x) == 0:
@@ -76,7 +74,7 @@ def _unlike_a_press(change: Change, start: Float, odd: float, ball: float) -> st
     return ""
 
 
-def _elsewhere(change: Change, start: Float, ball: float) -> float:
+def _elsewhere(change: Change, start: Float64, ball: float) -> float:
     """Strongest change beyond 2.5 ball radii, relative to the strongest within one."""
     energy = (change.values**2).sum(2) * change.weight
     sigma = 0.35 * ball

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change
 
-Float = NDArray[np.float64]
 
-
-def odd_centre(change: Change, ball_radius: float) -> tuple[Float, float]:
+def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
     """Find the centre of a press from the press alone.
 
     Opposite slopes change the colour oppositely, so d(c + v)·d(c − v) is negative on a ball about
@@ -47,7 +45,7 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float, float]:
     return peak / 2, float(score[j, i])
 
 
-def vertex(three: Float) -> float:
+def vertex(three: Float64) -> float:
     """Offset of a parabola's top from the middle of three samples."""
     left, middle, right = three
     curve = left - 2 * middle + right

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.places import nodes
-from tactile_core.algorithms.shrinking import repeated, shrunk
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.places import nodes
+from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.types import Array, Float32
 
 _MOST_NODES = 64
 

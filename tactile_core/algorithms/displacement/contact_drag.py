@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Complex64, Float32
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.elasticity import Elastomer
-
-Complex64 = NDArray[np.complex64]
-Float32 = NDArray[np.float32]
 
 COUNT = 4
 _COMPONENTS = 0, 1, 1, 2, 3, 4, 5, 6

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.displacement.derivatives import checked
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
-Bool = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

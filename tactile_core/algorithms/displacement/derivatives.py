@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
 
 
 def divergence(displacement_mm: Array, *, mm_per_px: float) -> Float32:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.shrinking import shrunk
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array, Float32
 
 _LONGEST_SIDE_PX = 320
 _DETAIL_PX = 6.0

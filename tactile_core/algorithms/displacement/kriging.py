@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
-Float64 = NDArray[np.float64]
-Bool = NDArray[np.bool_]
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
 NOISE_VARIANCE = 3e-4
 """Of a mark, over the variance of the field: 0.1 px of 28 µm beside 0.16 mm."""

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.pitch import pitch
+from tactile_core.algorithms.arrays.places import struck
+from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.contact_drag import ContactDrag
 from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
-from tactile_core.algorithms.pitch import pitch
-from tactile_core.algorithms.places import struck
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Complex64 = NDArray[np.complex64]
-Float32 = NDArray[np.float32]
-Float64 = NDArray[np.float64]
-Bool = NDArray[np.bool_]
 
 _RANGE_THICKNESSES = 6.0
 _CELLS_PER_PITCH = 4.0

@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32, UInt8
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
-
-Float32 = NDArray[np.float32]
-UInt8 = NDArray[np.uint8]
 
 
 @njit(**EXACT_ROW)

@@ -6,14 +6,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array, UInt8
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-UInt8 = NDArray[np.uint8]
 
 FULL = 255
 """Darkness of a pixel that has lost all light."""

@@ -8,12 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers.darkness import FULL, UInt8
+from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, UInt8
+from tactile_core.algorithms.markers.darkness import FULL
 from tactile_core.algorithms.markers.spots import Spots, measured_spots
-
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
-Float64 = NDArray[np.float64]
 
 # Lengths in diameters of a mark: smoothing, what is opened, the neighbourhood of a peak, the rim.
 _SMOOTH, _OPEN, _AROUND, _RIM = 1 / 3, 0.4, 2.2, 0.28

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.pitch import spacings
+from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.markers.darkness import brightness_of, check_image, surroundings
-from tactile_core.algorithms.pitch import spacings
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
 
 _LEAST_DOT_PX = 3.0
 _SIZE_STEP = 1.25

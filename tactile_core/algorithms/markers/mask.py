@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers.darkness import FULL, UInt8, darkness_of
-from tactile_core.algorithms.shrinking import repeated
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
+from tactile_core.algorithms.arrays.shrinking import repeated
+from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
+from tactile_core.algorithms.markers.darkness import FULL, darkness_of
 
 _LEAST_DARKNESS = 0.12
 

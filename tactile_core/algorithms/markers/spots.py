@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.markers.darkness import UInt8
+from tactile_core.algorithms.arrays.types import Bool, Float64, UInt8
 
-Bool = NDArray[np.bool_]
-Float64 = NDArray[np.float64]
 UInt16 = NDArray[np.uint16]
 
 _MOST = 2**16 - 1

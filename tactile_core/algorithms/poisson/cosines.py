@@ -8,13 +8,11 @@ packed place, since a diagonal operator only needs to know their frequencies.
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 
 def in_dft_order(lines: Array, out: Array) -> None:

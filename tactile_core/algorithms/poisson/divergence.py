@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.poisson.laplacian import Boundary
-from tactile_core.algorithms.scratch import borrowed
-
-Array = NDArray[Any]
 
 
 def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.poisson.divergence import double_divergence
 from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
 
 
 class PoissonSolver:

@@ -16,14 +16,14 @@ from typing import Any, Literal, Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.poisson.cosines import CosineRows, from_dft_order, in_dft_order
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
-from tactile_core.algorithms.scratch import borrowed
 
-Array = NDArray[Any]
 Boundary = Literal["neumann", "dirichlet"]
 
 _BAND_PX = 80_000

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.filling import filled
+from tactile_core.algorithms.arrays.filling import filled
+from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
 
 _TOLERANCE = 1e-9
 _MOST_ROUNDS = 150

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.poisson.integration import PoissonSolver
 from tactile_core.algorithms.poisson.laplacian import laplacian
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
 
 _STEP_SLOPE = 0.2
 """How much of a misfit one round explains away: decides how fast the rounds converge, not where."""

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from types import ModuleType
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.kernels import load
 from tactile_core.algorithms.poisson.cosines import CosineRows, from_dft_order, in_dft_order
-from tactile_core.algorithms.scratch import borrowed
-
-Array = NDArray[Any]
 
 _LOW_SHARE = 20
 """Of the packed coefficients the first 1/20, half of them of low frequency, in double precision."""

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.quantile import quantile
-
-Complex = NDArray[np.complex64]
+from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.types import Complex64
 
 NOISE_MM = 0.003
 """Of a displacement: a tenth of a pixel of the usual view."""
@@ -59,7 +58,7 @@ class Core:
         return float(np.mean(self.lag_mm < max(tolerance * self.motion_mm, noise_mm)))
 
 
-def calm_places(displacement: Complex, strain: NDArray[Any]) -> NDArray[Any]:
+def calm_places(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
     """(n,) weights of the least strained and farthest moved places.
 
     Where the skin sticks it moves with the object, so that it is not strained; slip begins at the
@@ -69,14 +68,14 @@ def calm_places(displacement: Complex, strain: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * far_places(displacement))
 
 
-def far_places(displacement: Complex) -> NDArray[Any]:
+def far_places(displacement: Complex64) -> NDArray[Any]:
     """(n,) weights of the farthest moved places: nothing outruns the object."""
     size = np.abs(displacement)
     return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
 
 
 def sticking_core(
-    displacement: Complex, place: Complex, start: NDArray[Any], noise_mm: float = NOISE_MM
+    displacement: Complex64, place: Complex64, start: NDArray[Any], noise_mm: float = NOISE_MM
 ) -> Core:
     """Find the rigid motion of the skin that sticks to the object, by reweighted least squares.
 
@@ -111,7 +110,7 @@ def sticking_core(
 class _Contact:
     """Places (n,) of a contact from its middle, and what their displacements sum up to."""
 
-    def __init__(self, displacement: Complex, place: Complex) -> None:
+    def __init__(self, displacement: Complex64, place: Complex64) -> None:
         self.away = place - complex(place.sum()) / len(place)
         self._terms = terms = np.empty((7, len(place)))
         _, x, y, moved_x, moved_y, square, turned = terms

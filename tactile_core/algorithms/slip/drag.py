@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Intp
 from tactile_core.algorithms.entropy import displacement_entropy
-from tactile_core.algorithms.quantile import quantile
 from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, far_places, sticking_core
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import Complex, places_mm, since, strain
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
-Indices = NDArray[np.intp]
+from tactile_core.algorithms.slip.plane import places_mm, since, strain
 
 _LOAD_GROWS, _LOAD_GROWS_MUCH, _DRAGGED_MM = 1.15, 1.6, 0.05
 """Shear alone changes the volume of a virtual contact by up to 13 %, its image by more: skin that
@@ -78,11 +74,11 @@ class DraggedContact:
     def release(self) -> None:
         """Forget the contact."""
         self.began = False
-        self._settled: Complex | None = None
+        self._settled: Complex64 | None = None
         self._load = Load(0.0, 0.0)
         self._start_again()
 
-    def update(self, field: Complex, mask: Bool, load: Load, *, blurred: bool = False) -> Cues:
+    def update(self, field: Complex64, mask: Bool, load: Load, *, blurred: bool = False) -> Cues:
         """Judge the next field.
 
         Parameters
@@ -124,7 +120,7 @@ class DraggedContact:
         )
 
     def _start_again(self) -> None:
-        self._before: deque[Complex] = deque(maxlen=_EARLIER)
+        self._before: deque[Complex64] = deque(maxlen=_EARLIER)
         self._following, self._span = 1.0, 1
         self._judged = False
         self._peak_mm = self._stalled = self._dragged_mm = 0.0
@@ -134,23 +130,23 @@ class DraggedContact:
         limit = _LOAD_GROWS if self._dragged_mm < _DRAGGED_MM else _LOAD_GROWS_MUCH
         return any(now > limit * before for now, before in zip(load, self._load, strict=True))
 
-    def _whole(self, moved: Complex, chosen: Indices) -> Core:
+    def _whole(self, moved: Complex64, chosen: Intp) -> Core:
         displacement = moved.ravel()[chosen]
         strains = strain(moved, self.spacing_mm, chosen)
         return self._core(displacement, chosen, calm_places(displacement, strains), moved.shape)
 
     def _core(
-        self, displacement: Complex, chosen: Indices, start: Array, shape: tuple[int, ...]
+        self, displacement: Complex64, chosen: Intp, start: Array, shape: tuple[int, ...]
     ) -> Core:
         place = places_mm(shape, self.spacing_mm).ravel()[chosen]
         return sticking_core(displacement, place, start, self.noise_mm)
 
-    def _far(self, now: Complex, before: Complex, chosen: Indices) -> float:
+    def _far(self, now: Complex64, before: Complex64, chosen: Intp) -> float:
         """How far the skin of the contact moved; that moves least where it slips."""
         moved = np.abs((now - before).ravel()[chosen])
         return quantile(moved, _FAR_QUANTILE)
 
-    def _follow(self, field: Complex, chosen: Indices, whole: Core, tolerance: float) -> None:
+    def _follow(self, field: Complex64, chosen: Intp, whole: Core, tolerance: float) -> None:
         """Learn what share of the contact followed in the last motion, and how fast its core is.
 
         Frames are counted, not seconds: quasi-static motions have none.

@@ -8,17 +8,14 @@ marks, so that the skin stands still, and what then still moves has left its pla
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.gradient import gradient
+from tactile_core.algorithms.arrays.gradient import gradient
+from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.slip.skin_view import SkinView
-
-Array = NDArray[Any]
-Float32 = NDArray[np.float32]
 
 SLIP_SHARE = 0.4
 """Slip is where this much of the imprint has left its place within about a second.

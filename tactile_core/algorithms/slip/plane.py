@@ -9,12 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.gradient import gradient
-from tactile_core.algorithms.places import nodes
-
-Complex = NDArray[np.complex64]
-Float32 = NDArray[np.float32]
-Indices = NDArray[np.intp]
+from tactile_core.algorithms.arrays.gradient import gradient
+from tactile_core.algorithms.arrays.places import nodes
+from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
 
 _COLUMNS = 80
 """A displacement between marks a millimetre apart has no more to tell."""
@@ -25,14 +22,14 @@ def stride_of(width_px: int) -> int:
     return max(1, width_px // _COLUMNS)
 
 
-def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex:
+def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex64:
     """(h, w) complex mm: every so many pixels of a field (H, W, 2), from the middle of each."""
     first = stride // 2
     field = np.ascontiguousarray(displacement_mm, np.float32).view(np.complex64)[..., 0]
     return np.ascontiguousarray(field[first::stride, first::stride])
 
 
-def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
+def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
     """How far the skin now at each place has moved since an earlier field, mm.
 
     Parameters
@@ -62,7 +59,7 @@ def since(now: Complex, before: Complex, spacing_mm: float) -> Complex:
     return moved
 
 
-def strain(displacement: Complex, spacing_mm: float, chosen: Indices) -> Float32:
+def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
     """(n,) by how much the skin is stretched or sheared: 0 where it moves as a rigid body.
 
     Parameters
@@ -83,7 +80,7 @@ def strain(displacement: Complex, spacing_mm: float, chosen: Indices) -> Float32
 
 
 @lru_cache(maxsize=4)
-def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex:
+def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
     """(h, w) complex: where each value of such a field is, from the field's middle."""
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
     places = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
@@ -97,5 +94,5 @@ def _nodes(shape: tuple[int, ...]) -> Float32:
     return nodes(shape)
 
 
-def _parts(field: Complex) -> Float32:
+def _parts(field: Complex64) -> Float32:
     return field.view(np.float32).reshape(*field.shape, 2)

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.pitch import pitch
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.markers import marker_mask
-from tactile_core.algorithms.pitch import pitch
-from tactile_core.algorithms.shrinking import shrunk
 from tactile_core.errors import InputError
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
 
 _WIDTH_PX = 160
 _NODE_PX = 8

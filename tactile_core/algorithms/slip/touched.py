@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.places import struck
-from tactile_core.algorithms.quantile import quantile
-from tactile_core.algorithms.shrinking import shrunk
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.places import struck
+from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 
 _STRONGEST, _OF_STRONGEST = 0.99, 0.3
 _GAP, _BESIDE, _LEAST_AREA = 4, 2, 6.0
@@ -67,7 +62,7 @@ def touched_within(steep: Float32, least: float) -> Bool:
     Parameters
     ----------
     steep : (h, w) float32
-        :func:`~tactile_core.algorithms.gradient.steepness` or :func:`light_change`.
+        :func:`~tactile_core.algorithms.arrays.gradient.steepness` or :func:`light_change`.
     least : float
         Of such a value at a border, at any press.
 

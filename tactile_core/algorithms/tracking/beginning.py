@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.growth import BEYOND_DOUBT, FEWEST_MARKS, SUPPORT, Scene
-from tactile_core.algorithms.tracking.pairing import Intp, paired
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
+from tactile_core.algorithms.tracking.pairing import paired
 
 FEW_MISFITS = 3
 _GATE = 0.5

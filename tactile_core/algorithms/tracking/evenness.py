@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.quantile import sigma_of
-from tactile_core.algorithms.regression import terms
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.tracking.nearest import nearest
 
 _FEWEST = 25

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.quantile import sigma_of
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
+from tactile_core.algorithms.tracking.pairing import NOBODY, paired
 
 FEWEST_MARKS = 4
 """With fewer there is no telling which is which."""

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, Scene
 from tactile_core.algorithms.tracking.nearest import nearest
-from tactile_core.algorithms.tracking.pairing import NOBODY, Intp, paired
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
+from tactile_core.algorithms.tracking.pairing import NOBODY, paired
 
 _FIRST_GATE = 0.45
 _ALIKE = 0.3

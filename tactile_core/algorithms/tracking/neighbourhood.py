@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.quantile import sigma_of
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.tracking.nearest import nearest
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
 
 _NEIGHBOURS = 10
 _REACH = 1.3

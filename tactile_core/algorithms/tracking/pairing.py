@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.types import Array, Intp
 from tactile_core.algorithms.tracking.nearest import nearest
-
-Array = NDArray[Any]
-Intp = NDArray[np.intp]
 
 NOBODY = -1
 

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.tracking.growth import SUPPORT, Scene
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
 
 _LEAP, _STRANGE, _AGREEING = 0.3, 0.15, 0.2
 _UNSURE, _UNKNOWN = 0.1, 0.2

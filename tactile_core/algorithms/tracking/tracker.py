@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.beginning import FEW_MISFITS, begun
 from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
 from tactile_core.algorithms.tracking.hypotheses import best_explanation
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY, Intp
+from tactile_core.algorithms.tracking.pairing import NOBODY
 from tactile_core.algorithms.tracking.sureness import Sureness
-
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
 
 _MOMENTUM = 0.7
 _MISFITS = 0.12

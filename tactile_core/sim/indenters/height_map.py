@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 from tactile_core.sim.indenters.solids import positive
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.solids import positive
-
-Array = NDArray[Any]
 
 _MOST_POINTS = 4_000_000
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
 
-from numpy.typing import NDArray
-
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 FAR_MM = 1e3
 """Height of what is not there: beside an object there is nothing within reach."""

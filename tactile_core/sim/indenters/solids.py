@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
-
-Array = NDArray[Any]
 
 _STEEPEST = 0.995
 """How much of a radius counts as its lower side; beyond, the wall is all but upright."""

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 from tactile_core.sim.indenters.solids import positive, round_gap
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import LOOP
-
-Float32 = NDArray[np.float32]
 
 ROUND, SQUARE, TRIANGLE = 0, 1, 2
 

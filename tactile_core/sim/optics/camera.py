@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-
-Float32 = NDArray[np.float32]
 
 _CONVERTER_BITS = 12
 _TABLE_FRAMES = 2

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
-
-Float32 = NDArray[np.float32]
 
 _SEMI_SPECULAR = (0.2, 0.35)
 """Share and roughness of metal flakes in silicone: they shine over some 20° around the mirror's

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 
-Float32 = NDArray[np.float32]
 Fate = Literal["whole", "dropped", "torn"]
 
 _SHARES = ("missing_markers", "merged_markers", "dropped_frames", "torn_frames", "slipped_frames")

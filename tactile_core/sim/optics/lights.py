@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.optics import Lamps
 from tactile_core.plugins.registry import resolve
-
-Float32 = NDArray[np.float32]
 
 _DEFAULT_ELEVATION_DEG = 30.0
 _DEFAULT_DISTANCE_DIAGONALS = 0.8
@@ -70,8 +70,8 @@ class Lamp:
     def leds_mm(self) -> NDArray[np.float64]:
         """(N, 3) places of its LEDs, row by row."""
         rows, columns = self.build.array
-        up = (np.arange(rows) - (rows - 1) / 2) * self.build.pitch_mm
-        aside = (np.arange(columns) - (columns - 1) / 2) * self.build.pitch_mm
+        up = from_middle(rows) * self.build.pitch_mm
+        aside = from_middle(columns) * self.build.pitch_mm
         along, board, _ = self.axes
         offsets = up[:, None, None] * board + aside[:, None] * along
         return np.asarray(self.place_mm + offsets.reshape(-1, 3))

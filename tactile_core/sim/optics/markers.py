@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults
-
-Float32 = NDArray[np.float32]
-Array = NDArray[np.float64]
 
 SHAPES = ("round", "square", "triangle")
 """What marks look like; compiled loops know them by their places here."""
@@ -47,8 +46,8 @@ class Marks:
         Pairs of marks whose ink has run together.
     """
 
-    rest_px: Array
-    angles: Array
+    rest_px: Float64
+    angles: Float64
     size_px: float
     shape: str
     worn: NDArray[np.bool_]
@@ -84,7 +83,7 @@ class Marks:
         lowest = self.rest_px.min()
         return max(0, int(np.floor(-lowest - self.size_px)))
 
-    def cover(self, shape: tuple[int, int], centres_px: Array) -> Float32:
+    def cover(self, shape: tuple[int, int], centres_px: Float64) -> Float32:
         """Draw the marks where they are now.
 
         Parameters
@@ -114,7 +113,7 @@ class Marks:
             np.maximum(here, share, out=here)
         return np.ascontiguousarray(cover[beyond:-beyond, beyond:-beyond])
 
-    def blots(self, centres_px: Array, shape: tuple[int, int]) -> tuple[Array, Array]:
+    def blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
         """Places and turns of all ink within reach of an image: marks, and bridges between some.
 
         Parameters
@@ -133,7 +132,7 @@ class Marks:
         near = ((centres > -reach) & (centres < np.array(shape[::-1]) - 1 + reach)).all(1)
         return centres[near], turned[near]
 
-    def _all_blots(self, centres_px: Array) -> tuple[Array, Array]:
+    def _all_blots(self, centres_px: Float64) -> tuple[Float64, Float64]:
         """Places and turns of all ink: marks that have not worn off, and bridges between some."""
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
         count = int(np.ceil(_BRIDGED_PITCHES * self._pitch_px / self.size_px))
@@ -148,7 +147,7 @@ class Marks:
         pairs = self.rest_px[self.joined]
         return float(np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1).max(initial=0.0))
 
-    def _outside(self, x: Array, y: Array) -> Array:
+    def _outside(self, x: Float64, y: Float64) -> Float64:
         """Distance from the outline, px; negative inside."""
         if self.shape == "round":
             return np.asarray(np.hypot(x, y) - self.size_px / 2)
@@ -159,7 +158,7 @@ class Marks:
         return np.asarray(reach - self.size_px / (2 * np.sqrt(3)))
 
 
-def _places(length_px: int, pitch_px: float) -> Array:
+def _places(length_px: int, pitch_px: float) -> Float64:
     """Centres along one side, symmetric about the middle, and some beyond the image."""
     count = int(length_px / pitch_px) + 2 * _BEYOND_PITCHES
-    return np.asarray((length_px - 1) / 2 + (np.arange(count) - (count - 1) / 2) * pitch_px)
+    return np.asarray((length_px - 1) / 2 + from_middle(count) * pitch_px)

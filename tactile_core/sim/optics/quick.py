@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.sim.optics.camera import Chip, Numbers
 from tactile_core.sim.optics.sources import Shining
-
-Float32 = NDArray[np.float32]
 
 _BAND_PX = 32
 _NONE = np.zeros((0, 0), np.float32)

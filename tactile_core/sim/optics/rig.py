@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Exposure
@@ -20,9 +21,7 @@ from tactile_core.sim.optics.lights import illumination_of, lamps_of
 from tactile_core.sim.optics.quick import photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
-
-Float32 = NDArray[np.float32]
-Mode = Literal["fast", "accurate"]
+from tactile_core.sim.skin import Mode
 
 _SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
 _COLOURS = 3

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.types import Float32
 
 _MOST_STEPS = 16
 

@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import Lamp, light_field
 from tactile_core.sim.optics.shadows import Shadows
 from tactile_core.sim.optics.surface import Surface
-
-Float32 = NDArray[np.float32]
 
 _VIEW_DIAGONALS = 1.5
 _DIMMEST = 0.1
@@ -163,7 +163,7 @@ class Shining:
 
 def _towards_camera(profile: SensorBuild, shape: tuple[int, int]) -> Float32:
     """(3, H, W) unit vectors from the skin to the pupil, above the image centre."""
-    y, x = ((np.arange(n) - (n - 1) / 2) * profile.image.mm_per_px for n in shape)
+    y, x = (from_middle(n) * profile.image.mm_per_px for n in shape)
     diagonal_mm = 2 * float(np.hypot(x[-1], y[-1]))
     high_mm = profile.optics.sensor.view_distance_mm or _VIEW_DIAGONALS * diagonal_mm
     view = np.stack(np.broadcast_arrays(-x, -y[:, None], high_mm)).astype(np.float32)

@@ -10,13 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import SHAPES, Marks
-
-Float32 = NDArray[np.float32]
-
 
 _MARGIN = 0.1
 """Surface around the image, of its width, which shear may bring into it."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
-Bool = NDArray[np.bool_]
+from tactile_core.algorithms.arrays.types import Array, Bool
 
 
 def filled(image: Array, known: Bool) -> Array:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.quantile import quantile, sigma_of
-from tactile_core.algorithms.scratch import borrowed
+from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
+from tactile_core.algorithms.arrays.scratch import borrowed
 
 
 def test_what_is_lent_at_the_same_time_is_never_the_same() -> None:

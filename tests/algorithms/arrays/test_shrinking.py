@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
 from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.photometric import fill_marks
-from tactile_core.algorithms.shrinking import repeated, shrunk
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 
 def spacings(points: Array) -> Array:

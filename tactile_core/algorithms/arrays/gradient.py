@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Float32 = NDArray[np.float32]
+from tactile_core.algorithms.arrays.types import Float32
 
 
 def gradient(

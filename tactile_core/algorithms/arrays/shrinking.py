@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 MOST_CHANNELS = 4
 """OpenCV shrinks no more at once, unless by a whole factor."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactile_core.algorithms.places import nodes, struck
+from tactile_core.algorithms.arrays.places import nodes, struck
 
 
 def test_a_node_is_its_column_and_its_row() -> None:

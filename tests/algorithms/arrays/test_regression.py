@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.regression import PolynomialFit, fit_polynomial, terms
+from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial, terms
 from tactile_core.errors import CalibrationError
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.filling import filled, filled_alike
+from tactile_core.algorithms.arrays.filling import filled, filled_alike
 
 Array = NDArray[Any]
 

@@ -10,9 +10,9 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import CalibrationError
 
-Float32 = NDArray[np.float32]
 T = TypeVar("T", np.float32, np.float64)
 
 _HIGHEST = 8

@@ -10,12 +10,11 @@ import math
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-Array = NDArray[Any]
+from tactile_core.algorithms.arrays.types import Array
 
 _MOST_KEPT = 12
 """Blocks that a thread keeps: more than any step borrows at a time."""

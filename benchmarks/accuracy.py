@@ -13,9 +13,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from experiments import bear, grids, groove, marker_rows, presses, slip_rows
+from experiments import given_lights, grids, groove, marker_rows, presses, slip_rows
 from experiments.press_sets import SETS
-from experiments.row import HEADER, Row
+from experiments.table_row import HEADER, Row
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -50,7 +50,7 @@ def measures(model: str | None) -> dict[str, Measure]:
     known: dict[str, Measure] = {
         each.name: partial(grids.rows, grids=each) for each in (grids.SIX, grids.FOUR)
     }
-    known |= {"groove": groove.rows, "bear": bear.rows}
+    known |= {"groove": groove.rows, "bear": given_lights.rows}
     known |= {s.name: partial(presses.rows, chosen=s, model=model) for s in SETS}
     known |= {
         "markers": marker_rows.rows,

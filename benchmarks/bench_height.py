@@ -19,7 +19,7 @@ from tactile_core.algorithms.markers import darkness_of, find_markers, marker_ma
 from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
 from tactile_core.algorithms.poisson.laplacian import Boundary, DftLaplacian, FftLaplacian
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
-from tactile_core.algorithms.rest import rest_plane
+from tactile_core.algorithms.rest_surface import rest_plane
 
 Array = NDArray[Any]
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.slip_recordings import (
+from experiments.slip_trials import (
     LIFT_FRAME,
     WINDOW,
     area,

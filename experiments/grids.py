@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.row import Row, command
+from experiments.table_row import Row, command
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.target import BallGrid, read_target

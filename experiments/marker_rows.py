@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments import marker_recordings
-from experiments.row import Row, command
+from experiments.table_row import Row, command
 
 
 def rows(data: Path) -> list[Row]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-HERE = Path(__file__).resolve().parent
+HERE = Path(__file__).resolve().parent / "profiles"
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.press_sets import Presses
-from experiments.row import Row, command
 from experiments.sphere import radius_px
+from experiments.table_row import Row, command
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import (
     FoundPress,

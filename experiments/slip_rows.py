@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments import slip_recordings
-from experiments.row import Row, command
-from experiments.slip_recordings import LIFT_FRAME, Trial, area, area_within
+from experiments import slip_trials
+from experiments.slip_trials import LIFT_FRAME, Trial, area, area_within
+from experiments.table_row import Row, command
 
 Bools = NDArray[np.bool_]
 
 OUT_OF_SAMPLE = ("object004", "object005")
 """Nothing was chosen on their lifts."""
 
-GRIPPER = Path(__file__).resolve().parent / "gripper_finger.yaml"
+GRIPPER = Path(__file__).resolve().parent / "profiles" / "gripper_finger.yaml"
 
 
 def lifts(data: Path) -> list[Row]:
     """Slip of every lift through the whole chain."""
-    trials = slip_recordings.lifts(data / "slip" / "grasp_lift", "hex_fingertip")
+    trials = slip_trials.lifts(data / "slip" / "grasp_lift", "hex_fingertip")
     slipped: Bools = np.array([trial.slipped for trial in trials], bool)
     objects = np.array([trial.object for trial in trials])
     degrees = np.array([trial.degrees for trial in trials])
@@ -87,7 +87,7 @@ def lifts(data: Path) -> list[Row]:
 
 def gripper(data: Path) -> list[Row]:
     """Slip of every grasp of a pair of fingers through the whole chain."""
-    pairs = slip_recordings.grasps(data / "slip" / "gripper_pair", str(GRIPPER))
+    pairs = slip_trials.grasps(data / "slip" / "gripper_pair", str(GRIPPER))
     slipped: Bools = np.array([pair[0].slipped for pair in pairs], bool)
     objects = np.array([pair[0].object for pair in pairs])
     degrees = _by_finger(pairs, lambda trial: float(trial.degrees.max()))
@@ -96,7 +96,7 @@ def gripper(data: Path) -> list[Row]:
     frames = _by_finger(pairs, lambda trial: float(trial.alarms.mean())).max(axis=1)
     areas = {"larger of both fingers": degrees.max(axis=1), "mean of both": degrees.mean(axis=1)}
     values = {name: area(slipped, told_) for name, told_ in areas.items()}
-    window = slip_recordings.WINDOW
+    window = slip_trials.WINDOW
     return [
         Row(
             "slip_gripper_area",

@@ -14,7 +14,7 @@ from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Image, Pixels, Reference
-from tactile_core.quantities.form import image_fault
+from tactile_core.quantities.array_form import image_fault
 
 CAMERA, LIGHTS = "the camera", "the lights"
 """How messages name the parts of a sensor."""

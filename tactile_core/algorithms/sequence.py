@@ -47,7 +47,7 @@ class Pattern(NamedTuple):
     brightness: Array
 
 
-class Fault(NamedTuple):
+class SequenceFault(NamedTuple):
     """What is wrong with an exposure.
 
     Attributes
@@ -87,7 +87,7 @@ def pattern(pixels: Array, full_scale: float) -> Pattern:
     return Pattern(np.log(means + np.float32(_FLOOR)), means.mean(axis=1))
 
 
-def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[Fault, ...]:
+def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFault, ...]:
     """Find the exposures that do not show their own light.
 
     Parameters
@@ -108,20 +108,20 @@ def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[Fault, ...]
     dark = (level < _DARK_AMONG * np.median(level)) | (seen.brightness < _FLOOR)
     if reference is not None:
         dark |= level < _DARK_ALONE
-    found = [Fault(int(k), None) for k in np.flatnonzero(dark)]
+    found = [SequenceFault(int(k), None) for k in np.flatnonzero(dark)]
     bright = np.flatnonzero(~dark)
     if reference is not None:
         width = _widths(seen.logs, reference.logs)
         for k in bright:
             best = int(np.argmin(width[k]))
             if width[k, best] < _FITS_BETTER * width[k, k]:
-                found.append(Fault(int(k), best))
+                found.append(SequenceFault(int(k), best))
     if found:
         return tuple(sorted(found, key=lambda fault: fault.exposure))
     return _repeated(seen.logs, bright, reference)
 
 
-def _repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[Fault, ...]:
+def _repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[SequenceFault, ...]:
     first, second = np.triu_indices(len(bright), 1)
     first, second = bright[first], bright[second]
     if not len(first):
@@ -132,7 +132,7 @@ def _repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[Fa
     else:
         same = width < _SAME * _half_width(reference.logs[second] - reference.logs[first])
     return tuple(
-        Fault(int(j), int(i), certain=False)
+        SequenceFault(int(j), int(i), certain=False)
         for i, j, is_same in zip(first, second, same, strict=True)
         if is_same
     )

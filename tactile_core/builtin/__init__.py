@@ -23,7 +23,7 @@ def tactile_cameras() -> Mapping[str, str]:
 def tactile_illuminations() -> Mapping[str, str]:
     """Illuminations of the core."""
     return {
-        "constant": "tactile_core.builtin.constant:ConstantIllumination",
+        "constant": "tactile_core.builtin.constant_light:ConstantIllumination",
         "sequential": "tactile_core.builtin.sequential:SequentialIllumination",
     }
 
@@ -32,7 +32,7 @@ def tactile_illuminations() -> Mapping[str, str]:
 def tactile_calibrations() -> Mapping[str, str]:
     """Calibrations of the core."""
     return {
-        "automatic": "tactile_core.builtin.automatic:Automatic",
+        "automatic": "tactile_core.builtin.automatic_model:Automatic",
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.polynomial:Polynomial",

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field, NonNegativeFloat
 
 from tactile_core.algorithms.poisson import PoissonSolver
-from tactile_core.algorithms.rest import rest_plane
+from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Float32, Gradients, HeightMap
@@ -25,8 +25,8 @@ class Poisson(Estimator):
     The solver's free constant is the height of the skin out of contact. With "neumann" a tilt of
     the whole map below ``drift_slope`` is taken for drift of the light and removed as well, since
     no press tilts the skin far from it; see
-    :func:`tactile_core.algorithms.rest.rest_plane` for when it is not. "dirichlet" holds the border
-    of the image at 0, and nothing is shifted.
+    :func:`tactile_core.algorithms.rest_surface.rest_plane` for when it is not. "dirichlet" holds
+    the border of the image at 0, and nothing is shifted.
     """
 
     class Options(device.Options):
@@ -64,7 +64,7 @@ def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext)
 def set_to_rest(height_mm: Float32, gradients: Gradients, drift_slope: float) -> None:
     """Shift the height that was integrated from these slopes; the untouched skin is then at 0.
 
-    See :func:`tactile_core.algorithms.rest.rest_plane`.
+    See :func:`tactile_core.algorithms.rest_surface.rest_plane`.
     """
     scale = gradients.mm_per_px
     plane = rest_plane(

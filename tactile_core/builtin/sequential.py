@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.builtin.constant import LightOptions, refuse_same_names
+from tactile_core.builtin.constant_light import LightOptions, refuse_same_names
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination
 

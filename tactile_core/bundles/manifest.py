@@ -13,7 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt
 
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
-from tactile_core.formats.shown import printable
+from tactile_core.formats.printable import printable
 
 FORMAT = 2
 MANIFEST = "manifest.json"

@@ -13,10 +13,10 @@ from tactile_core import __version__
 from tactile_core.bundles.bundle import Bundle, check_serial, now
 from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibration.height_target import is_height_map
+from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
-from tactile_core.calibration.surface import KnownSurface
 from tactile_core.calibration.targets import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify

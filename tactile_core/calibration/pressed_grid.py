@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
 from tactile_core.algorithms.dome import flat_equivalent
-from tactile_core.calibration.fold import Fold
+from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.presses import FoundPress, press_image, untouched_press
 from tactile_core.quantities import Bool, Frame

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_core.algorithms.background import smooth_background
-from tactile_core.calibration.fold import Fold
-from tactile_core.calibration.map_block import MapBlock
+from tactile_core.calibration.held_out import Fold
+from tactile_core.calibration.map_rows import MapBlock
 from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.presses import resting
 from tactile_core.interfaces.calibration import Press

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from tactile_core.calibration.surface import KnownSurface
+from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.views import html
 from tactile_core.views.drawing import Rgb
 

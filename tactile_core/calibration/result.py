@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.calibration.scoring import Score
-from tactile_core.calibration.surface import KnownSurface
 from tactile_core.recordings.inputs import Inputs
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.calibration.fold import Fold
+from tactile_core.calibration.held_out import Fold
+from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.calibration.surface import S
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.plugins.returned import measured_by

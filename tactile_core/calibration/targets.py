@@ -11,14 +11,14 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.background import smooth_background
-from tactile_core.calibration.fold import Fold, SeparatePresses
 from tactile_core.calibration.height_target import HeightTarget, is_height_map
-from tactile_core.calibration.map_block import MapBlock, blocks
+from tactile_core.calibration.held_out import Fold, SeparatePresses
+from tactile_core.calibration.known_surface import S
+from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
 from tactile_core.calibration.presses import FoundPress, find_presses, untouched_press, used
-from tactile_core.calibration.surface import S
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.progress import Progress

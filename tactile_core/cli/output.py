@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
-from tactile_core.formats import shown
 from tactile_core.formats.json import plain
+from tactile_core.formats.printable import printable
 
 _data: list[TextIO | None] = []
 """Where data goes while :func:`only_data_on_stdout` keeps all else away; the last one counts."""
@@ -68,7 +68,7 @@ def tell(words: str, *, end: str = "\n") -> None:
 
 def printable_lines(text: str) -> str:
     """Escape what would steer a terminal or hide in a line; line breaks stay."""
-    return "\n".join(map(shown.printable, text.split("\n")))
+    return "\n".join(map(printable, text.split("\n")))
 
 
 def let_go_of_stdout() -> None:

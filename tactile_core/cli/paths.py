@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 
 from tactile_core.errors import InputError
-from tactile_core.formats.shown import printable
+from tactile_core.formats.printable import printable
 
 LONGEST_NAME = 255
 """Bytes of one name that file systems take."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tactile_core.algorithms.sequence import Fault, Pattern, faults, pattern
+from tactile_core.algorithms.sequence import Pattern, SequenceFault, faults, pattern
 from tactile_core.errors import SequenceError
 from tactile_core.quantities import Frame, Reference
 
@@ -42,7 +42,7 @@ def verify(observed: Frame | Reference, expected: Pattern | None, what: str) -> 
         )
 
 
-def _words(fault: Fault, names: tuple[str, ...]) -> str:
+def _words(fault: SequenceFault, names: tuple[str, ...]) -> str:
     name = names[fault.exposure]
     if fault.shows is None:
         return f"the exposure of light {name!r} is dark"

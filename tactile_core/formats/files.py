@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.formats.leftovers import beside
+from tactile_core.formats.unfinished import beside
 
 MOST_BYTES = 1 << 30
 """No file that is read whole is larger; videos are not read whole."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.leftovers import beside, remove_leftovers, replaced
+from tactile_core.formats.unfinished import beside, remove_leftovers, replaced
 
 FilesOf = Callable[[Path], Collection[Path]]
 """The files of a folder if all that it holds may be replaced; else an InputError.

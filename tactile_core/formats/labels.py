@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
 from tactile_core.formats.images import IMAGE_SUFFIXES
-from tactile_core.formats.shown import printable, shown
+from tactile_core.formats.printable import printable, shown
 
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle

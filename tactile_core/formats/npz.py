@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
-from tactile_core.formats.shown import printable
+from tactile_core.formats.printable import printable
 
 MOST_ARRAY_BYTES = 1 << 30
 """Of one array: twice as much as three of them for each pixel of the largest image."""

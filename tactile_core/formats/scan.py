@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.shown import shown
+from tactile_core.formats.printable import shown
 from tactile_core.formats.yaml import number, read_mapping
 
 SCAN_FILE = "scan.yaml"

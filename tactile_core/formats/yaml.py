@@ -8,7 +8,7 @@ from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
-from tactile_core.formats.shown import shown
+from tactile_core.formats.printable import shown
 
 MOST_BYTES = 1_000_000
 """Reading takes some 10 s for these; a scan with a thousand circles drawn in it has a tenth."""

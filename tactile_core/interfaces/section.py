@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, field_validator
 
-from tactile_core.formats.shown import shown
+from tactile_core.formats.printable import shown
 
 MOST = 1e9
 """No number of a profile is larger, whatever its unit."""

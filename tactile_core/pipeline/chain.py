@@ -13,7 +13,7 @@ from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
-from tactile_core.quantities.form import form_fault
+from tactile_core.quantities.array_form import form_fault
 
 QuantityType = type[Quantity]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.shown import printable
+from tactile_core.formats.printable import printable
 from tactile_core.plugins.blame import blame
 from tactile_core.quantities import (
     ContactMask,

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
-from tactile_core.quantities.form import form_fault
+from tactile_core.quantities.array_form import form_fault
 
 
 def fitted_by(

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
-from tactile_core.formats.shown import shown
+from tactile_core.formats.printable import shown
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.gel import Gel, markers_misfit
 from tactile_core.interfaces.image import ImageSection

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tactile_core.errors import InputError, Place, ProfileError
 from tactile_core.formats.files import expanded, is_file
-from tactile_core.formats.shown import shown
+from tactile_core.formats.printable import shown
 from tactile_core.profiles.nodes import problem_at
 from tactile_core.profiles.yaml_tree import read_yaml
 

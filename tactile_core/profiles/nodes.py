@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactile_core.errors import Place, Problem
-from tactile_core.formats.shown import printable
+from tactile_core.formats.printable import printable
 
 _LONGEST_KEY = 60
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.formats.folders import make_folder, rename_new
-from tactile_core.formats.leftovers import beside, remove_leftovers
-from tactile_core.formats.shown import printable
+from tactile_core.formats.printable import printable
+from tactile_core.formats.unfinished import beside, remove_leftovers
 from tactile_core.recordings.inputs import Inputs
 
 WRITTEN = ".tactile-outputs"

@@ -9,7 +9,7 @@ from pathlib import Path
 from tactile_core.errors import InputError
 from tactile_core.formats.files import write_together
 from tactile_core.formats.folders import fresh_folder, make_folder, move_in
-from tactile_core.formats.leftovers import remove_leftovers
+from tactile_core.formats.unfinished import remove_leftovers
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.place import refuse_existing
 from tactile_core.scaffold.profile import NewProfile

@@ -15,8 +15,8 @@ from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Refer
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
-from tactile_core.testing.sanity import quantity_fault, truth_fault
 from tactile_core.testing.virtual_presses import PRESSES
 
 _FLAT_SLOPE = 0.1

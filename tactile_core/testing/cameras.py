@@ -9,7 +9,7 @@ import numpy as np
 from tactile_core.errors import CameraTimeout, DeviceError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Image
-from tactile_core.quantities.form import image_fault
+from tactile_core.quantities.array_form import image_fault
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
 from tactile_core.testing.faults import Fault, Unjudged

@@ -16,9 +16,9 @@ from tactile_core.quantities import Quantity
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.needed_quantities import completed
+from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
-from tactile_core.testing.sanity import quantity_fault, truth_fault
-from tactile_core.testing.supply import completed
 from tactile_core.testing.virtual_presses import VirtualPress
 
 GivenQuantities = Mapping[type[Quantity], Quantity]

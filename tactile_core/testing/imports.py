@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tactile_core.plugins.entry_points import Offer
-from tactile_core.testing import probe
+from tactile_core.testing import import_probe as probe
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import Fault, Unjudged
 

@@ -20,7 +20,7 @@ from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.markers.darkness import brightness_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
-from tactile_core.algorithms.rest import rest_plane
+from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slope_field import SlopeField
 
 MM_PER_PX = 0.05

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.sequence import Fault, faults, pattern
+from tactile_core.algorithms.sequence import SequenceFault, faults, pattern
 
 LIGHTS = 6
 PAIRS = [(i, j) for i in range(LIGHTS) for j in range(LIGHTS) if i != j]
@@ -58,7 +58,10 @@ def test_every_swap_is_told(real: tuple[np.ndarray, np.ndarray]) -> None:
     for i, j in PAIRS:
         swapped = touched.copy()
         swapped[..., [i, j]] = touched[..., [j, i]]
-        assert set(faults(pattern(swapped, 255), reference)) == {Fault(i, j), Fault(j, i)}
+        assert set(faults(pattern(swapped, 255), reference)) == {
+            SequenceFault(i, j),
+            SequenceFault(j, i),
+        }
 
 
 def test_every_repeated_exposure_is_told(real: tuple[np.ndarray, np.ndarray]) -> None:
@@ -67,7 +70,7 @@ def test_every_repeated_exposure_is_told(real: tuple[np.ndarray, np.ndarray]) ->
     for i, j in PAIRS:
         repeated = touched.copy()
         repeated[..., i] = again(touched[..., j], seed=i)
-        assert faults(pattern(repeated, 255), reference) == (Fault(i, j),)
+        assert faults(pattern(repeated, 255), reference) == (SequenceFault(i, j),)
         (alone,) = faults(pattern(repeated, 255))
         assert {alone.exposure, alone.shows} == {i, j}
         assert not alone.certain
@@ -77,7 +80,7 @@ def test_every_repeated_exposure_is_told(real: tuple[np.ndarray, np.ndarray]) ->
 def test_a_late_sequence_is_told(late: int, real: tuple[np.ndarray, np.ndarray]) -> None:
     touched, untouched = real
     found = faults(pattern(np.roll(touched, late, axis=2), 255), pattern(untouched, 255))
-    assert found == tuple(Fault(k, (k - late) % LIGHTS) for k in range(LIGHTS))
+    assert found == tuple(SequenceFault(k, (k - late) % LIGHTS) for k in range(LIGHTS))
 
 
 @pytest.mark.parametrize("missing", range(LIGHTS))
@@ -89,7 +92,7 @@ def test_every_dark_exposure_is_told(
     dark = touched.copy()
     dark[..., missing] = again(level * touched[..., missing], seed=missing)
     for reference in (pattern(untouched, 255), None):
-        assert faults(pattern(dark, 255), reference) == (Fault(missing, None),)
+        assert faults(pattern(dark, 255), reference) == (SequenceFault(missing, None),)
 
 
 def test_good_observations_are_never_refused(real: tuple[np.ndarray, np.ndarray]) -> None:

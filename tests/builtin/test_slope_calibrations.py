@@ -11,7 +11,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
-from tactile_core.builtin.automatic import Automatic
+from tactile_core.builtin.automatic_model import Automatic
 from tactile_core.builtin.lookup_table import LookupTable
 from tactile_core.builtin.mlp import Mlp, MlpOptions
 from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions

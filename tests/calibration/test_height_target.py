@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.height_target import HeightTarget, is_height_map, parse_rows
-from tactile_core.calibration.map_block import MapBlock, blocks
+from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import write_tmd
 from tactile_core.quantities import Frame

@@ -5,7 +5,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
-from tactile_core.builtin.constant import ConstantIllumination
+from tactile_core.builtin.constant_light import ConstantIllumination
 from tactile_core.builtin.replay import ReplayCamera
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.formats.images import write_png

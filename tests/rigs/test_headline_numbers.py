@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments import bear, grids, groove, marker_rows, presses, slip_rows
+from experiments import given_lights, grids, groove, marker_rows, presses, slip_rows
 from experiments.press_sets import SETS, Presses
-from experiments.row import Row
+from experiments.table_row import Row
 
 pytestmark = [pytest.mark.recordings, pytest.mark.headline]
 
@@ -73,7 +73,7 @@ def test_grooves_on_rows_not_fitted_are_as_deep_as_published(recordings: Path) -
 
 
 def test_an_object_under_given_lights_is_as_wrong_as_published(recordings: Path) -> None:
-    row = only(bear.rows(recordings))
+    row = only(given_lights.rows(recordings))
     assert row.value == pytest.approx(BEAR_DEG, abs=DEGREES)
     assert row.value < row.control["least squares of the six lights"]
 

@@ -75,7 +75,9 @@ def test_real_lifts_that_slip_are_told_by_the_whole_chain(recordings: Path, name
     folder = recordings / "slip" / "grasp_lift"
     with (folder / "labels.csv").open() as lines:
         rows = [row for row in csv.DictReader(lines) if row["object"] == name]
-    profile = Path(__file__).resolve().parents[2] / "experiments" / "gripper_finger.yaml"
+    profile = (
+        Path(__file__).resolve().parents[2] / "experiments" / "profiles" / "gripper_finger.yaml"
+    )
     for row in (rows[0], rows[-1]):
         lift = folder / name / f"{row['trial_folder']}_mm"
         with open_sensor(profile, input=lift, reference="first") as sensor:

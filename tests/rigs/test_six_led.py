@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.command_line import tactile
 
-from experiments.bear import record_object
+from experiments.given_lights import record_object
 from experiments.grids import on_balls
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.target import BallGrid, read_target

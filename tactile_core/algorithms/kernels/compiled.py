@@ -1,18 +1,18 @@
 """Every kernel, by name; importing this module imports numba."""
 
-from tactile_core.algorithms.kernels.integration import (
-    backward_columns,
-    double_divergence,
-    forward_columns,
-    solve_low,
-)
+from tactile_core.algorithms.kernels.gain import lower, resting_gain
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
     neighbours_plane,
     paired_both_ways,
     room_at,
 )
-from tactile_core.algorithms.kernels.resting import lower, resting_gain
+from tactile_core.algorithms.kernels.poisson_columns import (
+    backward_columns,
+    double_divergence,
+    forward_columns,
+    solve_low,
+)
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.validity import two_of_three_within

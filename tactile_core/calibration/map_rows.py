@@ -27,7 +27,7 @@ _LEAST_INTENSITY = 0.01
 
 @dataclass(frozen=True, eq=False)
 class MapBlock:
-    """A band of a height map's rows; see :class:`~tactile_core.calibration.surface.KnownSurface`.
+    """A band of a height map's rows, as a known surface.
 
     Attributes
     ----------

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.formats.leftovers import beside, remove_leftovers, replaced
+from tactile_core.formats.unfinished import beside, remove_leftovers, replaced
 
 LEAVES = """
 import sys
 from pathlib import Path
-from tactile_core.formats.leftovers import beside
+from tactile_core.formats.unfinished import beside
 folder = Path(sys.argv[1])
 beside(folder / "a.npz").write_text("half")
 beside(folder / ("long" * 60)).write_text("half")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.builtin.constant import ConstantIllumination, ConstantOptions, LightOptions
+from tactile_core.builtin.constant_light import ConstantIllumination, ConstantOptions, LightOptions
 
 
 def test_one_exposure_shows_every_channel_with_every_light_on() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.quantities import ContactMask, Gradients, HeightMap, Quantity
-from tactile_core.quantities.form import form_fault as array_fault
+from tactile_core.quantities.array_form import form_fault as array_fault
 from tactile_core.testing.differences import arrays_in
 from tactile_core.testing.virtual_presses import VirtualPress
 

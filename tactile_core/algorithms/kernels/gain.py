@@ -1,4 +1,4 @@
-"""Kernels of :mod:`tactile_core.algorithms.rest` and :mod:`tactile_core.algorithms.drift`."""
+"""Kernels of :mod:`tactile_core.algorithms.rest_surface` and of ``drift``."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import loadmat
 
-from experiments.row import Row, command
+from experiments.table_row import Row, command
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Gradients

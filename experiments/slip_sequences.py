@@ -249,7 +249,7 @@ def judged(plan: Plan, *, with_height: bool = True, **options: float) -> Judged:
     shares, states = [], []
     for look in looks(plan):
         given = (look.height, look.contact) if with_height else (None, None)
-        state = slip.estimate(look.displacement, None, None, *given)
+        state = slip.estimate(look.displacement, None, None, None, *given)
         if look.moving:
             shares.append(look.stick_share)
             states.append(state)

@@ -24,12 +24,12 @@ class MarkerDetection(Estimator):
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
-        self._finder = MarkFinder.of(context, context.reference)
-        if self._finder is None and context.gel.markers is not None:
+        if context.gel.markers == "auto":
             raise InputError(
                 "'gel.markers: auto' finds no lattice of marks in the reference; say their "
                 "{pitch_mm: …, diameter_mm: …}, or 'markers: null' if none are printed"
             )
+        self._finder = MarkFinder.of(context)
 
     def estimate(self, frame: Frame) -> MarkerDetections:
         """Return the centroids of all marks in view; none are reported where they are not seen."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
@@ -47,10 +49,11 @@ class OpticalFlow(Estimator):
         self._key: flow.Imprint | None = None
         self._key_px = self._since_px = np.zeros((0, 0, 2), np.float32)
 
-    def tare(self) -> None:
-        """Measure from where the imprint of the last frame is."""
+    def tare(self, result: DisplacementField) -> DisplacementField:
+        """Measure from where the imprint is now."""
         self._key = self._now
         self._key_px = self._since_px = np.zeros_like(self._key_px)
+        return replace(result, mm=np.zeros_like(result.mm))
 
     def estimate(self, frame: Frame, reference: Reference) -> DisplacementField:
         """Return the field; 0 far from everything that can be followed."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
+from tactile_core.algorithms.arrays.types import Bool, Complex64
 from tactile_core.algorithms.slip.core import NOISE_MM
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.drag import DraggedContact
+from tactile_core.algorithms.slip.drag import DraggedContact, Load
 from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, ImprintMotion
 from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
@@ -21,6 +24,7 @@ from tactile_core.quantities import (
     Frame,
     HeightMap,
     MarkerField,
+    Reference,
     SlipState,
 )
 
@@ -30,6 +34,19 @@ _UNSURE = 0.2
 
 _ENOUGH_MEASURED = 12
 """Places with a displacement that is not extended beyond the marks."""
+
+
+class _Held(NamedTuple):
+    """What one frame shows of a contact."""
+
+    field: Complex64
+    mask: Bool
+    load: Load
+    blurred: bool
+    imprint: ImprintMotion | None
+    knows_contact: bool
+    knows_load: bool
+    time_s: float
 
 
 class Slip(Estimator):
@@ -82,13 +99,11 @@ class Slip(Estimator):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         chosen = self.Options.model_validate(options.model_dump())
-        self._marks: MarkFinder | None = None
-        if context.reference is not None:
-            self._marks = MarkFinder.of(context, context.reference)
+        self._marks = None if context.gel.markers == "auto" else MarkFinder.of(context)
         stride = stride_of(context.image.width_px)
         spacing_mm = stride * context.image.mm_per_px
         mark_px = 0.0 if self._marks is None else self._marks.diameter_px
-        self._touch = TouchFinder(stride, spacing_mm, context.reference, mark_px)
+        self._touch = TouchFinder(stride, spacing_mm, mark_px)
         self._contact = DraggedContact(
             spacing_mm,
             window_mm=chosen.window_mm,
@@ -106,6 +121,8 @@ class Slip(Estimator):
         self._warning_only = float(np.nextafter(chosen.slip, 0))
         self._imprint_lost = chosen.imprint_lost
         self._imprint: ImprintFollower | None = None
+        self._imprint_of: Reference | None = None
+        self._held: _Held | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -115,25 +132,31 @@ class Slip(Estimator):
         if self._imprint is not None:
             self._imprint.reset()
 
-    def tare(self) -> None:
+    def tare(self, result: SlipState) -> SlipState:
         """Slip is told from now on."""
         self._contact.release()
-        if self._imprint is not None:
-            self._imprint.reset()
+        if self._held is None:
+            return result
+        followed = self._imprint is not None and self._held.imprint is not None
+        imprint = self._imprint.settle() if self._imprint is not None and followed else None
+        return self._state(self._held._replace(imprint=imprint))
 
     def estimate(
         self,
         displacement: DisplacementField,
         frame: Frame | None,
+        reference: Reference | None,
         markers: MarkerField | None,
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> SlipState:
         """Return the state; ``none`` where nothing touches."""
         time_s = displacement.timestamp_s
-        imprint = self._imprint_motion(frame, markers)
+        imprint = self._imprint_motion(frame, reference, markers)
         field = coarse(displacement.mm, self._touch.stride)
-        mask, load, blurred = self._touch.find(np.abs(field), frame, markers, height, contact)
+        mask, load, blurred = self._touch.find(
+            np.abs(field), frame, reference, markers, height, contact
+        )
         if not mask.any():
             self._forget()
             if imprint is None or contact is not None:
@@ -144,16 +167,25 @@ class Slip(Estimator):
         valid = mask & self._touch.picked(displacement.valid)
         if np.count_nonzero(valid) >= _ENOUGH_MEASURED:
             mask = valid
-        cues = self._contact.update(field, mask, load, blurred=blurred)
-        if self._contact.began and imprint and self._imprint and self._knows_load:
+        # against a first frame that may show a contact, neither it nor its load is known
+        knows_load = reference is not None and not reference.relative
+        self._held = _Held(
+            field, mask, load, blurred, imprint, contact is not None, knows_load, time_s
+        )
+        return self._state(self._held)
+
+    def _state(self, held: _Held) -> SlipState:
+        cues = self._contact.update(held.field, held.mask, held.load, blurred=held.blurred)
+        imprint = held.imprint
+        if self._contact.began and imprint and self._imprint and held.knows_load:
             imprint = self._imprint.settle()
-        sure = contact is not None or self._knows_load
+        sure = held.knows_contact or held.knows_load
         if sure and cues.degree < self._machine.thresholds.incipient:
             # what is held but dragged far, or turned under its lamps, looks different, too
             imprint = None
         told, degree = self._with_imprint(cues.degree, imprint, sure=sure)
         self._machine.update(
-            told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), time_s
+            told, imprint.kind if imprint and self._gone(imprint) else _kind(cues), held.time_s
         )
         return SlipState(
             self._machine.name,
@@ -162,7 +194,7 @@ class Slip(Estimator):
             cues.entropy_bits,
             float(np.degrees(cues.turn_rad)),
             self._machine.onset_s,
-            time_s,
+            held.time_s,
         )
 
     def _with_imprint(
@@ -180,21 +212,15 @@ class Slip(Estimator):
     def _gone(self, imprint: ImprintMotion) -> bool:
         return imprint.lost >= self._imprint_lost
 
-    @property
-    def _knows_load(self) -> bool:
-        """Against a first frame that may show a contact, neither it nor its load is known."""
-        reference = self.context.reference
-        return reference is not None and not reference.relative
-
     def _forget(self) -> None:
+        self._held = None
         self._contact.release()
         self._machine.reset()
         self._touch.release()
 
     def _imprint_motion(
-        self, frame: Frame | None, markers: MarkerField | None
+        self, frame: Frame | None, reference: Reference | None, markers: MarkerField | None
     ) -> ImprintMotion | None:
-        reference = self.context.reference
         if (
             frame is None
             or markers is None
@@ -203,10 +229,11 @@ class Slip(Estimator):
             or len(markers.ids) < _FEWEST_MARKS
         ):
             return None
-        if self._imprint is None:
+        if self._imprint is None or self._imprint_of is not reference:
             rest_px = markers.untouched_px
             rest_px = markers.reference_px if rest_px is None else rest_px
             self._imprint = ImprintFollower(reference.pixels, rest_px, self._marks.diameter_px)
+            self._imprint_of = reference
         return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
 
 

@@ -53,20 +53,15 @@ class TouchFinder:
         Every so many pixels there is a coarse place.
     spacing_mm : float
         Distance of neighbouring places.
-    reference : Reference or None
-        The untouched sensor.
     mark_px : float
         Diameter of a mark; 0 where there are none.
     """
 
-    def __init__(
-        self, stride: int, spacing_mm: float, reference: Reference | None, mark_px: float = 0.0
-    ) -> None:
+    def __init__(self, stride: int, spacing_mm: float, mark_px: float = 0.0) -> None:
         self.stride = stride
         self._spacing_mm = spacing_mm
-        self._reference = reference
         self._mark_radius = 0.5 * _MARK_RADII * mark_px / stride
-        self._untouched: Float32 | None = None
+        self._untouched: tuple[Reference, Float32] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -88,6 +83,7 @@ class TouchFinder:
         self,
         moved_mm: Float32,
         frame: Frame | None,
+        reference: Reference | None,
         markers: MarkerField | None,
         height: HeightMap | None,
         contact: ContactMask | None,
@@ -97,8 +93,8 @@ class TouchFinder:
             found = self._measured(contact, height)
             if found.mask.any() or not self._fills_view(moved_mm):
                 return found
-        elif frame is not None and self._reference is not None and self._dragged is None:
-            found = self._in_image(frame, self._reference, markers, moved_mm.shape)
+        elif frame is not None and reference is not None and self._dragged is None:
+            found = self._in_image(frame, reference, markers, moved_mm.shape)
             if found.mask.any() and _ends_within_view(found.mask):
                 return found
         mask = touched_by_motion(moved_mm)
@@ -142,10 +138,11 @@ class TouchFinder:
         shape: tuple[int, ...],
     ) -> Touch:
         size_px = shape[1], shape[0]
-        if self._untouched is None:
-            self._untouched = small_image(reference.pixels, size_px, reference.full_scale)
+        if self._untouched is None or self._untouched[0] is not reference:
+            small = small_image(reference.pixels, size_px, reference.full_scale)
+            self._untouched = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
-        change = light_change(now, self._untouched, self._hidden(markers, shape))
+        change = light_change(now, self._untouched[1], self._hidden(markers, shape))
         least = max(_LEAST_CHANGE, _NOISES * reference.noise / reference.full_scale)
         # shear changes the light of a contact more than its volume
         load = Load(0.0, float(np.sqrt(change.sum())))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -42,10 +43,10 @@ class Tracking(Estimator):
         self._untouched_px = self._zero_px
         self._contact_in_reference = False
 
-    def tare(self) -> None:
+    def tare(self, result: MarkerField) -> MarkerField:
         """Take the present places of the marks for those at rest."""
-        if self._tracker is not None:
-            self._zero_px = self._places_px()
+        self._zero_px = result.px
+        return replace(result, reference_px=result.px)
 
     def estimate(self, detections: MarkerDetections, reference: Reference) -> MarkerField:
         """Return every mark of the reference where it is now.

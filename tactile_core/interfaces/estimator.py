@@ -13,12 +13,15 @@ from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.quantities import Float32, Reference
+from tactile_core.quantities import Float32
 
 
 @dataclass(frozen=True)
 class SensorContext:
-    """What a step may know of the sensor build and unit that it works for.
+    """What a step may know of the sensor build that it works for.
+
+    What belongs to one unit or one session, such as the reference, comes with each frame: a step
+    takes it by annotation.
 
     Attributes
     ----------
@@ -26,13 +29,10 @@ class SensorContext:
         Size and scale of the image in which every quantity lives.
     gel : Gel
         Thickness, stiffness, coating and markers, as far as the profile gives them.
-    reference : Reference or None
-        The untouched sensor.
     """
 
     image: ImageSection
     gel: Gel
-    reference: Reference | None = None
 
     @cached_property
     def rest_mm(self) -> Float32 | None:
@@ -75,5 +75,20 @@ class Estimator(ABC):
     def reset(self) -> None:  # noqa: B027  (only stateful steps have something to forget)
         """Forget everything about earlier frames."""
 
-    def tare(self) -> None:  # noqa: B027  (only steps that tell a load have one to subtract)
-        """Take the load of the last frame for zero from now on, until :meth:`reset`."""
+    def tare(self, result: Any) -> Any:
+        """Take the load of a frame for zero from now on, until :meth:`reset`.
+
+        Called once after :meth:`estimate` of that frame; what comes from the steps before is at
+        zero already. Only a step that estimates a load has one to subtract.
+
+        Parameters
+        ----------
+        result : Quantity
+            What ``estimate`` returned.
+
+        Returns
+        -------
+        Quantity
+            The same with its load at zero.
+        """
+        return result

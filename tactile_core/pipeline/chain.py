@@ -163,10 +163,10 @@ class Chain:
                     f"already; remove the step"
                 )
             result = _estimate(step, by_type, size)
-            if tare and type(step.estimator).tare is not Estimator.tare:
+            if tare:
                 with step.blamed():
-                    step.estimator.tare()
-                result = _estimate(step, by_type, size)
+                    tared = step.estimator.tare(result)
+                result = _checked(step, tared, size)
             by_type[step.gives] = results[step.name] = result
         return ChainResult(by_type, results, left_out)
 
@@ -175,12 +175,6 @@ class Chain:
         for step in self.steps:
             with step.blamed():
                 step.estimator.reset()
-
-    def tare(self) -> None:
-        """Let every step take the load of the last frame for zero."""
-        for step in self.steps:
-            with step.blamed():
-                step.estimator.tare()
 
 
 def declared_step(name: str, estimator: Estimator) -> Step:
@@ -236,7 +230,11 @@ def _estimate(
     step: Step, by_type: Mapping[QuantityType, Quantity], size: tuple[int, ...] | None
 ) -> Quantity:
     with step.blamed():
-        result: Quantity = step.estimator.estimate(*(by_type.get(kind) for kind in step.takes))
+        result = step.estimator.estimate(*(by_type.get(kind) for kind in step.takes))
+    return _checked(step, result, size)
+
+
+def _checked(step: Step, result: Any, size: tuple[int, ...] | None) -> Quantity:
     if not isinstance(result, step.gives):
         wrong = f"{type(result).__name__} instead of the {step.gives.__name__} that it declares"
     else:
@@ -244,7 +242,8 @@ def _estimate(
         wrong = wrong and f"a quantity of the wrong form: {wrong}"
     if wrong:
         raise fault(f"step {step.name!r}", step.estimator, f"returned {wrong}")
-    return result
+    checked: Quantity = result
+    return checked
 
 
 def _quantity(annotation: Any, what: str) -> tuple[QuantityType, bool]:

@@ -81,6 +81,7 @@ class Pipeline:
     ) -> None:
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
         self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
+        self._serial = serial
         notes: list[str] = []
         if self.bundle is not None:
             notes += self.bundle.check(self.profile, serial)
@@ -94,7 +95,7 @@ class Pipeline:
         self._expected: Pattern | None = None
         self._chain, markless = self._build_chain()
         self.reference = self._with_detections(self.reference)
-        self._used = False
+        self._used = self._tares = False
         if markless:
             notes.append(
                 f"the gel carries no marks, so these steps are left out: {', '.join(markless)}"
@@ -110,7 +111,8 @@ class Pipeline:
         frame : Frame
             (H, W, K) as the profile describes it.
         tare : bool
-            Take this frame's load for zero, in this reading and in those after it.
+            Take this frame's load for zero, in this reading and in those after it, as after
+            :meth:`tare`.
 
         Raises
         ------
@@ -121,7 +123,8 @@ class Pipeline:
         if self._used:
             # who measures a second frame will measure more of them
             kernels.load()
-        self._used = True
+        first, self._used = not self._used, True
+        tare, self._tares = tare or self._tares, False
         start = perf_counter()
         self._check(frame.pixels, "frame")
         if is_sequential(frame):
@@ -137,7 +140,7 @@ class Pipeline:
         result = self._chain.run(given, tare=tare)
         measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
         latency_ms = 1e3 * (perf_counter() - start)
-        warnings = [*(self.notes if frame.sequence == 0 else ()), *_exposure_warnings(frame)]
+        warnings = [*(self.notes if first else ()), *_exposure_warnings(frame)]
         for quantity in measured_only.values():
             with blame(f"the quantity {type(quantity).__name__}", quantity):
                 warnings += quantity.warnings()
@@ -156,33 +159,35 @@ class Pipeline:
         )
 
     @property
-    def used(self) -> bool:
-        """Whether any frame was measured."""
-        return self._used
-
-    @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the profile's chain, in order."""
         return self._chain.steps
 
     def with_reference(self, reference: Reference) -> Pipeline:
-        """Return the same pipeline measured against another untouched state."""
-        return Pipeline(self.profile, self.bundle, reference)
+        """Return the same pipeline measured against another untouched state.
+
+        Its steps are those of this one: they keep what they were tared to and the markers that they
+        track.
+        """
+        other = Pipeline(self.profile, self.bundle, reference, serial=self._serial)
+        other._chain, other._tares = self._chain, self._tares
+        return other
 
     def reset(self) -> None:
         """Forget everything about earlier frames."""
         self._chain.reset()
+        self._tares = False
 
     def tare(self) -> None:
-        """Take the load of the last frame for zero from now on, until :meth:`reset`."""
-        self._chain.tare()
+        """Take the load of the next frame for zero from then on, until :meth:`reset`."""
+        self._tares = True
 
     def _build_chain(self) -> tuple[Chain, list[str]]:
         """The chain, and the steps left out of it since the gel carries no marks."""
         image, gel = self.profile.image, self.profile.gel
         if self._marks is not None:
             gel = self._marks.told(gel, image.mm_per_px)
-        context = SensorContext(image, gel, self.reference)
+        context = SensorContext(image, gel)
         steps = {}
         for name, component in self.profile.estimators.items():
             kind = resolve("estimator", component.use)

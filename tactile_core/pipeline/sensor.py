@@ -179,15 +179,7 @@ class Sensor:
             yield self.pipeline.process(frame, tare=frame.sequence == tare_frame)
 
     def tare(self) -> None:
-        """Take the load of the last reading for zero: later ones tell the change since then.
-
-        Raises
-        ------
-        InputError
-            Nothing was read yet.
-        """
-        if not self.pipeline.used:
-            raise InputError("there is no load to tare before the first reading; call read() first")
+        """Take the load of the next reading for zero: it and later ones tell the change since."""
         self.pipeline.tare()
 
     def capture_reference(self, frames: int = 10) -> Reference:

@@ -121,7 +121,7 @@ class Rig:
     @cached_property
     def context(self) -> SensorContext:
         """What estimators may know."""
-        return SensorContext(self.profile.image, self.profile.gel, self.reference)
+        return SensorContext(self.profile.image, self.profile.gel)
 
     @cached_property
     def scenes(self) -> tuple[VirtualPress, ...]:

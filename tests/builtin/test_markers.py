@@ -63,8 +63,7 @@ def test_a_gel_without_marks_shows_none() -> None:
 
 
 def test_marks_that_cannot_be_found_are_asked_for() -> None:
-    profile, frame = rig()
-    bare = replace(reference_of(frame), pixels=np.full((480, 640, 3), 90, np.float32))
-    context = SensorContext(profile.image, Gel(markers="auto"), bare)
+    profile, _ = rig()
+    context = SensorContext(profile.image, Gel(markers="auto"))
     with pytest.raises(InputError, match="finds no lattice of marks in the reference; say their"):
         MarkerDetection(MarkerDetection.Options(), context)

@@ -118,7 +118,7 @@ def _stepped() -> tuple[Skin, SlipWatch, Slip]:
 
 def _state(slip: Slip, watch: SlipWatch, skin: Skin) -> SlipState:
     look = watch.look(skin, 0.0, moving=True)
-    return slip.estimate(look.displacement, None, None, look.height, look.contact)
+    return slip.estimate(look.displacement, None, None, None, look.height, look.contact)
 
 
 def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
@@ -142,10 +142,10 @@ def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
     for number in range(10):
         skin.shear(0.05, 0.0)
         look = watch.look(skin, 0.0, moving=True)
-        shown = always.estimate(look.displacement, None, None, look.height, look.contact)
+        shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
         mask = look.contact.mask & (number < 2)
         missed = ContactMask(mask, look.contact.mm_per_px)
-        told = slip.estimate(look.displacement, None, None, look.height, missed)
+        told = slip.estimate(look.displacement, None, None, None, look.height, missed)
         assert told.state == shown.state
     assert told.state == "slip"
 
@@ -158,10 +158,10 @@ def test_a_height_that_takes_the_object_for_the_rest_surface_changes_no_state() 
     for _ in range(14):
         skin.shear(0.05, 0.0)
         look = watch.look(skin, 0.0, moving=True)
-        shown = always.estimate(look.displacement, None, None, look.height, look.contact)
+        shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
         sunk = replace(look.height, mm=look.height.mm - np.float32(0.15))
         nothing = replace(look.contact, mask=np.zeros_like(look.contact.mask))
-        told.append(slip.estimate(look.displacement, None, None, sunk, nothing).state)
+        told.append(slip.estimate(look.displacement, None, None, None, sunk, nothing).state)
         assert told[-1] == shown.state
     assert {"stick", "slip"} <= set(told)
 
@@ -197,7 +197,7 @@ def test_a_used_step_pickles_and_goes_on_alike() -> None:
         skin.shear(0.05, 0.0)
         _state(slip, watch, skin)
     look = watch.look(skin, 0.0, moving=True)
-    given = look.displacement, None, None, look.height, look.contact
+    given = look.displacement, None, None, None, look.height, look.contact
     copy = pickle.loads(pickle.dumps(slip))
     assert vars(copy.estimate(*given)) == vars(slip.estimate(*given))
 
@@ -209,7 +209,7 @@ def test_after_reset_the_same_frames_give_the_same_states() -> None:
 
     def run() -> list[SlipState]:
         slip.reset()
-        return [slip.estimate(s.displacement, None, None, s.height, s.contact) for s in seen]
+        return [slip.estimate(s.displacement, None, None, None, s.height, s.contact) for s in seen]
 
     first = run()
     assert [vars(state) for state in run()] == [vars(state) for state in first]
@@ -230,7 +230,7 @@ def test_skin_at_rest_is_touched_by_nothing() -> None:
     )
     nothing = ContactMask(np.zeros(shape, np.bool_), profile.image.mm_per_px)
     for contact in (None, nothing):
-        state = Slip(Slip.Options(), context).estimate(still, None, None, None, contact)
+        state = Slip(Slip.Options(), context).estimate(still, None, None, None, None, contact)
         assert (state.state, state.entropy_bits) == ("none", None)
 
 
@@ -256,8 +256,7 @@ def test_slip_is_told_from_a_tare_on() -> None:
     for _ in range(4):
         skin.twist(-0.5)
         before = _state(slip, watch, skin)
-    slip.tare()
-    tared = _state(slip, watch, skin)
+    tared = slip.tare(before)
     skin.twist(0.5)
     after = _state(slip, watch, skin)
     assert before.rotation_deg == pytest.approx(-2.0, rel=0.1)
@@ -274,17 +273,17 @@ def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
     stage.indenter("sphere", diameter_mm=10.0)
     stage.press(depth_mm=0.6)
     stage.shear(0.3, 0.1)
-    context = SensorContext(pipeline.profile.image, pipeline.profile.gel, pipeline.reference)
+    context = SensorContext(pipeline.profile.image, pipeline.profile.gel)
     plain, tared = Slip(Slip.Options(), context), Slip(Slip.Options(), context)
-    loaded_px = None
+    loaded_px, known = None, pipeline.reference
     for _ in range(3):
         frame = stage.frame()
         reading = pipeline.process(frame)
         field, marks = reading[DisplacementField], reading[MarkerField]
         loaded_px = marks.px if loaded_px is None else loaded_px
         since = replace(marks, reference_px=loaded_px)
-        told = plain.estimate(field, frame, marks, None, None)
-        assert vars(tared.estimate(field, frame, since, None, None)) == vars(told)
+        told = plain.estimate(field, frame, known, marks, None, None)
+        assert vars(tared.estimate(field, frame, known, since, None, None)) == vars(told)
         stage.shear(0.2, 0.0)
     assert np.abs(loaded_px - marks.reference_px).max() > 5
     assert told.degree > 0.2

@@ -48,9 +48,7 @@ def test_displacement_is_in_millimetres_since_the_reference(step: Tracking) -> N
 def test_after_a_tare_displacement_is_since_then(step: Tracking) -> None:
     step.estimate(shown(PLACES), reference())
     loaded = PLACES + np.array([5.0, 0.0])
-    step.estimate(shown(loaded), reference())
-    step.tare()
-    still = step.estimate(shown(loaded), reference())
+    still = step.tare(step.estimate(shown(loaded), reference()))
     moved = step.estimate(shown(loaded + np.array([0.0, 3.0])), reference())
     assert np.abs(still.displacement_mm).max() < 1e-6
     assert moved.displacement_mm == pytest.approx(np.tile([0.0, 0.15], (80, 1)), abs=1e-5)

@@ -318,13 +318,16 @@ class Scale(Estimator):
 
     needs_marks = True
     zero = last = 0.0
+    estimated = 0
 
     def estimate(self, frame: Frame) -> Load:
+        self.estimated += 1
         self.last = frame.timestamp_s
         return Load(self.last - self.zero)
 
-    def tare(self) -> None:
+    def tare(self, result: Load) -> Load:
         self.zero = self.last
+        return Load(0.0)
 
     def reset(self) -> None:
         self.zero = self.last = 0.0
@@ -342,10 +345,9 @@ def weighed(chain: Chain, time_s: float, *, tare: bool = False) -> float:
     return area.mm2
 
 
-def test_a_tare_subtracts_the_last_frames_load_until_reset() -> None:
+def test_a_tare_subtracts_that_frames_load_until_reset() -> None:
     chain = Chain({"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)})
-    assert weighed(chain, 3.0) == 6.0
-    chain.tare()
+    assert weighed(chain, 3.0, tare=True) == 0.0
     assert weighed(chain, 4.0) == 2.0
     chain.reset()
     assert weighed(chain, 4.0) == 8.0
@@ -355,6 +357,22 @@ def test_a_frame_that_is_tared_reads_zero_itself_in_all_steps() -> None:
     chain = Chain({"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)})
     assert weighed(chain, 5.0, tare=True) == 0.0
     assert weighed(chain, 6.0) == 2.0
+
+
+def test_a_frame_that_is_tared_is_estimated_once() -> None:
+    scale = Scale(Options(), CONTEXT)
+    weighed(Chain({"scale": scale, "heavy": Heavy(Options(), CONTEXT)}), 5.0, tare=True)
+    assert scale.estimated == 1
+
+
+def test_what_a_step_returns_of_a_tare_is_checked() -> None:
+    class Silent(Scale):
+        def tare(self, result: Load) -> Load:
+            return None  # type: ignore[return-value]
+
+    steps = {"scale": Silent(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)}
+    with pytest.raises(PluginError, match=r"'scale' .* returned NoneType instead of the Load"):
+        weighed(Chain(steps), 5.0, tare=True)
 
 
 def test_steps_that_live_on_marks_go_with_those_that_need_them() -> None:

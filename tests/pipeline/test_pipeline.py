@@ -8,9 +8,9 @@ import pytest
 from support.gains import MOST, WELL_INSIDE, gains
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading
+from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading, Reference
 from tactile_core.algorithms import kernels
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -159,3 +159,20 @@ def test_earlier_readings_keep_their_values(lab: VirtualLab) -> None:
     pipeline.process(frame_of(lab, None))
     np.testing.assert_array_equal(first[HeightMap].mm, before[0])
     np.testing.assert_array_equal(first[Gradients].x, before[1])
+
+
+def test_another_reference_keeps_the_unit(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle, serial="0007")
+    untouched = Reference(lab.image(None).astype(np.float32), ("red", "green", "blue"))
+    assert pipeline.bundle is not None
+    foreign = pipeline.bundle.manifest.model_copy(update={"serial": "0008"})
+    pipeline.bundle = replace(pipeline.bundle, manifest=foreign)
+    with pytest.raises(CalibrationError, match="0008"):
+        pipeline.with_reference(untouched)
+
+
+def test_notes_come_with_the_first_reading_whatever_its_number(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile)
+    frame = replace(frame_of(lab, None), sequence=7)
+    assert set(pipeline.notes) <= set(pipeline.process(frame).warnings)
+    assert pipeline.process(frame).warnings == ()

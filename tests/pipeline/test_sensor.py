@@ -71,14 +71,6 @@ def test_one_frame_gives_a_reference_of_unknown_noise(lab: VirtualLab) -> None:
         assert np.isfinite(sensor.pipeline.reference.pixels).all()
 
 
-def test_there_is_nothing_to_tare_before_the_first_reading(lab: VirtualLab) -> None:
-    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
-        with pytest.raises(InputError, match=r"call read\(\) first"):
-            sensor.tare()
-        sensor.read()
-        sensor.tare()
-
-
 class Jammed(DeviceError):
     """A camera that cannot be closed."""
 

@@ -19,7 +19,7 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import open_sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, SlipState
+from tactile_core.quantities import Frame, MarkerField, SlipState
 
 MM_PER_PX = 0.05
 PROFILE = f"""\
@@ -103,3 +103,16 @@ def test_the_load_of_the_tared_frame_is_zero_from_there_on(path: Path, tmp_path:
             moved.append(np.median(data["marker_displacement_mm"][inside], axis=0) / MM_PER_PX)
     expected = [(0, 0), (3, 0), (0, 0), (0, 0), (0, -4)]
     np.testing.assert_allclose(moved, expected, atol=0.15)
+
+
+def test_another_reference_keeps_tare_and_tracks(path: Path) -> None:
+    first = frame(0, (0, 0))
+    pipeline = Pipeline(path, None, average([first]))
+    pipeline.process(first)
+    tared = pipeline.process(frame(1, (5, 0), (5, 0)), tare=True)[MarkerField]
+    anew = pipeline.with_reference(average([first]))
+    later = anew.process(frame(2, (5, -3), (5, -3)))[MarkerField]
+    np.testing.assert_array_equal(later.ids, tared.ids)
+    assert np.abs(tared.displacement_mm).max() == 0
+    moved_px = np.median(later.displacement_mm[later.seen], axis=0) / MM_PER_PX
+    np.testing.assert_allclose(moved_px, (0, -3), atol=0.15)

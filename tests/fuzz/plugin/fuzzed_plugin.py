@@ -113,8 +113,8 @@ class PeakStep(Estimator):
     def reset(self) -> None:
         act(self.options, "reset")
 
-    def tare(self) -> None:
-        act(self.options, "tare")
+    def tare(self, result: Peak) -> Peak:
+        return act(self.options, "tare", result)
 
 
 class Flat(Calibration):

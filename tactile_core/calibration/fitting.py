@@ -14,11 +14,10 @@ from tactile_core.bundles.bundle import Bundle, check_serial, now
 from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibration.height_target import is_height_map
 from tactile_core.calibration.known_surface import KnownSurface
-from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
 from tactile_core.calibration.targets import Known, balls, rows_of_map, untouched_sensor
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Calibration, Press
@@ -103,20 +102,19 @@ def calibrate(
     )
     component = base.calibration if model is None else Component(use=model)
     options = options_of(cls, component)
-    finder = MarkFinder.of(base, untouched)
-    prepare = Preparation.of(untouched, finder, follows=not cls.follows_drift)
-    untouched = prepare.untouched
+    condition = Conditioning.of(base, untouched, compensates=cls.compensation == "channel")
+    untouched = condition.undeformed
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_at = getattr(options, "blur_at", None)
     blur_px = 0.0 if blur_at is None else float(blur_at(base.image.mm_per_px))
     known: Known[Any] = (
-        rows_of_map(target, frames[0], prepare, rows, blur_px, stands_in=bool(stand_in))
+        rows_of_map(target, frames[0], condition, rows, blur_px, stands_in=bool(stand_in))
         if target is not None and is_height_map(target)
         else balls(
             base,
             presses,
             frames,
-            prepare,
+            condition,
             ball_diameter_mm=ball_diameter_mm,
             labels=labels,
             target=target,

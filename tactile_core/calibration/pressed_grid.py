@@ -11,8 +11,8 @@ import numpy as np
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
 from tactile_core.algorithms.dome import flat_equivalent
 from tactile_core.calibration.held_out import Fold
-from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.presses import FoundPress, press_image, untouched_press
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.quantities import Bool, Frame
 
 
@@ -25,7 +25,7 @@ class PressedGrid:
     file : str
     frame : Frame
         As it was recorded.
-    prepare : Preparation
+    condition : Conditioning
     centres_px : (N, 2) float
         As the target has them.
     ball_radius_px : float
@@ -34,7 +34,7 @@ class PressedGrid:
 
     file: str
     frame: Frame
-    prepare: Preparation
+    condition: Conditioning
     centres_px: np.ndarray
     ball_radius_px: float
     dome_radius_px: float | None = None
@@ -49,13 +49,13 @@ class PressedGrid:
         others = [i for i in range(len(self.centres_px)) if i not in held_out]
         if not others:
             return None
-        frame = self.prepare.without(self.frame, self._around(held_out))
+        frame = self.condition.without(self.frame, self._around(held_out))
         centres_px = self.centres_px[others]
         circles, light = refine_grid(self._image(frame), centres_px, self._touching_px)
         used = [press for press in self._presses(frame, circles) if press.used]
         if not used:
             return None
-        reference = self.prepare.untouched
+        reference = self.condition.undeformed
         rest = untouched_press(used, reference)
         located = self._located(light, held_out)
         return Fold(used, reference, located.__getitem__, (rest,))
@@ -75,14 +75,14 @@ class PressedGrid:
     @cached_property
     def _whole(self) -> Frame:
         """The whole frame, ready to be measured."""
-        return self.prepare(self.frame)
+        return self.condition(self.frame)
 
     @property
     def _touching_px(self) -> float:
         return flat_equivalent(self.ball_radius_px, self.dome_radius_px)
 
     def _image(self, frame: Frame) -> PressImage:
-        return press_image(frame, self.prepare.untouched)
+        return press_image(frame, self.condition.undeformed)
 
     def _around(self, which: Collection[int]) -> Bool:
         """(H, W) bool: half of the way from some balls to the nearest others."""

@@ -10,8 +10,8 @@ import numpy as np
 from tactile_core.algorithms.background import smooth_background
 from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.map_rows import MapBlock
-from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.presses import resting
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Frame
 
@@ -30,37 +30,36 @@ class PressedMap:
         On the whole frame.
     frame : Frame
         As it was recorded.
-    prepare : Preparation
+    condition : Conditioning
     stands_in : bool
         The reference is the frame's own large-scale light.
     """
 
     bands: Sequence[MapBlock]
     frame: Frame
-    prepare: Preparation
+    condition: Conditioning
     stands_in: bool
 
-    def resting(self, prepare: Preparation) -> Press:
-        """Skin at rest, of the reference of a preparation."""
-        return resting(self.frame, prepare.untouched, RESTING_PIXELS)
+    def resting(self, condition: Conditioning) -> Press:
+        """Skin at rest, of the reference of a conditioning."""
+        return resting(self.frame, condition.undeformed, RESTING_PIXELS)
 
     def without(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
         """Return the other bands, in a frame that does not show those held out."""
         hidden = np.logical_or.reduce([self.bands[i].area() for i in held_out])
-        prepare = self._preparation(hidden) if self.stands_in else self.prepare
-        target = replace(self.bands[0].target, frame=prepare.without(self.frame, hidden))
+        condition = self._conditioning(hidden) if self.stands_in else self.condition
+        target = replace(self.bands[0].target, frame=condition.without(self.frame, hidden))
         others = [
             replace(band, target=target) for i, band in enumerate(self.bands) if i not in held_out
         ]
         used = [band for band in others if band.used]
         if not used:
             return None
-        rest = self.resting(prepare)
-        return Fold(used, prepare.untouched, self.bands.__getitem__, (rest,))
+        rest = self.resting(condition)
+        return Fold(used, condition.undeformed, self.bands.__getitem__, (rest,))
 
-    def _preparation(self, hidden: Bool) -> Preparation:
+    def _conditioning(self, hidden: Bool) -> Conditioning:
         """With the large-scale light of what is not hidden as reference."""
         shown = np.where(hidden[..., None], 0, self.frame.pixels)
         light = smooth_background(shown, hidden)
-        untouched = replace(self.prepare.untouched, pixels=light)
-        return Preparation.of(untouched, self.prepare.finder, self.prepare.follows)
+        return self.condition.against(replace(self.condition.undeformed, pixels=light, marks=None))

@@ -15,10 +15,10 @@ from tactile_core.calibration.height_target import HeightTarget, is_height_map
 from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.map_rows import MapBlock, blocks
-from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
 from tactile_core.calibration.presses import FoundPress, find_presses, untouched_press, used
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.progress import Progress
@@ -91,26 +91,26 @@ def untouched_sensor(
 def rows_of_map(
     target: Path,
     frame: Frame,
-    prepare: Preparation,
+    condition: Conditioning,
     rows: slice | None,
     blur_px: float,
     *,
     stands_in: bool,
 ) -> Known[MapBlock]:
     """Bands of a height map's rows; see :class:`HeightTarget` for what is refused."""
-    read = HeightTarget.read(target, prepare(frame), rows=rows, blur_px=blur_px)
+    read = HeightTarget.read(target, condition(frame), rows=rows, blur_px=blur_px)
     part = target.name
     if rows is not None:
         part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
-    pressed = PressedMap(blocks(read), frame, prepare, stands_in)
-    return Known(pressed.bands, part, pressed.without, resting=(pressed.resting(prepare),))
+    pressed = PressedMap(blocks(read), frame, condition, stands_in)
+    return Known(pressed.bands, part, pressed.without, resting=(pressed.resting(condition),))
 
 
 def balls(
     profile: Profile,
     presses: Path,
     frames: Sequence[Frame],
-    prepare: Preparation,
+    condition: Conditioning,
     *,
     ball_diameter_mm: float | None = None,
     labels: Path | None = None,
@@ -131,14 +131,14 @@ def balls(
     files = _file_names(profile, presses, frames)
     progress.stage("finding the circles", 0.25)
     if target is None:
-        ready = [prepare(frame) for frame in frames]
+        ready = [condition(frame) for frame in frames]
         found, radius_mm = _found(
-            profile, files, ready, prepare.untouched, ball_diameter_mm, labels, progress
+            profile, files, ready, condition.undeformed, ball_diameter_mm, labels, progress
         )
-        without = SeparatePresses(found, prepare.untouched, given=labels is not None).without
+        without = SeparatePresses(found, condition.undeformed, given=labels is not None).without
     else:
         grid, radius_mm = _on_target(
-            profile, presses, files, frames, prepare, ball_diameter_mm, target
+            profile, presses, files, frames, condition, ball_diameter_mm, target
         )
         found, without = grid.found(), grid.without
     good = used(found)
@@ -147,7 +147,7 @@ def balls(
         f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
         without,
         ball_diameter_mm=2 * radius_mm,
-        resting=(untouched_press(good, prepare.untouched),) if good[0].in_grid else (),
+        resting=(untouched_press(good, condition.undeformed),) if good[0].in_grid else (),
     )
 
 
@@ -219,7 +219,7 @@ def _on_target(
     presses: Path,
     files: Sequence[str],
     frames: Sequence[Frame],
-    prepare: Preparation,
+    condition: Conditioning,
     ball_diameter_mm: float | None,
     target: Path,
 ) -> tuple[PressedGrid, float]:
@@ -244,7 +244,7 @@ def _on_target(
     centres = geometry.map_points(grid.centres_px, camera_size_px)
     radius_px = grid.radius_mm / profile.image.mm_per_px
     dome_px = _dome_radius_px(profile)
-    pressed = PressedGrid(files[0], frames[0], prepare, centres, radius_px, dome_px)
+    pressed = PressedGrid(files[0], frames[0], condition, centres, radius_px, dome_px)
     return pressed, grid.radius_mm
 
 

@@ -33,8 +33,3 @@ class DriftFollower:
         if np.abs(gains - 1).max() < LEAST_DRIFT:
             return frame
         return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))
-
-
-def compensated(frame: Frame, reference: Reference) -> Frame:
-    """Return the frame as it would look in the light of the reference."""
-    return DriftFollower(reference).compensated(frame)

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from pydantic import BaseModel
 
 from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Float32, Frame, Gradients, HeightMap, Quantity, Reference
+
+Compensation = Literal["channel", "none"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +45,13 @@ class Calibration(ABC):
 
     Attributes
     ----------
-    follows_drift : bool
-        True for a model that allows for lamps that have become brighter or darker by itself. The
-        frames of others are brought to the level of the reference before they are measured.
+    compensation : {"channel", "none"}
+        Whether changes of the light are compensated, channel by channel, in the frames that it is
+        fitted on and measures; "none" for a model that allows for them by itself.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
-    follows_drift: ClassVar[bool] = False
+    compensation: ClassVar[Compensation] = "channel"
 
     @classmethod
     @abstractmethod

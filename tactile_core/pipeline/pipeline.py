@@ -11,8 +11,7 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.conditioning.light_drift import DriftFollower
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
@@ -89,9 +88,12 @@ class Pipeline:
         self._calibration = self._uncalibrated() if self.bundle is None else self.bundle.calibration
         if self._calibration is not None and self.bundle is None:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
-        self._marks = MarkFinder.of(self.profile, reference)
-        self.reference = self._prepared(reference)
-        self._drift = None if self.reference is None else DriftFollower(self.reference)
+        if reference is not None:
+            self._check(reference.pixels, "reference")
+        calibration = self._calibration
+        compensates = calibration is None or calibration.compensation == "channel"
+        self._condition = Conditioning.of(self.profile, reference, compensates=compensates)
+        self.reference = self._condition.reference
         self._expected: Pattern | None = None
         self._chain, markless = self._build_chain()
         self.reference = self._with_detections(self.reference)
@@ -129,8 +131,7 @@ class Pipeline:
         self._check(frame.pixels, "frame")
         if is_sequential(frame):
             self._verify(frame)
-        if self._marks is not None and frame.marks is None:
-            frame = self._marks.marked(frame)
+        raw, frame = frame, self._condition(frame)
         given: dict[type[Quantity], Quantity] = {Frame: frame}
         if self.reference is not None:
             given[Reference] = self.reference
@@ -140,7 +141,7 @@ class Pipeline:
         result = self._chain.run(given, tare=tare)
         measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
         latency_ms = 1e3 * (perf_counter() - start)
-        warnings = [*(self.notes if first else ()), *_exposure_warnings(frame)]
+        warnings = [*(self.notes if first else ()), *_exposure_warnings(raw)]
         for quantity in measured_only.values():
             with blame(f"the quantity {type(quantity).__name__}", quantity):
                 warnings += quantity.warnings()
@@ -185,8 +186,8 @@ class Pipeline:
     def _build_chain(self) -> tuple[Chain, list[str]]:
         """The chain, and the steps left out of it since the gel carries no marks."""
         image, gel = self.profile.image, self.profile.gel
-        if self._marks is not None:
-            gel = self._marks.told(gel, image.mm_per_px)
+        if self._condition.finder is not None:
+            gel = self._condition.finder.told(gel, image.mm_per_px)
         context = SensorContext(image, gel)
         steps = {}
         for name, component in self.profile.estimators.items():
@@ -221,11 +222,9 @@ class Pipeline:
 
     def _measured(self, calibration: Calibration, frame: Frame) -> Gradients | HeightMap:
         reference = self.reference
-        if reference is None or self._drift is None:
+        if reference is None:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             reference = Reference(even, frame.channels, frame.full_scale)
-        elif not calibration.follows_drift:
-            frame = self._drift.compensated(frame)
         return measured_by(calibration, frame, reference)
 
     def _uncalibrated(self) -> Calibration | None:
@@ -268,14 +267,6 @@ class Pipeline:
                 kind = left_out[giver[kind]]
             left_out[name] = kind
         return left_out
-
-    def _prepared(self, reference: Reference | None) -> Reference | None:
-        if reference is None:
-            return None
-        self._check(reference.pixels, "reference")
-        if self._marks is not None and reference.marks is None:
-            return replace(reference, marks=self._marks.find(reference.pixels))
-        return reference
 
     def _verify(self, frame: Frame) -> None:
         """Refuse an observation whose exposures do not each show their own light."""

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from tactile_core.calibration.fitting import AZIMUTH_TOLERANCE_DEG, channel_azimuths
-from tactile_core.calibration.preparation import Preparation
 from tactile_core.calibration.targets import balls
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.model import Profile
@@ -51,13 +50,13 @@ def find_lights(
         The presses cannot be read, or none shows a ball of this size at this scale.
     """
     frames = list(read_frames(profile, presses))
-    prepare = Preparation.of(untouched, MarkFinder.of(profile, untouched), follows=False)
-    untouched = prepare.untouched
+    condition = Conditioning.of(profile, untouched, compensates=False)
+    untouched = condition.undeformed
     known = balls(
         profile,
         presses,
         frames,
-        prepare,
+        condition,
         ball_diameter_mm=ball_diameter_mm,
         target=target,
         progress=progress or Silent(),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration, Compensation, Press
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 _ROUNDS = 12
@@ -91,7 +91,7 @@ class GivenLights(Calibration):
         Towards the lamps.
     """
 
-    follows_drift: ClassVar[bool] = True
+    compensation: ClassVar[Compensation] = "none"
 
     def __init__(self, directions: Float32) -> None:
         self._directions = directions

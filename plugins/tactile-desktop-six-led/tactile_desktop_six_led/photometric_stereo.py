@@ -16,7 +16,7 @@ from tactile_core.builtin.model_file import Arrays, arrays_of, part_from
 from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
 from tactile_core.builtin.slope_training import blur_of, samples_of
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration, Compensation, Press
 from tactile_core.quantities import Float32, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions
 from tactile_desktop_six_led.lamp_drift import LampDrift, fit_lamp_drift
@@ -61,7 +61,7 @@ class PhotometricStereo(SlopeCalibration):
     """
 
     USE: ClassVar[str] = "desktop_six_led.photometric_stereo"
-    follows_drift: ClassVar[bool] = True
+    compensation: ClassVar[Compensation] = "none"
     Options: ClassVar[type[BaseModel]] = StereoOptions
     _model: StereoModel
 

@@ -10,8 +10,7 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.conditioning.light_drift import DriftFollower
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
@@ -42,9 +41,11 @@ class Stream:
         self._pipeline = Pipeline(unit.profile, unit.bundle)
         self._bundle = unit.bundle
         self._frames = cycle(unit.stroke)
-        self._marks = MarkFinder.of(unit.profile, self._pipeline.reference)
-        assert self._pipeline.reference is not None
-        self._drift = DriftFollower(self._pipeline.reference)
+        self._condition = Conditioning.of(
+            unit.profile,
+            self._pipeline.reference,
+            compensates=unit.bundle.calibration.compensation == "channel",
+        )
         image = unit.profile.image
         _, self._lights = make_devices(unit.profile)
         self._lights.open()
@@ -81,13 +82,13 @@ class Stream:
             expected = pattern_of(reference)
             with _timed(times, LAMPS):
                 verify(frame, expected, WHOLE)
-        if self._marks is not None:
+        if self._condition.finder is not None:
             with _timed(times, MARKS):
-                frame = self._marks.marked(frame)
+                frame = self._condition.masked(frame)
         calibration = self._bundle.calibration
         with _timed(times, SLOPES):
-            lit = frame if calibration.follows_drift else self._drift.compensated(frame)
-            measured = measured_by(calibration, lit, reference)
+            frame = self._condition.compensated(frame)
+            measured = measured_by(calibration, frame, reference)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,
             Reference: reference,

@@ -18,7 +18,7 @@ from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
 from tactile_core.calibration.targets import Known, balls, rows_of_map, untouched_sensor
 from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
+from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
@@ -29,7 +29,7 @@ from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import fitted_by
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Reference
+from tactile_core.quantities import Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
 
 AZIMUTH_TOLERANCE_DEG = 25.0
@@ -96,13 +96,14 @@ def calibrate(
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
-    _verify(frames, untouched)
     cls: type[Calibration] = resolve(
         "calibration", base.calibration.use if model is None else model
     )
     component = base.calibration if model is None else Component(use=model)
     options = options_of(cls, component)
     condition = Conditioning.of(base, untouched, compensates=cls.compensation == "channel")
+    for frame in frames:
+        condition.verify(frame)
     untouched = condition.undeformed
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_at = getattr(options, "blur_at", None)
@@ -178,14 +179,6 @@ def inputs_of(
             "--target": target,
         }
     )
-
-
-def _verify(frames: Sequence[Frame], untouched: Reference) -> None:
-    if not is_sequential(frames[0]):
-        return
-    verify(untouched, None, "the reference")
-    for frame in frames:
-        verify(frame, pattern_of(untouched), f"observation {frame.source or frame.sequence}")
 
 
 def channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:

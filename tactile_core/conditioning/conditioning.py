@@ -8,15 +8,17 @@ from typing import Self
 
 import numpy as np
 
+from tactile_core.algorithms.sequence import Pattern
 from tactile_core.conditioning.light_drift import DriftFollower
 from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.interfaces.component import GelImage
 from tactile_core.quantities import Bool, Frame, Reference
 
 
 @dataclass(frozen=True, eq=False)
 class Conditioning:
-    """Masks a frame's markers, and brings its light to the level of the reference.
+    """Verifies a frame's sequence, masks its markers and brings its light to the reference's level.
 
     A pipeline and the fitting of a calibration use the same, so that both see the same frame.
 
@@ -28,14 +30,25 @@ class Conditioning:
         None for a gel without markers.
     compensates : bool
         Whether changes of the light are compensated; never without a reference.
+    known : Reference or None
+        A reference that surely shows each light of a sequence in its place, such as that of the
+        bundle; the other one is verified by it.
     """
 
     reference: Reference | None
     finder: MarkFinder | None = None
     compensates: bool = True
+    known: Reference | None = None
 
     @classmethod
-    def of(cls, build: GelImage, reference: Reference | None, *, compensates: bool) -> Self:
+    def of(
+        cls,
+        build: GelImage,
+        reference: Reference | None,
+        *,
+        compensates: bool,
+        known: Reference | None = None,
+    ) -> Self:
         """Make the conditioning of a sensor build, and mask the reference's markers.
 
         Raises
@@ -43,7 +56,7 @@ class Conditioning:
         InputError
             ``markers: auto`` and no reference to find them in.
         """
-        return cls(None, MarkFinder.of(build, reference), compensates).against(reference)
+        return cls(None, MarkFinder.of(build, reference), compensates, known).against(reference)
 
     def against(self, reference: Reference | None) -> Self:
         """Return the same with another reference."""
@@ -52,8 +65,20 @@ class Conditioning:
         return replace(self, reference=reference)
 
     def __call__(self, frame: Frame) -> Frame:
-        """Condition a frame."""
+        """Condition a frame.
+
+        Raises
+        ------
+        SequenceError
+            An exposure of a sequence is dark, or shows another light than its own.
+        """
+        self.verify(frame)
         return self.compensated(self.masked(frame))
+
+    def verify(self, frame: Frame) -> None:
+        """Refuse a frame, or a reference, whose exposures do not each show their own light."""
+        if is_sequential(frame):
+            verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
 
     def masked(self, frame: Frame) -> Frame:
         """Mask a frame's markers, unless they are masked already."""
@@ -84,6 +109,14 @@ class Conditioning:
         if self.reference is None:
             raise ValueError("there is no reference")
         return self.reference
+
+    @cached_property
+    def _expected(self) -> Pattern | None:
+        if self.reference is None:
+            return None
+        known = None if self.known is None else pattern_of(self.known)
+        verify(self.reference, known, "the reference")
+        return known or pattern_of(self.reference)
 
     @cached_property
     def _drift(self) -> DriftFollower | None:

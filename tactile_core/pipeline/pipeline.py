@@ -9,10 +9,9 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.sequence import Pattern
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
+from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
@@ -92,9 +91,11 @@ class Pipeline:
             self._check(reference.pixels, "reference")
         calibration = self._calibration
         compensates = calibration is None or calibration.compensation == "channel"
-        self._condition = Conditioning.of(self.profile, reference, compensates=compensates)
+        known = None if self.bundle is None else self.bundle.reference
+        self._condition = Conditioning.of(
+            self.profile, reference, compensates=compensates, known=known
+        )
         self.reference = self._condition.reference
-        self._expected: Pattern | None = None
         self._chain, markless = self._build_chain()
         self.reference = self._with_detections(self.reference)
         self._used = self._tares = False
@@ -130,7 +131,7 @@ class Pipeline:
         start = perf_counter()
         self._check(frame.pixels, "frame")
         if is_sequential(frame):
-            self._verify(frame)
+            self._check_order(frame)
         raw, frame = frame, self._condition(frame)
         given: dict[type[Quantity], Quantity] = {Frame: frame}
         if self.reference is not None:
@@ -268,21 +269,13 @@ class Pipeline:
             left_out[name] = kind
         return left_out
 
-    def _verify(self, frame: Frame) -> None:
-        """Refuse an observation whose exposures do not each show their own light."""
+    def _check_order(self, frame: Frame) -> None:
         if self.bundle is not None and frame.channels != self.bundle.manifest.channels:
             raise CalibrationError(
                 f"the lights fire in the order {', '.join(frame.channels)} and the bundle was made "
                 f"with {', '.join(self.bundle.manifest.channels)}; use the profile that it was "
                 f"made with or calibrate again"
             )
-        if self._expected is None and self.reference is not None:
-            expected = None
-            if self.bundle is not None:
-                expected = pattern_of(self.bundle.reference)
-            verify(self.reference, expected, "the reference")
-            self._expected = expected or pattern_of(self.reference)
-        verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
 
     def _check(self, pixels: Pixels, what: str) -> None:
         image, shape = self.profile.image, pixels.shape

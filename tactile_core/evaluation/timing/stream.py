@@ -11,7 +11,7 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
+from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.interfaces.image import ImageSection
@@ -79,9 +79,8 @@ class Stream:
         reference = self._pipeline.reference
         assert reference is not None
         if is_sequential(frame):
-            expected = pattern_of(reference)
             with _timed(times, LAMPS):
-                verify(frame, expected, WHOLE)
+                self._condition.verify(frame)
         if self._condition.finder is not None:
             with _timed(times, MARKS):
                 frame = self._condition.masked(frame)

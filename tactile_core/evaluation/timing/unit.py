@@ -13,7 +13,7 @@ from tactile_core.algorithms.circles import Circle
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibration.presses import FoundPress
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
@@ -80,14 +80,9 @@ def virtual_unit(
     image = profile.image
     _, lights = make_devices(profile)
     take = partial(_frame, RigOptics(profile), lights)
-    finder = MarkFinder.of(profile, average([take(None, 0)]))
-
-    def seen(ball: BallPress | None, seed: int) -> Frame:
-        frame = take(ball, seed)
-        return frame if finder is None else replace(frame, marks=finder.find(frame.pixels))
-
-    untouched = seen(None, 0)
-    reference = replace(average([untouched]), marks=untouched.marks)
+    untouched = take(None, 0)
+    condition = Conditioning.of(profile, average([untouched]), compensates=False)
+    reference = condition.undeformed
     ball_mm = _BALL_OF_WIDTH * image.width_px * image.mm_per_px
     rng = np.random.default_rng(0)
     presses = []
@@ -95,7 +90,7 @@ def virtual_unit(
         x, y = rng.uniform(0.15, 0.85, 2) * (image.width_px, image.height_px)
         ball = BallPress((float(x), float(y)), ball_mm, _DEPTH_OF_BALL * ball_mm)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
-        frame = seen(ball, seed)
+        frame = condition.masked(take(ball, seed))
         radius_px = ball_mm / 2 / image.mm_per_px
         presses.append(FoundPress("", frame, circle, radius_px))
     options = options_of(cls, component)

@@ -77,12 +77,13 @@ def validate(
 ) -> None:
     """Check profiles and report every mistake with its line."""
     from tactile_core.errors import TactileError
+    from tactile_core.pipeline.pipeline import check_steps
     from tactile_core.profiles.loader import load_profile
 
     failed = False
     for path in paths:
         try:
-            load_profile(path)
+            check_steps(load_profile(path))
         except TactileError as error:
             failed = True
             tell(f"tactile: {error}")
@@ -105,6 +106,7 @@ def doctor(
 ) -> None:
     """Say what is wrong with the plugins, and with a profile."""
     from tactile_core.errors import InputError
+    from tactile_core.pipeline.pipeline import check_steps
     from tactile_core.pipeline.sensor import open_sensor
     from tactile_core.plugins.registry import list_plugins
     from tactile_core.profiles.loader import load_profile
@@ -118,7 +120,7 @@ def doctor(
             sound = False
             say(f"         {problem}")
     if profile is not None:
-        load_profile(profile)
+        check_steps(load_profile(profile))
         say(f"{'ok':<9}profile {profile}")
     if profile is not None and sim:
         with open_sensor(profile, sim=True) as sensor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -14,7 +15,7 @@ from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Chain, Step, without_marks
 from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.blame import blame
@@ -195,10 +196,7 @@ class Pipeline:
             kind = resolve("estimator", component.use)
             with blame(f"step {name!r}", kind):
                 steps[name] = kind(options_of(kind, component), context)
-        markless = without_marks(steps) if self.profile.gel.markers is None else []
-        chain = Chain({name: step for name, step in steps.items() if name not in markless})
-        chain.check(_EVER_GIVEN)
-        return chain, markless
+        return _chain_of(self.profile, steps)
 
     def _with_detections(self, reference: Reference | None) -> Reference | None:
         """Add the marks of the untouched skin, found by the very step that finds a frame's."""
@@ -294,6 +292,27 @@ class Pipeline:
                 f"the {what} has {shape[2]} channels and the bundle was made for "
                 f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
             )
+
+
+def check_steps(profile: Profile) -> None:
+    """Refuse a profile whose steps make no chain, without making any of them.
+
+    Raises
+    ------
+    PluginError, ProfileError
+        As for a :class:`Pipeline` of this profile.
+    """
+    kinds = {name: resolve("estimator", step.use) for name, step in profile.estimators.items()}
+    # annotations are all that is asked of them
+    _chain_of(profile, {name: kind.__new__(kind) for name, kind in kinds.items()})
+
+
+def _chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:
+    """The chain, and the steps left out of it since the gel carries no marks."""
+    markless = without_marks(steps) if profile.gel.markers is None else []
+    chain = Chain({name: step for name, step in steps.items() if name not in markless})
+    chain.check(_EVER_GIVEN)
+    return chain, markless
 
 
 def _exposure_warnings(frame: Frame) -> tuple[str, ...]:

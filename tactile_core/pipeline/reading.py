@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
 
 from tactile_core.formats.json import plain
 from tactile_core.plugins.blame import blame
@@ -16,6 +16,8 @@ Q = TypeVar("Q", bound=Quantity)
 @dataclass(frozen=True, eq=False)
 class Reading:
     """Everything measured from one frame; ``reading[HeightMap].mm`` is typed.
+
+    ``reading["height"]`` is the result of the profile's step of that name.
 
     Attributes
     ----------
@@ -45,23 +47,35 @@ class Reading:
         """Name of the observation; its sequence number, six digits, when it is live."""
         return self.frame.source or f"{self.frame.sequence:06d}"
 
-    def __getitem__(self, kind: type[Q]) -> Q:
-        found = self.get(kind)
+    @overload
+    def __getitem__(self, wanted: type[Q]) -> Q: ...
+    @overload
+    def __getitem__(self, wanted: str) -> Quantity: ...
+    def __getitem__(self, wanted: type[Q] | str) -> Q | Quantity:
+        found = self.get(wanted)
         if found is None:
-            have = ", ".join(sorted(k.__name__ for k in self.quantities)) or "nothing"
+            by_step = isinstance(wanted, str)
+            there = self.steps if by_step else [kind.__name__ for kind in self.quantities]
+            name = f"step {wanted!r}" if isinstance(wanted, str) else wanted.__name__
             raise KeyError(
-                f"this reading has no {kind.__name__}, only {have}; does the profile name a step "
-                f"that gives it, and was a bundle loaded?"
+                f"this reading has no {name}, only {', '.join(sorted(there)) or 'nothing'}; does "
+                f"the profile name a step that gives it, and was a bundle loaded?"
             )
         return found
 
-    def __contains__(self, kind: type[Quantity]) -> bool:
-        return kind in self.quantities
+    def __contains__(self, wanted: type[Quantity] | str) -> bool:
+        return wanted in (self.steps if isinstance(wanted, str) else self.quantities)
 
-    def get(self, kind: type[Q]) -> Q | None:
-        """Return the quantity of this type, or None."""
-        found = self.quantities.get(kind)
-        return found if isinstance(found, kind) else None
+    @overload
+    def get(self, wanted: type[Q]) -> Q | None: ...
+    @overload
+    def get(self, wanted: str) -> Quantity | None: ...
+    def get(self, wanted: type[Q] | str) -> Q | Quantity | None:
+        """Return the quantity of this type, or of the step of this name, or None."""
+        if isinstance(wanted, str):
+            return self.steps.get(wanted)
+        found = self.quantities.get(wanted)
+        return found if isinstance(found, wanted) else None
 
     def summary(self) -> dict[str, Any]:
         """One line of strict JSON, as ``tactile run --json`` prints it: None for NaN."""

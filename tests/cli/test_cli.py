@@ -162,3 +162,14 @@ def test_a_tare_frame_that_never_comes_is_said(lab: VirtualLab, tmp_path: Path) 
     )
     assert done.returncode == 2
     assert "--tare-frame 7" in done.stderr
+
+
+def test_validate_and_doctor_find_steps_that_make_no_chain(tmp_path: Path) -> None:
+    twice = tmp_path / "twice.yaml"
+    twice.write_text(
+        "schema: 1\nextends: hex_fingertip\nname: twice\nestimators: {again: {use: core.poisson}}\n"
+    )
+    for command in ("validate", "doctor"):
+        done = tactile(command, str(twice))
+        assert done.returncode == 2
+        assert "both give HeightMap; keep one" in done.stderr

@@ -176,3 +176,12 @@ def test_notes_come_with_the_first_reading_whatever_its_number(lab: VirtualLab) 
     frame = replace(frame_of(lab, None), sequence=7)
     assert set(pipeline.notes) <= set(pipeline.process(frame).warnings)
     assert pipeline.process(frame).warnings == ()
+
+
+def test_a_reading_knows_its_quantities_by_type_and_by_step(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))
+    assert reading["height"] is reading[HeightMap]
+    assert "height" in reading
+    assert "slip" not in reading
+    with pytest.raises(KeyError, match=r"no step 'slip', only contact, height"):
+        reading["slip"]

@@ -6,18 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.algorithms.intensity import CEILING
+from tactile_core.acquisition.assembly import LIGHTS, Assembly, exposures_of
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.blame import blame, fault
-from tactile_core.quantities import Frame, Image, Pixels, Reference
+from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.quantities.array_form import image_fault
 
-CAMERA, LIGHTS = "the camera", "the lights"
-"""How messages name the parts of a sensor."""
+CAMERA = "the camera"
+"""How messages name it."""
 
 
 class Acquisition:
@@ -33,9 +32,7 @@ class Acquisition:
     ) -> None:
         self._camera = camera
         self._illumination = illumination
-        self._image = image
-        self._geometry = ImageGeometry(image)
-        self._keep_raw = keep_raw
+        self._assembly = Assembly(illumination, image, keep_raw=keep_raw)
         self._sequence = 0
 
     def observe(self, timeout_s: float = 1.0) -> Frame | None:
@@ -51,11 +48,7 @@ class Acquisition:
             An image is not what the profile describes.
         """
         images: list[Image] = []
-        planes: list[Pixels] = []
-        times: list[float] = []
-        dark: Pixels | None = None
-        exposures = exposures_of(self._illumination)
-        for exposure in exposures:
+        for exposure in exposures_of(self._illumination):
             with blame(LIGHTS, self._illumination):
                 self._illumination.set(exposure.levels)
             image = self._exposed(timeout_s)
@@ -64,14 +57,9 @@ class Acquisition:
                     raise CameraLost("the recording ended in the middle of a sequence of lights")
                 return None
             images.append(image)
-            if exposure.channels:
-                planes.append(self._planes(image, len(exposure.channels)))
-                times.append(image.timestamp_s)
-            else:
-                dark = self._planes(image, planes[0].shape[2] if planes else 1)
-        if dark is not None:
-            planes = [_less(plane, dark, self._image.full_scale) for plane in planes]
-        return self._frame(images, planes, tuple(times))
+        frame = self._assembly.frame(images, self._sequence)
+        self._sequence += 1
+        return frame
 
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.observe()) is not None:
@@ -84,49 +72,6 @@ class Acquisition:
         if wrong:
             raise fault(CAMERA, self._camera, wrong)
         return image
-
-    def _planes(self, image: Image, wanted: int) -> Pixels:
-        try:
-            pixels = self._geometry.apply(image.pixels)
-        except InputError as error:
-            raise InputError(f"{image.source or 'camera'}: {error}") from error
-        pixels = pixels if pixels.ndim == 3 else pixels[..., None]
-        if pixels.shape[2] != wanted:
-            raise InputError(
-                f"{image.source or 'camera'}: the image has {pixels.shape[2]} channels where the "
-                f"light gives {wanted}; set 'image.color' and 'illumination' in the profile"
-            )
-        return pixels
-
-    def _frame(self, images: list[Image], planes: list[Pixels], times: tuple[float, ...]) -> Frame:
-        frame = Frame(
-            pixels=planes[0] if len(planes) == 1 else _channels_of(planes),
-            channels=self._illumination.channels,
-            mm_per_px=self._image.mm_per_px,
-            full_scale=self._image.full_scale,
-            timestamp_s=sum(times) / len(times),
-            wall_time_s=sum(image.wall_time_s for image in images) / len(images),
-            sequence=self._sequence,
-            source=images[0].source,
-            exposure_times_s=times,
-            raw=tuple(images) if self._keep_raw else (),
-        )
-        self._sequence += 1
-        return frame
-
-
-def _channels_of(planes: list[Pixels]) -> Pixels:
-    """(H, W, K) of K exposures, stored one after another, as photometric stereo reads them."""
-    return np.concatenate([plane.transpose(2, 0, 1) for plane in planes]).transpose(1, 2, 0)
-
-
-def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
-    """Subtract the light that none of the lights gives.
-
-    Never below 0, where unsigned pixels would wrap. Saturated pixels stay as they are: what they
-    really amount to is unknown, and less than the ceiling would pass for a measurement.
-    """
-    return np.where(lit >= CEILING * full_scale, lit, lit - np.minimum(lit, dark))
 
 
 def average(frames: list[Frame]) -> Reference:
@@ -156,19 +101,3 @@ def average(frames: list[Frame]) -> Reference:
         noise=float(np.sqrt(np.median(np.maximum(spread, 0)))),
         frames=n,
     )
-
-
-def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
-    """Return the exposures of one observation.
-
-    Raises
-    ------
-    PluginFault
-        They are something else, or do not measure each of the lights' channels.
-    """
-    with blame(LIGHTS, lights):
-        exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
-        measured = sum(len(exposure.channels) for exposure in exposures)
-    if not measured == len(channels) > 0:
-        raise fault(LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}")
-    return exposures

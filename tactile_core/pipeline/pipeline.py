@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
+from tactile_core.acquisition.assembly import Assembly
 from tactile_core.algorithms import kernels
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
@@ -17,6 +20,7 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Chain, Step, without_marks
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
@@ -28,6 +32,7 @@ from tactile_core.quantities import (
     Frame,
     Gradients,
     HeightMap,
+    Image,
     MarkerDetections,
     Pixels,
     Quantity,
@@ -106,6 +111,35 @@ class Pipeline:
             )
         notes += self._notes_of_left_out()
         self.notes = tuple(notes)
+
+    def frame(self, *images: Pixels, timestamp_s: float = 0.0, source: str = "") -> Frame:
+        """Make a frame of one's own images: cropped, straightened and stacked as the profile says.
+
+        Parameters
+        ----------
+        images : (H, W) or (H, W, 3) uint8 or uint16
+            One for each exposure of an observation, in order, as the camera sends them.
+        timestamp_s : float
+            Time at mid-observation.
+        source : str
+            Its name, for messages and files.
+
+        Raises
+        ------
+        InputError
+            There are too few or too many, or one is not what the profile describes.
+        """
+        return self._assembly.frame(
+            [Image(np.asarray(image), timestamp_s, source=source) for image in images]
+        )
+
+    @cached_property
+    def _assembly(self) -> Assembly:
+        return Assembly(make_lights(self.profile), self.profile.image)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # lights need not pickle, and are made again where they are needed
+        return {name: value for name, value in vars(self).items() if name != "_assembly"}
 
     def process(self, frame: Frame, *, tare: bool = False) -> Reading:
         """Measure one frame.

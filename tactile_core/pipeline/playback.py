@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from tactile_core.acquisition.acquisition import CAMERA, LIGHTS, Acquisition, average, exposures_of
+from tactile_core.acquisition.acquisition import CAMERA, Acquisition, average
+from tactile_core.acquisition.assembly import LIGHTS, exposures_of
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.errors import InputError
 from tactile_core.interfaces.camera import Camera
@@ -28,7 +29,7 @@ def make_devices(profile: Profile) -> tuple[Camera, Illumination]:
     camera: type[Camera] = resolve("camera", profile.camera.use)
     with blame(CAMERA, camera):
         made = camera.of(options_of(camera, profile.camera), profile)
-    return made, _lights(profile)
+    return made, make_lights(profile)
 
 
 def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
@@ -77,7 +78,7 @@ def observation_names(profile: Profile, path: Path) -> list[str]:
 
 def images_per_observation(profile: Profile) -> int:
     """How many exposures the profile's lights take for one frame, a dark one included."""
-    return len(exposures_of(_lights(profile)))
+    return len(exposures_of(make_lights(profile)))
 
 
 def read_reference(profile: Profile, path: Path) -> Reference:
@@ -93,7 +94,8 @@ def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
         yield from Acquisition(camera, illumination, profile.image)
 
 
-def _lights(profile: Profile) -> Illumination:
+def make_lights(profile: Profile) -> Illumination:
+    """Make the lights that a profile names, closed."""
     lights: type[Illumination] = resolve("illumination", profile.illumination.use)
     with blame(LIGHTS, lights):
         return lights(options_of(lights, profile.illumination))

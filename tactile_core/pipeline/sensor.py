@@ -7,7 +7,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from tactile_core.acquisition.acquisition import CAMERA, LIGHTS, Acquisition, average
+from tactile_core.acquisition.acquisition import CAMERA, Acquisition, average
+from tactile_core.acquisition.assembly import LIGHTS
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.pipeline.pipeline import Pipeline

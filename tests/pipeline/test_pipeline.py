@@ -2,6 +2,7 @@ import pickle
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading, Reference
 from tactile_core.algorithms import kernels
 from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.images import write_png
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -185,3 +188,24 @@ def test_a_reading_knows_its_quantities_by_type_and_by_step(lab: VirtualLab) -> 
     assert "slip" not in reading
     with pytest.raises(KeyError, match=r"no step 'slip', only contact, height"):
         reading["slip"]
+
+
+def test_a_frame_of_ones_own_images_is_that_of_the_recording(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    image = lab.profile.image.model_copy(update={"flip": "horizontal", "crop": (4, 2, 120, 90)})
+    profile = lab.profile.model_copy(update={"image": image})
+    pixels = lab.image(PRESS)
+    write_png(tmp_path / "press.png", pixels)
+    (recorded,) = read_frames(profile, tmp_path / "press.png")
+    made = Pipeline(profile).frame(pixels, source="press")
+    np.testing.assert_array_equal(made.pixels, recorded.pixels)
+    assert (made.channels, made.source) == (recorded.channels, "press")
+
+
+def test_a_frame_takes_as_many_images_as_there_are_exposures(lab: VirtualLab) -> None:
+    dark = np.zeros((512, 612), np.uint8)
+    pipeline = pickle.loads(pickle.dumps(Pipeline("desktop_six_led")))
+    assert pipeline.frame(*[dark] * 6).pixels.shape[2] == 6
+    with pytest.raises(InputError, match="takes 6 exposures, not 2"):
+        pipeline.frame(dark, dark)

@@ -1,0 +1,120 @@
+"""From the exposures of one observation to a frame of K light channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.algorithms.intensity import CEILING
+from tactile_core.errors import InputError
+from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.plugins.blame import blame, fault
+from tactile_core.quantities import Frame, Image, Pixels
+
+LIGHTS = "the lights"
+"""How messages name them."""
+
+
+class Assembly:
+    """Brings exposures into the geometry of the profile and stacks their channels.
+
+    Parameters
+    ----------
+    illumination : Illumination
+        Says which exposure shows which channels; it need not be open.
+    image : ImageSection
+    keep_raw : bool
+        Whether a frame keeps the exposures as the camera sent them.
+    """
+
+    def __init__(
+        self, illumination: Illumination, image: ImageSection, *, keep_raw: bool = False
+    ) -> None:
+        self._illumination = illumination
+        self._image = image
+        self._geometry = ImageGeometry(image)
+        self._keep_raw = keep_raw
+
+    def frame(self, images: Sequence[Image], sequence: int = 0) -> Frame:
+        """Make a frame of the exposures of one observation, in their order.
+
+        Raises
+        ------
+        InputError
+            An image is not what the profile describes, or there are too few or too many.
+        """
+        exposures = exposures_of(self._illumination)
+        if len(images) != len(exposures):
+            raise InputError(
+                f"one observation takes {len(exposures)} exposures, not {len(images)}; give each "
+                f"image of its sequence, in order"
+            )
+        planes: list[Pixels] = []
+        times: list[float] = []
+        dark: Pixels | None = None
+        for image, exposure in zip(images, exposures, strict=True):
+            if exposure.channels:
+                planes.append(self._planes(image, len(exposure.channels)))
+                times.append(image.timestamp_s)
+            else:
+                dark = self._planes(image, planes[0].shape[2] if planes else 1)
+        if dark is not None:
+            planes = [_less(plane, dark, self._image.full_scale) for plane in planes]
+        return Frame(
+            pixels=planes[0] if len(planes) == 1 else _channels_of(planes),
+            channels=self._illumination.channels,
+            mm_per_px=self._image.mm_per_px,
+            full_scale=self._image.full_scale,
+            timestamp_s=sum(times) / len(times),
+            wall_time_s=sum(image.wall_time_s for image in images) / len(images),
+            sequence=sequence,
+            source=images[0].source,
+            exposure_times_s=tuple(times),
+            raw=tuple(images) if self._keep_raw else (),
+        )
+
+    def _planes(self, image: Image, wanted: int) -> Pixels:
+        try:
+            pixels = self._geometry.apply(image.pixels)
+        except InputError as error:
+            raise InputError(f"{image.source or 'camera'}: {error}") from error
+        pixels = pixels if pixels.ndim == 3 else pixels[..., None]
+        if pixels.shape[2] != wanted:
+            raise InputError(
+                f"{image.source or 'camera'}: the image has {pixels.shape[2]} channels where the "
+                f"light gives {wanted}; set 'image.color' and 'illumination' in the profile"
+            )
+        return pixels
+
+
+def _channels_of(planes: list[Pixels]) -> Pixels:
+    """(H, W, K) of K exposures, stored one after another, as photometric stereo reads them."""
+    return np.concatenate([plane.transpose(2, 0, 1) for plane in planes]).transpose(1, 2, 0)
+
+
+def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
+    """Subtract the light that none of the lights gives.
+
+    Never below 0, where unsigned pixels would wrap. Saturated pixels stay as they are: what they
+    really amount to is unknown, and less than the ceiling would pass for a measurement.
+    """
+    return np.where(lit >= CEILING * full_scale, lit, lit - np.minimum(lit, dark))
+
+
+def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
+    """Return the exposures of one observation.
+
+    Raises
+    ------
+    PluginFault
+        They are something else, or do not measure each of the lights' channels.
+    """
+    with blame(LIGHTS, lights):
+        exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
+        measured = sum(len(exposure.channels) for exposure in exposures)
+    if not measured == len(channels) > 0:
+        raise fault(LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}")
+    return exposures

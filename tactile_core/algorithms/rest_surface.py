@@ -76,6 +76,16 @@ def rest_plane(
     """
     rows, columns = height_mm.shape
     step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
+    compiled = kernels.ready()
+    if compiled is not None:
+        regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
+        levels = _BULGE, _LEAST_BELOW
+        images = height_mm, gx, gy
+        return RestPlane(
+            *compiled.rest_plane(
+                images, step, mm_per_px, drift_slope, _LEAST_CALM, levels, regression
+            )
+        )
     z, p, q = (
         a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
     )

@@ -13,6 +13,7 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     forward_columns,
     solve_low,
 )
+from tactile_core.algorithms.kernels.rest_plane import rest_plane
 from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import halved_brightness, moments_of_labels
 from tactile_core.algorithms.kernels.validity import two_of_three_within
@@ -27,6 +28,7 @@ __all__ = [
     "mutual_nearest",
     "neighbours_plane",
     "paired_both_ways",
+    "rest_plane",
     "resting_gain",
     "room_at",
     "sines_of_bytes",

@@ -1,0 +1,189 @@
+"""Kernel of :func:`tactile_core.algorithms.rest_surface.rest_plane`, which is the definition."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tactile_core.algorithms.kernels.options import LOOP
+
+
+@njit(**LOOP)
+def _commonest(values: Any) -> tuple[float, float]:
+    ordered = np.sort(values)
+    half = (len(ordered) + 1) // 2
+    first, shortest = 0, np.inf
+    for i in range(len(ordered) - half + 1):
+        length = ordered[i + half - 1] - ordered[i]
+        if length < shortest:
+            first, shortest = i, length
+    total = 0.0
+    for i in range(first, first + half):
+        total += ordered[i]
+    return total / half, shortest / 1.349
+
+
+@njit(**LOOP)
+def _up_to(bound: float, sizes: Any, values: Any) -> Any:
+    """Those values whose sizes are at most ``bound``."""
+    kept = np.empty(len(values))
+    count = 0
+    for i in range(len(values)):
+        if sizes[i] <= bound:
+            kept[count] = values[i]
+            count += 1
+    return kept[:count]
+
+
+@njit(**LOOP)
+def _lower_level(
+    flat: Any, calm: Any, apart: float, least_below: float, cut: float
+) -> tuple[float, float]:
+    """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
+    level, spread = _commonest(flat)
+    below = _up_to(np.nextafter(level - apart, -np.inf), calm, calm)
+    if len(below) >= least_below * len(calm):
+        level, spread = _commonest(below)
+    return level, min(spread, apart / cut)
+
+
+@njit(**LOOP)
+def _solved(a: Any, b: Any) -> None:
+    """Solve 3 × 3 equations of a positive matrix; b becomes the solution, and a is spoilt."""
+    for i in range(3):
+        for k in range(i + 1, 3):
+            share = a[k, i] / a[i, i]
+            for j in range(3):
+                a[k, j] -= share * a[i, j]
+            b[k] -= share * b[i]
+    for i in range(2, -1, -1):
+        for k in range(i + 1, 3):
+            b[i] -= a[i, k] * b[k]
+        b[i] /= a[i, i]
+
+
+@njit(**LOOP)
+def _above(plane: Any, x: Any, y: Any, z: Any, out: Any) -> None:
+    for i in range(len(z)):
+        out[i] = z[i] - plane[0] - x[i] * plane[1] - y[i] * plane[2]
+
+
+@njit(**LOOP)
+def _robust_plane(
+    x: Any,
+    y: Any,
+    z: Any,
+    calm: Any,
+    plane: Any,
+    sigma: float,
+    regression: tuple[int, float, float],
+) -> None:
+    """Tukey's biweight regression of the calm samples; ``plane`` is where it starts and ends."""
+    rounds, cut, least = regression
+    count = len(z)
+    residual = np.empty(count)
+    near = np.empty(count)
+    term = np.ones(3)
+    samples = 0
+    for i in range(count):
+        samples += calm[i]
+    _above(plane, x, y, z, residual)
+    for _ in range(rounds):
+        normal = np.zeros((3, 3))
+        pull = np.zeros(3)
+        bound = cut * max(sigma, least)
+        for a in range(3):
+            normal[a, a] = 1e-12 * samples
+        for i in range(count):
+            near[i] = abs(residual[i]) / bound if calm[i] else np.inf
+            if near[i] < 1:
+                weight = (1 - near[i] ** 2) ** 2
+                term[1], term[2] = x[i], y[i]
+                for a in range(3):
+                    pull[a] += weight * term[a] * residual[i]
+                    for b in range(3):
+                        normal[a, b] += weight * term[a] * term[b]
+        _solved(normal, pull)
+        for a in range(3):
+            plane[a] += pull[a]
+        _above(plane, x, y, z, residual)
+        for i in range(count):
+            residual[i] = abs(residual[i])
+        sigma = 1.4826 * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
+        _above(plane, x, y, z, residual)
+
+
+@njit(**LOOP)
+def _samples(image: Any, step: int, out: Any) -> None:
+    at = 0
+    for i in range(step // 2, image.shape[0], step):
+        for j in range(step // 2, image.shape[1], step):
+            out[at] = image[i, j]
+            at += 1
+
+
+@njit(**LOOP)
+def rest_plane(
+    images: tuple[Any, Any, Any],
+    step: int,
+    mm_per_px: float,
+    drift_slope: float,
+    least_calm: float,
+    levels: tuple[float, float],
+    regression: tuple[int, float, float],
+) -> tuple[float, float, float]:
+    """Level and slopes of the skin out of contact.
+
+    Parameters
+    ----------
+    images : (height_mm, gx, gy)
+        (H, W) each.
+    step : int
+        Pixels from sample to sample.
+    mm_per_px, drift_slope, least_calm : float
+        See :func:`tactile_core.algorithms.rest.rest_plane`.
+    levels : (bulge, least share)
+        How far below a level of how many samples another one is the rest.
+    regression : (rounds, cut, least sigma)
+        Of Tukey's biweight.
+
+    Returns
+    -------
+    level_mm, slope_x, slope_y : float
+    """
+    height_mm, gx, gy = images
+    rows, columns = height_mm.shape
+    across = (columns - step // 2 + step - 1) // step
+    count = across * ((rows - step // 2 + step - 1) // step)
+    x, y, z, p, q, size = np.empty((6, count))
+    _samples(height_mm, step, z)
+    _samples(gx, step, p)
+    _samples(gy, step, q)
+    tilt_x, tilt_y = np.median(p), np.median(q)
+    calm = np.zeros(count, np.bool_)
+    resting = 0
+    for i in range(count):
+        x[i] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
+        y[i] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
+        size[i] = np.hypot(p[i] - tilt_x, q[i] - tilt_y)
+        calm[i] = size[i] < drift_slope
+        resting += calm[i]
+    if resting < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
+        for i in range(count):
+            size[i] = np.hypot(p[i], q[i])
+        return _commonest(_up_to(np.median(size), size, z))[0], 0.0, 0.0
+    level_above = np.empty(count)
+    plane = np.zeros(3)
+    plane[1], plane[2] = tilt_x, tilt_y
+    _above(plane, x, y, z, level_above)
+    flat = _up_to(np.median(size), size, level_above)
+    bulge, least_below = levels
+    apart = bulge * (level_above.max() - level_above.min())
+    level, spread = _lower_level(flat, level_above[calm], apart, least_below, regression[1])
+    plane[0] = level
+    _robust_plane(x, y, z, calm, plane, spread, regression)
+    if np.hypot(plane[1], plane[2]) > drift_slope:
+        return level, tilt_x, tilt_y
+    return plane[0], plane[1], plane[2]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel
 
@@ -13,7 +13,13 @@ from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.quantities import Float32
+from tactile_core.quantities import Float32, Quantity
+
+Q = TypeVar("Q", bound=Quantity)
+
+EXTERNAL = "external"
+External = Annotated[Q, EXTERNAL]
+"""An input of a step that the caller gives with each frame: ``Pipeline.process(frame, pose)``."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,9 @@ class Estimator(ABC):
 
         class Contact(Estimator):
             def estimate(self, height: HeightMap) -> ContactMask: ...
+
+    A step with several results returns a tuple of them, and says so: ``-> tuple[A, B]``. What
+    comes from outside with each frame is annotated ``External[RobotPose]``.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
@@ -71,6 +80,16 @@ class Estimator(ABC):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         self.options = options
         self.context = context
+
+    def open(self) -> None:  # noqa: B027  (only steps that hold something have it to acquire)
+        """Acquire what is needed to work, such as a session of a network; before the first frame.
+
+        The constructor stays cheap, so that a profile can be checked without it, and what is
+        acquired here need not pickle.
+        """
+
+    def close(self) -> None:  # noqa: B027
+        """Release what :meth:`open` acquired; it may be opened again."""
 
     def reset(self) -> None:  # noqa: B027  (only stateful steps have something to forget)
         """Forget everything about earlier frames."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from tactile_core.errors import PluginError, ProfileError
-from tactile_core.interfaces.estimator import Estimator
+from tactile_core.interfaces.estimator import EXTERNAL, Estimator
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.array_form import form_fault
@@ -47,15 +47,18 @@ class Step:
         The arguments of ``estimate``, in order.
     needs : tuple of type
         Those of them that must be there; the rest are annotated ``X | None``.
-    gives : type
-        The quantity that ``estimate`` returns.
+    gives : tuple of type
+        The quantities that ``estimate`` returns.
+    external : frozenset of type
+        Those of its inputs that the caller gives with each frame.
     """
 
     name: str
     estimator: Estimator
     takes: tuple[QuantityType, ...]
     needs: tuple[QuantityType, ...]
-    gives: QuantityType
+    gives: tuple[QuantityType, ...]
+    external: frozenset[QuantityType] = frozenset()
 
     def __str__(self) -> str:
         return _title(self.name, self.estimator)
@@ -63,6 +66,10 @@ class Step:
     def blamed(self) -> AbstractContextManager[None]:
         """What fails inside the block becomes one message that names this step and its plugin."""
         return blame(f"step {self.name!r}", self.estimator)
+
+    def estimate(self, given: Mapping[QuantityType, Quantity]) -> tuple[Any, ...]:
+        """Run the estimator on those of the quantities that it takes; return its results."""
+        return _tuple(self.estimator.estimate(*(given.get(kind) for kind in self.takes)))
 
     def missing(self, available: Collection[QuantityType]) -> QuantityType | None:
         """Return the first input that is needed and not available."""
@@ -90,8 +97,14 @@ class Chain:
 
     def __init__(self, steps: Mapping[str, Estimator]) -> None:
         self.steps = tuple(declared_step(name, estimator) for name, estimator in steps.items())
+        self._opened = False
         _refuse_two_producers(self.steps)
         _refuse_wrong_order(self.steps)
+
+    @property
+    def external(self) -> frozenset[QuantityType]:
+        """What the caller has to give with each frame, so that every step can run."""
+        return frozenset().union(*(step.external for step in self.steps))
 
     @property
     def stateful(self) -> bool:
@@ -104,7 +117,7 @@ class Chain:
         for step in self.steps:
             missing = step.missing(available)
             if missing is None:
-                available.add(step.gives)
+                available |= set(step.gives)
             else:
                 left_out[step.name] = missing
         return left_out
@@ -122,7 +135,7 @@ class Chain:
         ProfileError
             A step needs a quantity that is neither given nor made by any step.
         """
-        known = {*given, *(step.gives for step in self.steps)}
+        known = {*given, *self.external, *(kind for step in self.steps for kind in step.gives)}
         for step in self.steps:
             missing = step.missing(known)
             if missing is not None:
@@ -148,6 +161,7 @@ class Chain:
         PluginFault
             A step failed, or returned something else than it declares, or of another form.
         """
+        self.open()
         by_type, results = dict(given), dict[str, Quantity]()
         frame = given.get(Frame)
         size = frame.pixels.shape[:2] if isinstance(frame, Frame) else None
@@ -157,18 +171,42 @@ class Chain:
             if missing is not None:
                 left_out[step.name] = missing
                 continue
-            if step.gives in by_type:
+            given_already = next((kind for kind in step.gives if kind in by_type), None)
+            if given_already is not None:
                 raise ProfileError(
-                    f"{step} gives {step.gives.__name__}, which this sensor's calibration gives "
+                    f"{step} gives {given_already.__name__}, which this sensor's calibration gives "
                     f"already; remove the step"
                 )
-            result = _estimate(step, by_type, size)
+            with step.blamed():
+                found = step.estimate(by_type)
+            found = _checked(step, found, size)
             if tare:
                 with step.blamed():
-                    tared = step.estimator.tare(result)
-                result = _checked(step, tared, size)
-            by_type[step.gives] = results[step.name] = result
+                    tared = step.estimator.tare(found[0] if len(found) == 1 else found)
+                found = _checked(step, _tuple(tared), size)
+            by_type.update(zip(step.gives, found, strict=True))
+            results[step.name] = found[0]
         return ChainResult(by_type, results, left_out)
+
+    def open(self) -> None:
+        """Let every step acquire what it needs; does nothing when they have."""
+        if not self._opened:
+            for step in self.steps:
+                with step.blamed():
+                    step.estimator.open()
+            self._opened = True
+
+    def close(self) -> None:
+        """Let every step release what it acquired."""
+        if self._opened:
+            self._opened = False
+            for step in self.steps:
+                with step.blamed():
+                    step.estimator.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # a copy in another process acquires for itself
+        return {**vars(self), "_opened": False}
 
     def reset(self) -> None:
         """Let every step forget earlier frames."""
@@ -190,25 +228,31 @@ def declared_step(name: str, estimator: Estimator) -> Step:
     if method is None:
         raise PluginError(f"{title} does not define estimate()")
     try:
-        hints = get_type_hints(method)
+        hints = get_type_hints(method, include_extras=True)
         parameters = inspect.signature(method).parameters.values()
     except Exception as error:  # evaluating annotations runs whatever they say
         raise PluginError(
             f"{title}: the annotations of estimate() cannot be read ({error}); import their types "
             f"at run time, not only under TYPE_CHECKING"
         ) from error
-    takes, needs = [], []
+    takes, needs, external = [], [], set()
     for parameter in parameters:
         if parameter.kind not in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
             raise PluginError(f"{title}: estimate() must take plain arguments, not {parameter}")
-        kind, optional = _quantity(hints.get(parameter.name), f"{title}: {parameter.name!r}")
+        annotation = hints.get(parameter.name)
+        kind, optional = _quantity(annotation, f"{title}: {parameter.name!r}")
         takes.append(kind)
+        if EXTERNAL in _extras(annotation):
+            external.add(kind)
         if not optional:
             needs.append(kind)
-    gives, optional = _quantity(hints.get("return"), f"{title}: the result")
-    if optional:
+    returned = hints.get("return")
+    several = get_args(returned) if get_origin(returned) is tuple else (returned,)
+    gives = [_quantity(annotation, f"{title}: the result") for annotation in several]
+    if any(optional for _, optional in gives):
         raise PluginError(f"{title}: the result of estimate() must be one quantity, never None")
-    return Step(name, estimator, tuple(takes), tuple(needs), gives)
+    kinds = tuple(kind for kind, _ in gives)
+    return Step(name, estimator, tuple(takes), tuple(needs), kinds, frozenset(external))
 
 
 def without_marks(steps: Mapping[str, Estimator]) -> list[str]:
@@ -219,37 +263,53 @@ def without_marks(steps: Mapping[str, Estimator]) -> list[str]:
     declared = [declared_step(name, estimator) for name, estimator in steps.items()]
     useless = [step for step in declared if step.estimator.needs_marks]
     while True:
-        lost = {s.gives for s in useless} - {s.gives for s in declared if s not in useless}
+        left = {kind for s in declared if s not in useless for kind in s.gives}
+        lost = {kind for s in useless for kind in s.gives} - left
         more = [s for s in declared if s not in useless and lost & set(s.needs)]
         if not more:
             return [step.name for step in declared if step in useless]
         useless += more
 
 
-def _estimate(
-    step: Step, by_type: Mapping[QuantityType, Quantity], size: tuple[int, ...] | None
-) -> Quantity:
-    with step.blamed():
-        result = step.estimator.estimate(*(by_type.get(kind) for kind in step.takes))
-    return _checked(step, result, size)
+def _tuple(result: Any) -> tuple[Any, ...]:
+    return result if isinstance(result, tuple) else (result,)
 
 
-def _checked(step: Step, result: Any, size: tuple[int, ...] | None) -> Quantity:
-    if not isinstance(result, step.gives):
-        wrong = f"{type(result).__name__} instead of the {step.gives.__name__} that it declares"
-    else:
-        wrong = form_fault(result, size)
-        wrong = wrong and f"a quantity of the wrong form: {wrong}"
+def _checked(
+    step: Step, results: tuple[Any, ...], size: tuple[int, ...] | None
+) -> tuple[Quantity, ...]:
+    """Refuse what a step does not declare, or quantities of another form."""
+    declared = " and ".join(kind.__name__ for kind in step.gives)
+    wrong = ""
+    if len(results) != len(step.gives):
+        wrong = f"{len(results)} results instead of the {declared} that it declares"
+    for result, kind in zip(results, step.gives, strict=False):
+        if not isinstance(result, kind):
+            said = f"{type(result).__name__} instead of the {kind.__name__} that it declares"
+        else:
+            said = form_fault(result, size)
+            said = said and f"a quantity of the wrong form: {said}"
+        wrong = wrong or said
     if wrong:
         raise fault(f"step {step.name!r}", step.estimator, f"returned {wrong}")
-    checked: Quantity = result
-    return checked
+    return results
+
+
+def _extras(annotation: Any) -> tuple[Any, ...]:
+    """What is annotated beside the type, of each member of a union."""
+    members = get_args(annotation) if _is_union(annotation) else (annotation,)
+    return tuple(extra for m in members for extra in getattr(m, "__metadata__", ()))
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
 
 
 def _quantity(annotation: Any, what: str) -> tuple[QuantityType, bool]:
-    options = [annotation]
-    if get_origin(annotation) in (Union, types.UnionType):
-        options = [option for option in get_args(annotation) if option is not type(None)]
+    members = get_args(annotation) if _is_union(annotation) else (annotation,)
+    options = [getattr(m, "__origin__", m) if hasattr(m, "__metadata__") else m for m in members]
+    optional = _is_union(annotation) and type(None) in options
+    options = [option for option in options if option is not type(None)]
     if (
         len(options) != 1
         or not isinstance(options[0], type)
@@ -258,29 +318,30 @@ def _quantity(annotation: Any, what: str) -> tuple[QuantityType, bool]:
         shown = inspect.formatannotation(annotation)
         said = "has no annotation" if annotation is None else f"is annotated {shown}"
         raise PluginError(f"{what} of estimate() {said}; annotate it with one Quantity type")
-    return options[0], options[0] is not annotation
+    return options[0], optional
 
 
 def _refuse_two_producers(steps: tuple[Step, ...]) -> None:
     producer: dict[QuantityType, Step] = {}
     for step in steps:
-        first = producer.setdefault(step.gives, step)
-        if first is not step:
-            raise ProfileError(
-                f"{first} and {step} both give {step.gives.__name__}; keep one and set the other "
-                f"to null"
-            )
+        for kind in step.gives:
+            first = producer.setdefault(kind, step)
+            if first is not step:
+                raise ProfileError(
+                    f"{first} and {step} both give {kind.__name__}; keep one and set the other to "
+                    f"null"
+                )
 
 
 def _refuse_wrong_order(steps: tuple[Step, ...]) -> None:
     for index, step in enumerate(steps):
-        if step.gives in step.takes:
-            raise ProfileError(f"{step} takes the {step.gives.__name__} that it gives itself")
+        for kind in set(step.gives) & set(step.takes):
+            raise ProfileError(f"{step} takes the {kind.__name__} that it gives itself")
         for later in steps[index + 1 :]:
-            if later.gives in step.takes:
+            for kind in set(later.gives) & set(step.takes):
                 raise ProfileError(
-                    f"{step} takes {later.gives.__name__}, which only the later {later} gives; "
-                    f"move {later.name!r} before {step.name!r}"
+                    f"{step} takes {kind.__name__}, which only the later {later} gives; move "
+                    f"{later.name!r} before {step.name!r}"
                 )
 
 

@@ -141,13 +141,15 @@ class Pipeline:
         # lights need not pickle, and are made again where they are needed
         return {name: value for name, value in vars(self).items() if name != "_assembly"}
 
-    def process(self, frame: Frame, *, tare: bool = False) -> Reading:
+    def process(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
         """Measure one frame.
 
         Parameters
         ----------
         frame : Frame
             (H, W, K) as the profile describes it.
+        *inputs : Quantity
+            What steps take from outside, such as the pose of a robot.
         tare : bool
             Take this frame's load for zero, in this reading and in those after it, as after
             :meth:`tare`.
@@ -168,16 +170,24 @@ class Pipeline:
         if is_sequential(frame):
             self._check_order(frame)
         raw, frame = frame, self._condition(frame)
-        given: dict[type[Quantity], Quantity] = {Frame: frame}
+        given: dict[type[Quantity], Quantity] = {type(value): value for value in inputs}
+        given[Frame] = frame
         if self.reference is not None:
             given[Reference] = self.reference
         if self._calibration is not None and (self.reference is not None or self.bundle is None):
             measured = self._measured(self._calibration, frame)
             given[type(measured)] = measured
         result = self._chain.run(given, tare=tare)
-        measured_only = {k: v for k, v in result.by_type.items() if k not in (Frame, Reference)}
+        not_measured = {Frame, Reference, *self._chain.external}
+        measured_only = {k: v for k, v in result.by_type.items() if k not in not_measured}
         latency_ms = 1e3 * (perf_counter() - start)
         warnings = [*(self.notes if first else ()), *_exposure_warnings(raw)]
+        for name, kind in result.left_out.items():
+            if kind in self._chain.external:
+                warnings.append(
+                    f"step {name!r} needs {kind.__name__}, which was not given with this frame, so "
+                    f"it is left out"
+                )
         for quantity in measured_only.values():
             with blame(f"the quantity {type(quantity).__name__}", quantity):
                 warnings += quantity.warnings()
@@ -210,6 +220,10 @@ class Pipeline:
         other._chain, other._tares = self._chain, self._tares
         return other
 
+    def close(self) -> None:
+        """Let every step release what it holds; a frame that is processed later opens it again."""
+        self._chain.close()
+
     def reset(self) -> None:
         """Forget everything about earlier frames."""
         self._chain.reset()
@@ -234,7 +248,7 @@ class Pipeline:
 
     def _with_detections(self, reference: Reference | None) -> Reference | None:
         """Add the marks of the untouched skin, found by the very step that finds a frame's."""
-        step = next((s for s in self._chain.steps if s.gives is MarkerDetections), None)
+        step = next((s for s in self._chain.steps if s.gives == (MarkerDetections,)), None)
         if reference is None or step is None or reference.detections is not None:
             return reference
         dtype = np.uint8 if reference.full_scale <= np.iinfo(np.uint8).max else np.uint16
@@ -288,13 +302,13 @@ class Pipeline:
 
     def _left_out(self) -> dict[str, type[Quantity]]:
         """The steps that cannot run, each with the first thing of those given that is missing."""
-        given: set[type[Quantity]] = {Frame}
+        given: set[type[Quantity]] = {Frame, *self._chain.external}
         if self.reference is not None:
             given.add(Reference)
         if self._calibration is not None and (self.reference is not None or self.bundle is None):
             given |= {Gradients, HeightMap}
         left_out = self._chain.left_out(given)
-        giver = {step.gives: step.name for step in self._chain.steps}
+        giver = {kind: step.name for step in self._chain.steps for kind in step.gives}
         for name, kind in left_out.items():
             while giver.get(kind) in left_out:
                 kind = left_out[giver[kind]]

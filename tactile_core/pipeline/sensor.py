@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -137,12 +138,19 @@ class Sensor:
 
     def close(self) -> None:
         """Close camera and lights, the lights even where the camera fails; may be called twice."""
-        try:
-            with blame(CAMERA, self._camera):
-                self._camera.close()
-        finally:
-            with blame(LIGHTS, self._illumination):
-                self._illumination.close()
+        with ExitStack() as closing:
+            closing.callback(self._close_lights)
+            closing.callback(self._close_camera)
+            if self._pipeline is not None:
+                self._pipeline.close()
+
+    def _close_camera(self) -> None:
+        with blame(CAMERA, self._camera):
+            self._camera.close()
+
+    def _close_lights(self) -> None:
+        with blame(LIGHTS, self._illumination):
+            self._illumination.close()
 
     def __enter__(self) -> Self:
         return self

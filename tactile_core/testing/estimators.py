@@ -56,7 +56,7 @@ class EstimatorChecks(Suite):
         step = self._step(part)
         for scene in self._scenes(part):
             try:
-                result = _run(step, self._known(part, step, scene))
+                results = step.estimate(self._known(part, step, scene))
             except Unjudged:
                 raise
             except Exception as error:
@@ -66,10 +66,12 @@ class EstimatorChecks(Suite):
                     why="the whole reading fails with it",
                     do="try it on an ordinary press; inputs are read-only, so work on copies",
                 ) from error
-            if not isinstance(result, step.gives):
-                wrong = f"it returns {type(result).__name__} and declares {step.gives.__name__}"
+            if len(results) == len(step.gives) and all(map(isinstance, results, step.gives)):
+                wrong = next(filter(None, (quantity_fault(r, scene) for r in results)), "")
             else:
-                wrong = quantity_fault(result, scene)
+                returned = ", ".join(type(result).__name__ for result in results)
+                declared = ", ".join(kind.__name__ for kind in step.gives)
+                wrong = f"it returns {returned} and declares {declared}"
             if wrong:
                 raise Fault(
                     part,
@@ -81,8 +83,8 @@ class EstimatorChecks(Suite):
     @check(Registered.estimators)
     def test_units(self, part: Part) -> None:
         """A ball's height, slopes and contact come out in mm, the right way up and about right."""
-        for result, scene in zip(self._results(part), self._scenes(part), strict=True):
-            wrong = truth_fault(result, scene)
+        for results, scene in zip(self._results(part), self._scenes(part), strict=True):
+            wrong = next(filter(None, (truth_fault(result, scene) for result in results)), "")
             if wrong:
                 raise Fault(
                     part,
@@ -94,10 +96,11 @@ class EstimatorChecks(Suite):
     @check(Registered.estimators)
     def test_export(self, part: Part) -> None:
         """``arrays()`` can be stored without pickles and ``summary()`` as JSON."""
-        result = self._results(part)[0]
+        results = self._results(part)[0]
         try:
-            json.dumps(dict(result.summary()), allow_nan=True)
-            objects = [n for n, a in result.arrays().items() if np.asarray(a).dtype == object]
+            json.dumps([dict(result.summary()) for result in results], allow_nan=True)
+            arrays = [item for result in results for item in result.arrays().items()]
+            objects = [n for n, a in arrays if np.asarray(a).dtype == object]
             found = f"arrays() holds objects in {', '.join(objects)}" if objects else ""
         except Exception as error:
             found = f"summary() or arrays() fails ({type(error).__name__}: {error})"
@@ -167,10 +170,10 @@ class EstimatorChecks(Suite):
         """A result stays as it is when the next frame is measured."""
         step = self._step(part)
         first, second = (self._known(part, step, scene) for scene in self._scenes(part)[:2])
-        result = _tried(step, first)
-        before = kept({type(result): result})
+        results = {type(result): result for result in _tried(step, first)}
+        before = kept(results)
         _tried(step, second)
-        differs = difference(before, kept({type(result): result}))
+        differs = difference(before, kept(results))
         if differs:
             raise Fault(
                 part,
@@ -228,9 +231,14 @@ class EstimatorChecks(Suite):
 
     def _step(self, part: Part) -> Step:
         try:
-            return declared_step(part.use, self._made(part))
+            step = declared_step(part.use, self._made(part))
         except PluginError as error:
             raise Unjudged(f"see the check 'annotations': {error}") from error
+        try:
+            step.estimator.open()
+        except Exception as error:
+            raise Unjudged(f"open() fails ({type(error).__name__}: {error})") from error
+        return step
 
     def _scenes(self, part: Part) -> tuple[VirtualPress, ...]:
         return self.registered.rig(part).scenes
@@ -247,7 +255,7 @@ class EstimatorChecks(Suite):
             raise Unjudged(f"see the check 'annotations': there is no {missing.__name__}")
         return {kind: given[kind] for kind in step.takes if kind in given}
 
-    def _results(self, part: Part, step: Step | None = None) -> list[Quantity]:
+    def _results(self, part: Part, step: Step | None = None) -> list[tuple[Quantity, ...]]:
         step = step or self._step(part)
         # Copies, so that a buffer that is used again confuses no comparison but its own.
         return [
@@ -255,13 +263,8 @@ class EstimatorChecks(Suite):
         ]
 
 
-def _run(step: Step, given: GivenQuantities) -> Quantity:
-    result: Quantity = step.estimator.estimate(*(given.get(kind) for kind in step.takes))
-    return result
-
-
-def _tried(step: Step, given: GivenQuantities) -> Quantity:
+def _tried(step: Step, given: GivenQuantities) -> tuple[Quantity, ...]:
     try:
-        return _run(step, given)
+        return step.estimate(given)
     except Exception as error:
         raise Unjudged(f"see the check 'output': {error}") from error

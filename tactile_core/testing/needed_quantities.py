@@ -36,13 +36,18 @@ def completed(
     if made.keys() >= set(needs):
         return made
     steps = list(_steps(registered, context, without))
-    while step := next((s for s in steps if s.gives not in made and s.missing(made) is None), None):
+    while step := next((s for s in steps if _is_of_use(s, made)), None):
         steps.remove(step)
         try:
-            made[step.gives] = step.estimator.estimate(*(made.get(kind) for kind in step.takes))
+            step.estimator.open()
+            made.update(zip(step.gives, step.estimate(made), strict=True))
         except Exception:  # its own checks tell
             continue
     return made
+
+
+def _is_of_use(step: Step, made: Mapping[type[Quantity], Quantity]) -> bool:
+    return not made.keys() >= set(step.gives) and step.missing(made) is None
 
 
 def _steps(registered: Registered, context: SensorContext, without: str) -> Iterator[Step]:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 from tactile_core.errors import InputError, PluginError, ProfileError
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.estimator import Estimator, External, SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.chain import Chain, declared_step, without_marks
@@ -283,7 +284,7 @@ def test_a_declaration_tells_arguments_needs_and_result() -> None:
     step = declared_step("glow", Glow(Options(), CONTEXT))
     assert step.takes == (Frame, Reference)
     assert step.needs == (Frame,)
-    assert step.gives is Brightness
+    assert step.gives == (Brightness,)
 
 
 def test_reset_reaches_every_step() -> None:
@@ -379,3 +380,88 @@ def test_steps_that_live_on_marks_go_with_those_that_need_them() -> None:
     steps = {"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)}
     assert without_marks(steps) == ["scale", "heavy"]
     assert without_marks({"height": Height(Options(), CONTEXT)}) == []
+
+
+@dataclass(frozen=True, eq=False)
+class RobotPose(Quantity):
+    x_mm: float
+
+
+class Split(Estimator):
+    """Gives two quantities, and holds a session while it is open."""
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self.done: list[str] = []
+
+    def open(self) -> None:
+        self.done.append("open")
+
+    def close(self) -> None:
+        self.done.append("close")
+
+    def estimate(self, frame: Frame) -> tuple[Load, Area]:
+        self.done.append("estimate")
+        return Load(frame.timestamp_s), Area(2 * frame.timestamp_s)
+
+
+class Carried(Estimator):
+    """Needs what only the caller knows."""
+
+    def estimate(self, load: Load, pose: External[RobotPose]) -> Brightness:
+        return Brightness(load.newtons + pose.x_mm)
+
+
+def test_a_step_may_give_several_quantities() -> None:
+    result = Chain({"split": Split(Options(), CONTEXT)}).run(everything())
+    load, area = result.by_type[Load], result.by_type[Area]
+    assert isinstance(load, Load)
+    assert isinstance(area, Area)
+    assert area.mm2 == 2 * load.newtons
+    assert result.steps["split"] is load
+
+
+def test_two_producers_of_one_of_several_quantities_are_refused() -> None:
+    steps = {"split": Split(Options(), CONTEXT), "scale": Scale(Options(), CONTEXT)}
+    with pytest.raises(ProfileError, match="both give Load"):
+        Chain(steps)
+
+
+def test_a_step_that_gives_one_of_two_quantities_is_caught() -> None:
+    class Half(Split):
+        def estimate(self, frame: Frame) -> tuple[Load, Area]:
+            return (Load(1.0),)  # type: ignore[return-value]
+
+    with pytest.raises(PluginError, match=r"returned 1 results instead of the Load and Area"):
+        Chain({"split": Half(Options(), CONTEXT)}).run(everything())
+
+
+def test_an_input_from_outside_is_given_with_the_frame() -> None:
+    steps = {"split": Split(Options(), CONTEXT), "carried": Carried(Options(), CONTEXT)}
+    chain = Chain(steps)
+    chain.check({Frame})
+    assert chain.external == {RobotPose}
+    glow = chain.run({**everything(), RobotPose: RobotPose(3.0)}).by_type[Brightness]
+    assert isinstance(glow, Brightness)
+    assert glow.change == 3.0
+    assert chain.run(everything()).left_out == {"carried": RobotPose}
+
+
+def test_a_step_is_open_while_it_works() -> None:
+    split = Split(Options(), CONTEXT)
+    chain = Chain({"split": split})
+    assert split.done == []
+    chain.run(everything())
+    chain.run(everything())
+    chain.close()
+    chain.close()
+    assert split.done == ["open", "estimate", "estimate", "close"]
+
+
+def test_a_copy_of_an_open_chain_opens_its_steps_itself() -> None:
+    chain = Chain({"split": Split(Options(), CONTEXT)})
+    chain.run(everything())
+    copy = pickle.loads(pickle.dumps(chain))
+    copy.run(everything())
+    (step,) = copy.steps
+    assert step.estimator.done == ["open", "estimate", "open", "estimate"]

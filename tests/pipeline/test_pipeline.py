@@ -1,7 +1,7 @@
 import pickle
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +9,23 @@ import pytest
 from support.gains import MOST, WELL_INSIDE, gains
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core import ContactMask, Frame, Gradients, HeightMap, Pipeline, Reading, Reference
+from tactile_core import (
+    ContactMask,
+    Estimator,
+    Frame,
+    Gradients,
+    HeightMap,
+    Pipeline,
+    Reading,
+    Reference,
+)
 from tactile_core.algorithms import kernels
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.images import write_png
+from tactile_core.interfaces.estimator import External, SensorContext
+from tactile_core.pipeline.chain import Chain
 from tactile_core.pipeline.playback import read_frames
+from tactile_core.quantities import Quantity
 from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -209,3 +221,33 @@ def test_a_frame_takes_as_many_images_as_there_are_exposures(lab: VirtualLab) ->
     assert pipeline.frame(*[dark] * 6).pixels.shape[2] == 6
     with pytest.raises(InputError, match="takes 6 exposures, not 2"):
         pipeline.frame(dark, dark)
+
+
+@dataclass(frozen=True, eq=False)
+class RobotPose(Quantity):
+    z_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class HighestPoint(Quantity):
+    z_mm: float
+
+
+class InRobotFrame(Estimator):
+    def estimate(self, height: HeightMap, pose: External[RobotPose]) -> HighestPoint:
+        return HighestPoint(pose.z_mm + float(height.mm.max()))
+
+
+def test_what_comes_from_outside_is_given_with_the_frame(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    image, gel = lab.profile.image, lab.profile.gel
+    steps = {step.name: step.estimator for step in pipeline.steps}
+    outside = InRobotFrame(InRobotFrame.Options(), SensorContext(image, gel))
+    pipeline._chain = Chain({**steps, "robot": outside})
+    frame = frame_of(lab, PRESS)
+    reading = pipeline.process(frame, RobotPose(100.0))
+    assert reading[HighestPoint].z_mm == 100 + reading[HeightMap].mm.max()
+    assert RobotPose not in reading
+    without = pipeline.process(frame)
+    assert "robot" not in without
+    assert any("'robot' needs RobotPose" in warning for warning in without.warnings)

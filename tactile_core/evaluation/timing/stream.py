@@ -96,10 +96,9 @@ class Stream:
         for step in self._pipeline.steps:
             if step.missing(by_type) is not None:
                 continue
-            with _timed(times, step.name):
-                taken = (by_type.get(kind) for kind in step.takes)
-                with step.blamed():
-                    by_type[step.gives] = step.estimator.estimate(*taken)
+            with _timed(times, step.name), step.blamed():
+                found = step.estimate(by_type)
+            by_type.update(zip(step.gives, found, strict=True))
         return by_type
 
 

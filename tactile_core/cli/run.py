@@ -33,6 +33,9 @@ def run(
         int | None, typer.Option(min=0, help="Sequence number of the frame whose load is zero.")
     ] = None,
     frames: Annotated[int | None, typer.Option(min=1, help="Stop after so many.")] = None,
+    workers: Annotated[
+        int, typer.Option(min=1, max=256, help="Processes that measure; 1 keeps to this one.")
+    ] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
     save: Annotated[str, typer.Option(help="What to write: npz,tmd,png,ply.")] = "npz",
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
@@ -82,7 +85,8 @@ def run(
         for note in sensor.notes:
             tell(f"note: {note}")
         tared = tare_frame is None
-        for reading in islice(sensor.stream(tare_frame=tare_frame), frames):
+        stream = sensor.stream(tare_frame=tare_frame, workers=workers)
+        for reading in islice(stream, frames):
             tared |= reading.frame.sequence == tare_frame
             if results is not None:
                 write_reading(reading, results, formats)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -22,6 +23,7 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Chain, Step, without_marks
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.reading import Reading
+from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
@@ -204,6 +206,39 @@ class Pipeline:
             relative=self.reference is not None and self.reference.relative,
             warnings=tuple(warnings),
         )
+
+    def map(self, frames: Iterable[Frame], *, workers: int = 1) -> Iterator[Reading]:
+        """Measure frames, in order, by several processes.
+
+        The first is measured here. In a script that is run, more than one worker needs
+        ``if __name__ == "__main__":``, as with :mod:`multiprocessing`.
+
+        Parameters
+        ----------
+        frames : iterable of Frame
+            Read as they are needed.
+        workers : int
+            How many processes; 1 measures here.
+
+        Raises
+        ------
+        InputError
+            There are several workers, and a step depends on the frames before.
+        ChildProcessError
+            A worker was killed.
+        """
+        in_order = [step.name for step in self.steps if step.estimator.stateful]
+        if workers > 1 and in_order:
+            raise InputError(
+                f"frames cannot be shared out over {workers} workers, since these steps depend on "
+                f"the frames before: {', '.join(in_order)}; take one worker, or a profile without "
+                f"them"
+            )
+        left = iter(frames)
+        for frame in islice(left, 1 if workers > 1 else None):
+            yield self.process(frame)
+        if workers > 1:
+            yield from shared_out(self, left, workers)
 
     @property
     def steps(self) -> tuple[Step, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -178,12 +179,32 @@ class Sensor:
             raise CameraLost("the recording has come to its end")
         return self.pipeline.process(frame)
 
-    def stream(self, timeout_s: float = 1.0, *, tare_frame: int | None = None) -> Iterator[Reading]:
+    def stream(
+        self, timeout_s: float = 1.0, *, tare_frame: int | None = None, workers: int = 1
+    ) -> Iterator[Reading]:
         """Yield readings until the recording ends; without end on a live camera.
 
-        ``tare_frame`` is the sequence number of the frame whose load is taken for zero, from there
-        on.
+        Parameters
+        ----------
+        timeout_s : float
+            For each exposure.
+        tare_frame : int, optional
+            Sequence number of the frame whose load is taken for zero, from there on.
+        workers : int
+            How many processes measure; see :meth:`Pipeline.map
+            <tactile_core.pipeline.pipeline.Pipeline.map>`.
+
+        Raises
+        ------
+        InputError
+            There are several workers and a tare, or a step that depends on the frames before.
         """
+        if workers > 1:
+            if tare_frame is not None:
+                raise InputError("a tare needs the frames in order; take one worker")
+            frames = iter(partial(self._next, timeout_s), None)
+            yield from self.pipeline.map(frames, workers=workers)
+            return
         while (frame := self._next(timeout_s)) is not None:
             yield self.pipeline.process(frame, tare=frame.sequence == tare_frame)
 

@@ -173,3 +173,16 @@ def test_validate_and_doctor_find_steps_that_make_no_chain(tmp_path: Path) -> No
         done = tactile(command, str(twice))
         assert done.returncode == 2
         assert "both give HeightMap; keep one" in done.stderr
+
+
+def test_several_workers_give_the_lines_of_one_and_refuse_a_tare(lab: VirtualLab) -> None:
+    words = ["run", lab.profile_path, "--bundle", lab.bundle, "--input", lab.presses, "--json"]
+    alone, shared = (
+        [json.loads(line) for line in tactile(*words, *more).stdout.splitlines()]
+        for more in ((), ("--workers", "2"))
+    )
+    assert [line["source"] for line in shared] == [line["source"] for line in alone]
+    for one, other in zip(alone, shared, strict=True):
+        assert other["max_height_mm"] == pytest.approx(one["max_height_mm"], abs=1e-5)
+    said = refused(*words, "--workers", "2", "--tare-frame", "1")
+    assert "take one worker" in said

@@ -1,0 +1,64 @@
+"""Frames that several processes measure come out as from one, and in order."""
+
+import os
+import signal
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from support.virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core import Frame, HeightMap, Pipeline
+from tactile_core.errors import InputError
+from tactile_core.pipeline.workers import shared_out
+from tactile_core.sim.analytic_ball import BallPress
+
+
+def frames(lab: VirtualLab, count: int) -> Iterator[Frame]:
+    for number in range(count):
+        pixels = lab.image(BallPress((60.0 + number, 62.0), BALL_MM, 0.8))
+        yield Frame(pixels, ("red", "green", "blue"), 0.1, sequence=number)
+
+
+def test_readings_of_two_workers_are_those_of_one_in_order(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    alone = list(pipeline.map(frames(lab, 6)))
+    shared = list(Pipeline(lab.profile, lab.bundle).map(frames(lab, 6), workers=2))
+    assert [reading.frame.sequence for reading in shared] == list(range(6))
+    assert [reading.warnings for reading in shared] == [reading.warnings for reading in alone]
+    for one, other in zip(alone, shared, strict=True):
+        np.testing.assert_allclose(other[HeightMap].mm, one[HeightMap].mm, atol=1e-5)
+
+
+def test_no_more_frames_are_taken_than_keep_the_workers_busy(lab: VirtualLab) -> None:
+    taken = 0
+
+    def counted() -> Iterator[Frame]:
+        nonlocal taken
+        for frame in frames(lab, 40):
+            taken += 1
+            yield frame
+
+    readings = Pipeline(lab.profile, lab.bundle).map(counted(), workers=2)
+    for _ in range(3):
+        next(readings)
+    assert taken <= 3 + 2 * 2
+    readings.close()  # type: ignore[attr-defined]
+
+
+def test_steps_that_need_the_frames_before_are_named() -> None:
+    pipeline = Pipeline("hex_fingertip")
+    with pytest.raises(InputError, match=r"tracking.*slip; take one worker"):
+        next(pipeline.map(iter(()), workers=2))
+
+
+class Killed:
+    """A processor that its machine kills."""
+
+    def process(self, frame: Frame) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_worker_that_is_killed_is_said_so(lab: VirtualLab) -> None:
+    with pytest.raises(ChildProcessError, match="fewer workers"):
+        list(shared_out(Killed(), frames(lab, 2), 1))  # type: ignore[arg-type]

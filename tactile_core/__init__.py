@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.calibration import Press as Press
     from tactile_core.interfaces.camera import Camera as Camera
     from tactile_core.interfaces.estimator import Estimator as Estimator
+    from tactile_core.interfaces.estimator import External as External
     from tactile_core.interfaces.estimator import SensorContext as SensorContext
     from tactile_core.interfaces.illumination import Exposure as Exposure
     from tactile_core.interfaces.illumination import Illumination as Illumination
@@ -55,7 +56,7 @@ _HOMES = {
         "ProfileError",
         "TactileError",
     ),
-    "interfaces.estimator": ("Estimator", "SensorContext"),
+    "interfaces.estimator": ("Estimator", "External", "SensorContext"),
     "interfaces.illumination": ("Exposure", "Illumination"),
     "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),

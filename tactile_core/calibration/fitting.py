@@ -102,8 +102,6 @@ def calibrate(
     component = base.calibration if model is None else Component(use=model)
     options = options_of(cls, component)
     condition = Conditioning.of(base, untouched, compensates=cls.compensation == "channel")
-    for frame in frames:
-        condition.verify(frame)
     untouched = condition.undeformed
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_at = getattr(options, "blur_at", None)

@@ -100,10 +100,10 @@ class Pipeline:
         calibration = self._calibration
         compensates = calibration is None or calibration.compensation == "channel"
         known = None if self.bundle is None else self.bundle.reference
-        self._condition = Conditioning.of(
+        self.conditioning = Conditioning.of(
             self.profile, reference, compensates=compensates, known=known
         )
-        self.reference = self._condition.reference
+        self.reference = self.conditioning.reference
         self._chain, markless = self._build_chain()
         self.reference = self._with_detections(self.reference)
         self._used = self._tares = False
@@ -171,7 +171,7 @@ class Pipeline:
         self._check(frame.pixels, "frame")
         if is_sequential(frame):
             self._check_order(frame)
-        raw, frame = frame, self._condition(frame)
+        raw, frame = frame, self.conditioning(frame)
         given: dict[type[Quantity], Quantity] = {type(value): value for value in inputs}
         given[Frame] = frame
         if self.reference is not None:
@@ -271,8 +271,8 @@ class Pipeline:
     def _build_chain(self) -> tuple[Chain, list[str]]:
         """The chain, and the steps left out of it since the gel carries no marks."""
         image, gel = self.profile.image, self.profile.gel
-        if self._condition.finder is not None:
-            gel = self._condition.finder.told(gel, image.mm_per_px)
+        if self.conditioning.finder is not None:
+            gel = self.conditioning.finder.told(gel, image.mm_per_px)
         context = SensorContext(image, gel)
         steps = {}
         for name, component in self.profile.estimators.items():

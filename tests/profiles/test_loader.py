@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from tactile_core.errors import Problem, ProfileError
 from tactile_core.profiles.loader import (
-    list_profiles,
     load_profile,
     load_source,
     profile_hash,
@@ -22,9 +21,7 @@ from tactile_core.profiles.loader import (
 )
 
 if TYPE_CHECKING:
-    from profiles.conftest import Install
-
-FAKES = Path(__file__).parents[1] / "fakes" / "site_packages"
+    pass
 
 SOUND = """\
 schema: 1
@@ -337,35 +334,6 @@ def test_a_profile_survives_being_told_what_it_says(tmp_path: Path) -> None:
     profile = load_profile(path)
     said = profile.model_dump(by_alias=True, exclude_unset=True)
     assert load_profile(path, overrides=said) == profile
-
-
-def test_an_unknown_name_suggests_and_lists() -> None:
-    with pytest.raises(ProfileError, match=r"did you mean 'hex_fingertip'\?.*hex_fingertip_unm"):
-        load_profile("hex_fingertipp")
-
-
-def test_a_name_that_is_a_file_here_says_how_to_write_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write(tmp_path, "bench.yaml", SOUND)
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(ProfileError, match=r"for the file here write 'bench\.yaml'"):
-        load_profile("bench")
-    assert load_profile("bench.yaml").name == "bench"
-
-
-def test_plugins_profiles_are_listed_with_their_origin(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(FAKES)
-    origins = {entry.name: entry.origin for entry in list_profiles()}
-    assert origins["hex_fingertip"] == "shipped"
-    assert "plugin mylab" in origins.values()
-
-
-def test_a_name_that_two_plugins_bring_is_refused(install: Install) -> None:
-    for name in ("here", "there"):
-        install(name, {"profiles/twice.yaml": SOUND}, tactile_profiles="profiles")
-    with pytest.raises(ProfileError, match="is brought by plugin here and plugin there; give a"):
-        load_profile("twice")
 
 
 def test_without_its_plugin_a_shipped_profile_says_what_to_install(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
@@ -41,11 +40,7 @@ class Stream:
         self._pipeline = Pipeline(unit.profile, unit.bundle)
         self._bundle = unit.bundle
         self._frames = cycle(unit.stroke)
-        self._condition = Conditioning.of(
-            unit.profile,
-            self._pipeline.reference,
-            compensates=unit.bundle.calibration.compensation == "channel",
-        )
+        self._condition = self._pipeline.conditioning
         image = unit.profile.image
         _, self._lights = make_devices(unit.profile)
         self._lights.open()

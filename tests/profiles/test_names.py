@@ -1,0 +1,50 @@
+"""Which profiles there are, and which one a name means."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tactile_core.errors import ProfileError
+from tactile_core.profiles.loader import list_profiles, load_profile
+
+if TYPE_CHECKING:
+    from profiles.conftest import Install
+
+FAKES = Path(__file__).parents[1] / "fakes" / "site_packages"
+SOUND = """\
+schema: 1
+name: bench
+image: {width_px: 320, height_px: 240, mm_per_px: 0.05}
+"""
+
+
+def test_an_unknown_name_suggests_and_lists() -> None:
+    with pytest.raises(ProfileError, match=r"did you mean 'hex_fingertip'\?.*hex_fingertip_unm"):
+        load_profile("hex_fingertipp")
+
+
+def test_a_name_that_is_a_file_here_says_how_to_write_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "bench.yaml").write_text(SOUND)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ProfileError, match=r"for the file here write 'bench\.yaml'"):
+        load_profile("bench")
+    assert load_profile("bench.yaml").name == "bench"
+
+
+def test_plugins_profiles_are_listed_with_their_origin(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(FAKES)
+    origins = {entry.name: entry.origin for entry in list_profiles()}
+    assert origins["hex_fingertip"] == "shipped"
+    assert "plugin mylab" in origins.values()
+
+
+def test_a_name_that_two_plugins_bring_is_refused(install: Install) -> None:
+    for name in ("here", "there"):
+        install(name, {"profiles/twice.yaml": SOUND}, tactile_profiles="profiles")
+    with pytest.raises(ProfileError, match="is brought by plugin here and plugin there; give a"):
+        load_profile("twice")

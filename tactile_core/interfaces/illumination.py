@@ -26,6 +26,24 @@ class Exposure:
     channels: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Light:
+    """Where one light is.
+
+    Attributes
+    ----------
+    name : str
+    azimuth_deg : float
+        From x towards y.
+    elevation_deg : float
+        Angle of its light to the gel surface.
+    """
+
+    name: str
+    azimuth_deg: float
+    elevation_deg: float
+
+
 class Illumination(Device):
     """How one photometric observation is lit.
 

@@ -20,11 +20,13 @@ from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.chain import Chain, Step, without_marks
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.reading import Reading
 from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame
+from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import measured_by
@@ -310,14 +312,15 @@ class Pipeline:
         return measured_by(calibration, frame, reference)
 
     def _uncalibrated(self) -> Calibration | None:
-        component = self.profile.calibration
-        cls: type[Calibration] = resolve("calibration", component.use)
-        lights = self.profile.illumination.options.get("lights", ())
-        azimuths, elevations = (
-            [float(light[angle]) for light in lights] for angle in ("azimuth_deg", "elevation_deg")
-        )
-        with blame("the calibration", cls):
-            return cls.from_lights(options_of(cls, component), azimuths, elevations)
+        lights = [
+            Light(
+                str(light.get("name", "")),
+                float(light["azimuth_deg"]),
+                float(light["elevation_deg"]),
+            )
+            for light in self.profile.illumination.options.get("lights", ())
+        ]
+        return uncalibrated_by(calibrator_of(self.profile.calibration), lights)
 
     def _notes_of_left_out(self) -> list[str]:
         left_out = self._left_out()

@@ -105,10 +105,14 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
 
 
 def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
-    kinds: tuple[ComponentKind, ...] = ("camera", "illumination", "calibration")
-    for kind in kinds:
-        if _names_a_component(tree.get(kind)):
-            yield (kind,), kind, tree.value[kind]
+    kinds: dict[str, ComponentKind] = {
+        "camera": "camera",
+        "illumination": "illumination",
+        "calibration": "calibrator",
+    }
+    for key, kind in kinds.items():
+        if _names_a_component(tree.get(key)):
+            yield (key,), kind, tree.value[key]
     steps = tree.get("estimators")
     if steps is not None and steps.is_mapping:
         for name, node in steps.value.items():

@@ -14,6 +14,12 @@ def tactile_illuminations() -> Mapping[str, str]:
 
 
 @hookimpl
-def tactile_calibrations() -> Mapping[str, str]:
+def tactile_calibrators() -> Mapping[str, str]:
     """How the fingertip's colours were read."""
+    return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensityCalibrator"}
+
+
+@hookimpl
+def tactile_artefacts() -> Mapping[str, str]:
+    """What is fitted for it."""
     return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensity"}

@@ -33,6 +33,7 @@ from tactile_core.plugins.returned import measured_by
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
+    Float32,
     Frame,
     Gradients,
     HeightMap,
@@ -192,6 +193,11 @@ class Pipeline:
                     f"step {name!r} needs {kind.__name__}, which was not given with this frame, so "
                     f"it is left out"
                 )
+            elif first and kind is Gradients and HeightMap in given:
+                warnings.append(
+                    f"step {name!r} needs Gradients and this calibration gives a HeightMap "
+                    f"directly, so it is left out"
+                )
         for quantity in measured_only.values():
             with blame(f"the quantity {type(quantity).__name__}", quantity):
                 warnings += quantity.warnings()
@@ -309,7 +315,15 @@ class Pipeline:
         if reference is None:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             reference = Reference(even, frame.channels, frame.full_scale)
-        return measured_by(calibration, frame, reference)
+        measured = measured_by(calibration, frame, reference)
+        if isinstance(measured, HeightMap) and measured.rest_mm is None:
+            # a light model does not know the shape of the gel
+            return replace(measured, rest_mm=self._rest_mm)
+        return measured
+
+    @cached_property
+    def _rest_mm(self) -> Float32 | None:
+        return SensorContext(self.profile.image, self.profile.gel).rest_mm
 
     def _uncalibrated(self) -> Calibration | None:
         lights = [

@@ -23,8 +23,8 @@ from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, 
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients

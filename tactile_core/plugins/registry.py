@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
+    from tactile_core.interfaces.sink import Sink
 
 # Known without metadata, so that the core works from a source tree, and first, so that no other
 # distribution can take its place.
@@ -96,6 +97,8 @@ def resolve(kind: Literal["illumination"], name: str) -> type[Illumination]: ...
 def resolve(kind: Literal["calibration"], name: str) -> type[Calibration]: ...
 @overload
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
+@overload
+def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
@@ -103,7 +106,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "calibration", "estimator"}
+    kind : {"camera", "illumination", "calibration", "estimator", "sink"}
         The interface that the class must implement.
     name : str
         E.g. ``"core.replay"``.

@@ -9,7 +9,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of ``cameras``, ``lights``, ``calibrations`` or ``estimators`` as ``x``."""
+    """Registers a class of cameras, lights, calibrations, estimators or sinks as ``x``."""
 
     def __init__(
         self,
@@ -18,12 +18,14 @@ class Hooks:
         lights: str = "",
         calibrations: str = "",
         estimators: str = "",
+        sinks: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
         self._lights = _listed("lights", lights)
         self._calibrations = _listed("calibrations", calibrations)
         self._estimators = _listed("estimators", estimators)
+        self._sinks = _listed("sinks", sinks)
         self._profiles = profiles
 
     @hookimpl
@@ -41,6 +43,10 @@ class Hooks:
     @hookimpl
     def tactile_estimators(self) -> dict[str, str]:
         return self._estimators
+
+    @hookimpl
+    def tactile_sinks(self) -> dict[str, str]:
+        return self._sinks
 
     @hookimpl
     def tactile_profiles(self) -> Path | None:

@@ -105,19 +105,24 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
 
 
 def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
-    kinds: dict[str, ComponentKind] = {
-        "camera": "camera",
-        "illumination": "illumination",
-        "calibration": "calibrator",
-    }
-    for key, kind in kinds.items():
+    single: tuple[tuple[str, ComponentKind], ...] = (
+        ("camera", "camera"),
+        ("illumination", "illumination"),
+        ("calibration", "calibrator"),
+    )
+    for key, kind in single:
         if _names_a_component(tree.get(key)):
             yield (key,), kind, tree.value[key]
-    steps = tree.get("estimators")
-    if steps is not None and steps.is_mapping:
-        for name, node in steps.value.items():
-            if _names_a_component(node):
-                yield ("estimators", name), "estimator", node
+    several: tuple[tuple[str, ComponentKind], ...] = (
+        ("estimators", "estimator"),
+        ("sinks", "sink"),
+    )
+    for key, kind in several:
+        named = tree.get(key)
+        if named is not None and named.is_mapping:
+            for name, node in named.value.items():
+                if _names_a_component(node):
+                    yield (key, name), kind, node
 
 
 def _names_a_component(node: Node | None) -> bool:

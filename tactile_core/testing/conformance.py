@@ -14,6 +14,7 @@ from tactile_core.testing.illuminations import IlluminationChecks
 from tactile_core.testing.imports import ImportChecks
 from tactile_core.testing.profiles import ProfileChecks
 from tactile_core.testing.registration import RegistrationChecks
+from tactile_core.testing.sinks import SinkChecks
 
 
 class PluginConformance(
@@ -24,6 +25,7 @@ class PluginConformance(
     IlluminationChecks,
     CalibrationChecks,
     EstimatorChecks,
+    SinkChecks,
     ProfileChecks,
 ):
     """Every check, for everything that a plugin registers; see docs/conformance.md.

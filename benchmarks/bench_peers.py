@@ -23,7 +23,9 @@ from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, 
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
@@ -73,7 +75,7 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
     presses, changes, slopes = known_pixels(by_table)
     table = Table(changes, slopes)
     cls = resolve("calibration", "core.lookup_table")
-    lights = six.profile.illumination.options["lights"]
+    lights = make_lights(six.profile).lights
     towards = np.array([direction(light) for light in lights])
 
     height, gx, gy = ball(shape)
@@ -124,9 +126,9 @@ def known_pixels(unit: VirtualUnit) -> tuple[list[Press], Array, Array]:
     return presses, np.concatenate(changes), np.concatenate(slopes)
 
 
-def direction(light: dict[str, float]) -> tuple[float, float, float]:
+def direction(light: Light) -> tuple[float, float, float]:
     """Unit vector towards a light."""
-    azimuth, elevation = np.radians([light["azimuth_deg"], light["elevation_deg"]])
+    azimuth, elevation = np.radians([light.azimuth_deg, light.elevation_deg])
     across = np.cos(elevation)
     return across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)
 

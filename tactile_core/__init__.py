@@ -20,11 +20,14 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.calibration import Calibration as Calibration
     from tactile_core.interfaces.calibration import Press as Press
     from tactile_core.interfaces.camera import Camera as Camera
+    from tactile_core.interfaces.camera import Trigger as Trigger
     from tactile_core.interfaces.estimator import Estimator as Estimator
     from tactile_core.interfaces.estimator import External as External
     from tactile_core.interfaces.estimator import SensorContext as SensorContext
     from tactile_core.interfaces.illumination import Exposure as Exposure
     from tactile_core.interfaces.illumination import Illumination as Illumination
+    from tactile_core.interfaces.illumination import Light as Light
+    from tactile_core.interfaces.light_driver import LightDriver as LightDriver
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
     from tactile_core.pipeline.reading import Reading as Reading
     from tactile_core.pipeline.sensor import Sensor as Sensor
@@ -47,7 +50,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "bundles.bundle": ("Bundle",),
     "interfaces.calibration": ("Calibration", "Press"),
-    "interfaces.camera": ("Camera",),
+    "interfaces.camera": ("Camera", "Trigger"),
     "errors": (
         "CalibrationError",
         "DeviceError",
@@ -57,7 +60,8 @@ _HOMES = {
         "TactileError",
     ),
     "interfaces.estimator": ("Estimator", "External", "SensorContext"),
-    "interfaces.illumination": ("Exposure", "Illumination"),
+    "interfaces.illumination": ("Exposure", "Illumination", "Light"),
+    "interfaces.light_driver": ("LightDriver",),
     "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (

@@ -24,7 +24,7 @@ class Assembly:
     Parameters
     ----------
     illumination : Illumination
-        Says which exposure shows which channels; it need not be open.
+        Says which exposure shows which channels.
     image : ImageSection
     keep_raw : bool
         Whether a frame keeps the exposures as the camera sent them.

@@ -31,6 +31,12 @@ def tactile_illuminations() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_light_drivers() -> Mapping[str, str]:
+    """Light drivers: subclasses of :class:`tactile_core.interfaces.light_driver.LightDriver`."""
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_calibrations() -> Mapping[str, str]:
     """Calibrations: subclasses of :class:`tactile_core.interfaces.calibration.Calibration`."""
     raise NotImplementedError

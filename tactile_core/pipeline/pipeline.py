@@ -8,7 +8,6 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -138,10 +137,6 @@ class Pipeline:
     @cached_property
     def _assembly(self) -> Assembly:
         return Assembly(make_lights(self.profile), self.profile.image)
-
-    def __getstate__(self) -> dict[str, Any]:
-        # lights need not pickle, and are made again where they are needed
-        return {name: value for name, value in vars(self).items() if name != "_assembly"}
 
     def process(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
         """Measure one frame.
@@ -312,10 +307,9 @@ class Pipeline:
     def _uncalibrated(self) -> Calibration | None:
         component = self.profile.calibration
         cls: type[Calibration] = resolve("calibration", component.use)
-        lights = self.profile.illumination.options.get("lights", ())
-        azimuths, elevations = (
-            [float(light[angle]) for light in lights] for angle in ("azimuth_deg", "elevation_deg")
-        )
+        lights = make_lights(self.profile).lights
+        azimuths = [light.azimuth_deg for light in lights]
+        elevations = [light.elevation_deg for light in lights]
         with blame("the calibration", cls):
             return cls.from_lights(options_of(cls, component), azimuths, elevations)
 

@@ -17,7 +17,7 @@ from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer
 
-ComponentKind = Literal["camera", "illumination", "calibration", "estimator"]
+ComponentKind = Literal["camera", "illumination", "light_driver", "calibration", "estimator"]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 
 _HOOKS: Mapping[ComponentKind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
@@ -213,7 +213,8 @@ def _object(value: str) -> Any:
 
 
 def _interface(kind: ComponentKind) -> type:
-    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), kind.capitalize())
+    name = "".join(word.capitalize() for word in kind.split("_"))
+    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), name)
     return interface
 
 

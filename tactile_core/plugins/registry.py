@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
+    from tactile_core.interfaces.light_driver import LightDriver
 
 # Known without metadata, so that the core works from a source tree, and first, so that no other
 # distribution can take its place.
@@ -93,6 +94,8 @@ def resolve(kind: Literal["camera"], name: str) -> type[Camera]: ...
 @overload
 def resolve(kind: Literal["illumination"], name: str) -> type[Illumination]: ...
 @overload
+def resolve(kind: Literal["light_driver"], name: str) -> type[LightDriver]: ...
+@overload
 def resolve(kind: Literal["calibration"], name: str) -> type[Calibration]: ...
 @overload
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
@@ -103,7 +106,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "calibration", "estimator"}
+    kind : {"camera", "illumination", "light_driver", "calibration", "estimator"}
         The interface that the class must implement.
     name : str
         E.g. ``"core.replay"``.

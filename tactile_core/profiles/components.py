@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
@@ -20,6 +20,18 @@ from tactile_core.profiles.source import Source
 
 if TYPE_CHECKING:
     from tactile_core.plugins.registry import ComponentKind
+
+
+_PLACES: Mapping[Keys, ComponentKind] = {
+    ("camera",): "camera",
+    ("illumination",): "illumination",
+    ("illumination", "driver"): "light_driver",
+    ("calibration",): "calibration",
+}
+"""Where a profile names a component, beside its steps."""
+
+_OWN_COMPONENTS: Mapping[ComponentKind, tuple[str, ...]] = {"illumination": ("driver",)}
+"""Keys of a component that are no options of it, but components of their own."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +77,7 @@ def check_components(source: Source) -> Checked:
                     f"none; say pitch and size there (or auto), or remove the step",
                 )
             )
-        given = node.without("use")
+        given = node.without("use", *_OWN_COMPONENTS.get(kind, ()))
         found = []
         try:
             options = {
@@ -105,10 +117,10 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
 
 
 def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
-    kinds: tuple[ComponentKind, ...] = ("camera", "illumination", "calibration")
-    for kind in kinds:
-        if _names_a_component(tree.get(kind)):
-            yield (kind,), kind, tree.value[kind]
+    for keys, kind in _PLACES.items():
+        node = tree.at(keys)
+        if node is not None and _names_a_component(node):
+            yield keys, kind, node
     steps = tree.get("estimators")
     if steps is not None and steps.is_mapping:
         for name, node in steps.value.items():

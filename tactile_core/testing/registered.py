@@ -17,7 +17,8 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.interfaces.illumination import Illumination
+from tactile_core.interfaces.light_driver import LightDriver
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
@@ -86,12 +87,16 @@ class Registered:
         return self.parts("camera")
 
     def illuminations(self) -> list[Part]:
-        """The plugin's lights."""
+        """What the plugin knows of lights."""
         return self.parts("illumination")
+
+    def light_drivers(self) -> list[Part]:
+        """What switches lights."""
+        return self.parts("light_driver")
 
     def devices(self) -> list[Part]:
         """What is opened and closed."""
-        return self.parts("camera", "illumination")
+        return self.parts("camera", "light_driver")
 
     def calibrations(self) -> list[Part]:
         """The plugin's calibration models."""
@@ -103,7 +108,7 @@ class Registered:
 
     def makeable(self) -> list[Part]:
         """What is made from its options alone."""
-        return self.parts("camera", "illumination", "estimator")
+        return self.parts("camera", "illumination", "light_driver", "estimator")
 
     def profiles(self) -> list[ProfileFile]:
         """The plugin's profiles, and the shipped ones that use it."""
@@ -157,8 +162,8 @@ class Registered:
             return cls(self.options(part))
         return cls(self.options(part), context or self.rig(part).context)
 
-    def device(self, part: Part) -> Device:
-        """A closed device; lights have met their camera.
+    def made(self, part: Part) -> Any:
+        """A component, newly made.
 
         Raises
         ------
@@ -166,15 +171,35 @@ class Registered:
             It cannot be made.
         """
         try:
-            device: Device = self.make(part)
-            camera = self._companion(part)
-            if isinstance(device, Illumination) and camera is not None:
-                device.attach(camera)
+            return self.make(part)
         except Unjudged:
             raise
         except Exception as error:
             raise Unjudged(f"see the check 'construction': {error}") from error
+
+    def device(self, part: Part) -> Device:
+        """A closed device; light drivers have met their camera.
+
+        Raises
+        ------
+        Unjudged
+            It cannot be made.
+        """
+        device: Device = self.made(part)
+        camera = self._companion(part)
+        if isinstance(device, LightDriver) and camera is not None:
+            try:
+                device.attach(camera)
+            except Exception as error:
+                raise Unjudged(f"it does not take its profile's camera: {error}") from error
         return device
+
+    def levels(self, part: Part) -> list[Mapping[str, float]]:
+        """Levels that a profile of a light driver sets, one exposure after another; else dark."""
+        for profile in self._driven_by(part):
+            with suppress(TactileError):
+                return [exposure.levels for exposure in make_lights(profile).exposures()]
+        return [{}]
 
     def rig(self, part: Part) -> Rig:
         """A virtual rig with the light and the gel of a profile that uses the component, if any.
@@ -222,13 +247,17 @@ class Registered:
         return next((c.options for c in named if c.use == part.use), {})
 
     def _companion(self, part: Part) -> Camera | None:
-        """The camera that a profile puts beside lights of this plugin."""
-        for profile in self.sound_profiles:
+        """The camera that a profile puts beside a light driver of this plugin."""
+        for profile in self._driven_by(part):
             camera = Part("camera", profile.camera.use)
-            if profile.illumination.use == part.use and camera in self.cameras():
-                made: Camera = self.make(camera)
+            if camera in self.cameras():
+                made: Camera = self.made(camera)
                 return made
         return None
+
+    def _driven_by(self, part: Part) -> list[Profile]:
+        used = [(profile, profile.illumination.driver) for profile in self.sound_profiles]
+        return [p for p, driver in used if driver is not None and driver.use == part.use]
 
     def _is_for(self, path: Path) -> bool:
         """Whether a shipped profile is this plugin's; those of the core alone are the core's."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -143,12 +142,18 @@ class Sensor:
 
         May be called twice.
         """
-        with ExitStack() as closing:
-            closing.callback(self._close_driver)
-            closing.callback(self._close_camera)
-            closing.callback(self._darken)
+        # no ExitStack: it never returns where a device raises one error object again and again
+        try:
             if self._pipeline is not None:
                 self._pipeline.close()
+        finally:
+            try:
+                self._darken()
+            finally:
+                try:
+                    self._close_camera()
+                finally:
+                    self._close_driver()
 
     def _close_camera(self) -> None:
         with blame(CAMERA, self._camera):

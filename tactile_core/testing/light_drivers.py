@@ -19,7 +19,7 @@ class LightDriverChecks(Suite):
     def test_levels(self, part: Part) -> None:
         """Open lights take the levels of their profiles; closed ones and 1.5 are refused."""
         driver = self._driver(part)
-        levels = self.registered.levels(part)
+        levels = [exposure.levels for exposure in self.registered.exposures(part)]
         name = next(iter(levels[0]), "light")
         self._must_refuse(part, driver, {name: 1.0}, DeviceError, "it is closed")
         with opened(driver):
@@ -53,10 +53,11 @@ class LightDriverChecks(Suite):
         driver._set, driver._close = switched, released  # type: ignore[method-assign]
         opened(driver)
         try:
-            driver.set(self.registered.levels(part)[0])
+            driver.set(self.registered.exposures(part)[0].levels)
         except Exception as error:
             driver.close()
             raise Unjudged(f"see the check 'levels': {error}") from error
+        done.clear()
         driver.close()
         if done[-2:] != [{}, "closed"]:
             raise Fault(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -17,6 +17,7 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
@@ -186,20 +187,21 @@ class Registered:
             It cannot be made.
         """
         device: Device = self.made(part)
-        camera = self._companion(part)
-        if isinstance(device, LightDriver) and camera is not None:
+        camera = self._companion(part) if isinstance(device, LightDriver) else None
+        if isinstance(device, LightDriver) and (camera := self._companion(part)) is not None:
             try:
                 device.attach(camera)
             except Exception as error:
                 raise Unjudged(f"it does not take its profile's camera: {error}") from error
         return device
 
-    def levels(self, part: Part) -> list[Mapping[str, float]]:
-        """Levels that a profile of a light driver sets, one exposure after another; else dark."""
-        for profile in self._driven_by(part):
-            with suppress(TactileError):
-                return [exposure.levels for exposure in make_lights(profile).exposures()]
-        return [{}]
+    def exposures(self, part: Part) -> Sequence[Exposure]:
+        """The exposures of a profile that uses a camera or light driver; else one, in the dark."""
+        for profile in self.sound_profiles:
+            if _uses(profile, part):
+                with suppress(TactileError):
+                    return make_lights(profile).exposures()
+        return (Exposure({}, ()),)
 
     def rig(self, part: Part) -> Rig:
         """A virtual rig with the light and the gel of a profile that uses the component, if any.
@@ -248,16 +250,12 @@ class Registered:
 
     def _companion(self, part: Part) -> Camera | None:
         """The camera that a profile puts beside a light driver of this plugin."""
-        for profile in self._driven_by(part):
+        for profile in self.sound_profiles:
             camera = Part("camera", profile.camera.use)
-            if camera in self.cameras():
+            if _uses(profile, part) and camera in self.cameras():
                 made: Camera = self.made(camera)
                 return made
         return None
-
-    def _driven_by(self, part: Part) -> list[Profile]:
-        used = [(profile, profile.illumination.driver) for profile in self.sound_profiles]
-        return [p for p, driver in used if driver is not None and driver.use == part.use]
 
     def _is_for(self, path: Path) -> bool:
         """Whether a shipped profile is this plugin's; those of the core alone are the core's."""

@@ -9,19 +9,21 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of ``cameras``, ``lights``, ``calibrations`` or ``estimators`` as ``x``."""
+    """Registers a class of ``cameras``, ``lights``, ``drivers`` … or ``estimators`` as ``x``."""
 
     def __init__(
         self,
         *,
         cameras: str = "",
         lights: str = "",
+        drivers: str = "",
         calibrations: str = "",
         estimators: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
         self._lights = _listed("lights", lights)
+        self._drivers = _listed("drivers", drivers)
         self._calibrations = _listed("calibrations", calibrations)
         self._estimators = _listed("estimators", estimators)
         self._profiles = profiles
@@ -33,6 +35,10 @@ class Hooks:
     @hookimpl
     def tactile_illuminations(self) -> dict[str, str]:
         return self._lights
+
+    @hookimpl
+    def tactile_light_drivers(self) -> dict[str, str]:
+        return self._drivers
 
     @hookimpl
     def tactile_calibrations(self) -> dict[str, str]:

@@ -112,7 +112,7 @@ class Plugin:
         if name not in registered:
             self._refuse(kind, name, registered)
         value = registered[name]
-        what = f"{self.offer}: {kind} {self.offer.name}.{name} ({value})"
+        what = f"{self.offer}: {_words(kind)} {self.offer.name}.{name} ({value})"
         interface = _interface(kind)
         found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
         if not isinstance(found, type) or not issubclass(found, interface):
@@ -169,10 +169,12 @@ class Plugin:
         for other in KINDS:
             if other != kind and name in (_collect(partial(self.components, other), []) or ()):
                 raise PluginError(
-                    f"{self.offer.name}.{name} of {self.offer.origin} is of the kind {other}; "
-                    f"name it there, or another component here"
+                    f"{self.offer.name}.{name} of {self.offer.origin} is of the kind "
+                    f"{_words(other)}; name it there, or another component here"
                 )
-        raise PluginError(f"{self.offer} has no {kind} {name!r}{_instead(name, tuple(registered))}")
+        raise PluginError(
+            f"{self.offer} has no {_words(kind)} {name!r}{_instead(name, tuple(registered))}"
+        )
 
 
 @cache
@@ -216,6 +218,10 @@ def _interface(kind: ComponentKind) -> type:
     name = "".join(word.capitalize() for word in kind.split("_"))
     interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), name)
     return interface
+
+
+def _words(kind: ComponentKind) -> str:
+    return kind.replace("_", " ")
 
 
 def _attempt(action: Callable[[], T], what: str, offer: Offer) -> T:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tactile_core.acquisition.assembly import Assembly, exposures_of
+from tactile_core.acquisition.assembly import Assembly
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.illumination import Exposure, Illumination
@@ -46,8 +46,8 @@ class Acquisition:
     ) -> None:
         self._camera = camera
         self._driver = driver
-        self._exposures = exposures_of(illumination)
         self._assembly = Assembly(illumination, image, keep_raw=keep_raw)
+        self._exposures = self._assembly.exposures
         self._trigger: Trigger | None = None
         self._shining: Mapping[str, float] | None = None
         self._sequence = 0

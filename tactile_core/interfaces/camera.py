@@ -84,8 +84,9 @@ class Camera(Device):
             super().open()
             try:
                 self._claim()
-            except DeviceBusy:
-                self.close()
+            except BaseException as error:
+                self._is_open = False
+                self._release_after(error)
                 raise
         return self
 

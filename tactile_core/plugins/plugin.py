@@ -112,7 +112,7 @@ class Plugin:
         if name not in registered:
             self._refuse(kind, name, registered)
         value = registered[name]
-        what = f"{self.offer}: {_words(kind)} {self.offer.name}.{name} ({value})"
+        what = f"{self.offer}: {kind_in_words(kind)} {self.offer.name}.{name} ({value})"
         interface = _interface(kind)
         found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
         if not isinstance(found, type) or not issubclass(found, interface):
@@ -170,10 +170,10 @@ class Plugin:
             if other != kind and name in (_collect(partial(self.components, other), []) or ()):
                 raise PluginError(
                     f"{self.offer.name}.{name} of {self.offer.origin} is of the kind "
-                    f"{_words(other)}; name it there, or another component here"
+                    f"{kind_in_words(other)}; name it there, or another component here"
                 )
         raise PluginError(
-            f"{self.offer} has no {_words(kind)} {name!r}{_instead(name, tuple(registered))}"
+            f"{self.offer} has no {kind_in_words(kind)} {name!r}{_instead(name, tuple(registered))}"
         )
 
 
@@ -220,7 +220,8 @@ def _interface(kind: ComponentKind) -> type:
     return interface
 
 
-def _words(kind: ComponentKind) -> str:
+def kind_in_words(kind: ComponentKind) -> str:
+    """How messages name a kind of component."""
     return kind.replace("_", " ")
 
 

@@ -18,7 +18,7 @@ from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
-from tactile_core.plugins.plugin import Plugin
+from tactile_core.plugins.plugin import Plugin, kind_in_words
 
 if TYPE_CHECKING:
     from tactile_core.interfaces.calibration import Calibration
@@ -118,10 +118,11 @@ def resolve(kind: ComponentKind, name: str) -> type:
         no such component of this kind.
     """
     plugin_name, dot, component = name.partition(".")
+    wanted = f"{kind_in_words(kind)} {name!r}"
     if not dot or not component:
         example = f"{_CORE.name}.{plugin_name or 'name'}"
-        raise PluginError(f"{kind} {name!r}: write plugin.name, for example {example!r}")
-    offer = _offer(plugin_name, wanted_by=f"{kind} {name!r}")
+        raise PluginError(f"{wanted}: write plugin.name, for example {example!r}")
+    offer = _offer(plugin_name, wanted)
     found = Plugin.load(offer).component(kind, component)
     _RESOLVED[found] = name, offer
     return found

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, create_model
 
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
@@ -30,7 +30,7 @@ _PLACES: Mapping[Keys, ComponentKind] = {
 }
 """Where a profile names a component, beside its steps."""
 
-_OWN_COMPONENTS: Mapping[ComponentKind, tuple[str, ...]] = {"illumination": ("driver",)}
+_COMPONENTS_WITHIN: Mapping[ComponentKind, tuple[str, ...]] = {"illumination": ("driver",)}
 """Keys of a component that are no options of it, but components of their own."""
 
 
@@ -77,7 +77,7 @@ def check_components(source: Source) -> Checked:
                     f"none; say pitch and size there (or auto), or remove the step",
                 )
             )
-        given = node.without("use", *_OWN_COMPONENTS.get(kind, ()))
+        given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
         found = []
         try:
             options = {
@@ -91,7 +91,7 @@ def check_components(source: Source) -> Checked:
             found = [problem_at(node.place, keys, str(error))]
         else:
             if mistakes is not None:
-                found = problems_of(mistakes, tree, model, keys)
+                found = problems_of(mistakes, tree, _with_components(kind, model), keys)
             _at(settings, keys).update(options)
         said = {problem.key for problem in found}
         problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in said)]
@@ -148,6 +148,12 @@ def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError |
         except ValidationError as error:
             return error
     return None
+
+
+def _with_components(kind: ComponentKind, model: type[BaseModel]) -> type[BaseModel]:
+    """A component's ``Options`` with the keys beside them, so that these are known keys, too."""
+    within: dict[str, Any] = dict.fromkeys(_COMPONENTS_WITHIN.get(kind, ()), (Any, None))
+    return create_model(model.__name__, __base__=model, **within) if within else model
 
 
 def _lacks_marks(source: Source, use: Node, part: Any) -> bool:

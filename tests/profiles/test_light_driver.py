@@ -60,6 +60,7 @@ def test_the_driver_has_options_of_its_own(base: Path) -> None:
             "mylab.bx",
             "7:12: illumination.driver.use: plugin 'mylab' (tactile-mylab 1.4) has no light driver",
         ),
+        ("driver:", "drivr:", "7:3: illumination.drivr: unknown key; did you mean 'driver'?"),
         ("mylab.box", "mylab.lamp", "is of the kind illumination"),
         ("{use: mylab.box, port: a, baud: 300}", "mylab.box", "write {use: mylab.box}"),
         ("use: mylab.box, ", "", "7:3: illumination.driver.use: is missing"),

@@ -53,7 +53,9 @@ class Acquisition:
         self._sequence = 0
 
     def arm(self) -> None:
-        """Prepare the open camera for the sequence; the first observation does it otherwise.
+        """Prepare the open camera for the sequence.
+
+        The first observation does it otherwise, and so does each after one that failed.
 
         Raises
         ------
@@ -90,6 +92,23 @@ class Acquisition:
         """
         if self._trigger is None:
             self.arm()
+        try:
+            images = self._in_order(self._taken(timeout_s))
+        except BaseException:
+            self._trigger = None  # the next observation begins with the first exposure again
+            raise
+        if not images:
+            return None
+        frame = self._assembly.frame(images, self._sequence)
+        self._sequence += 1
+        return frame
+
+    def __iter__(self) -> Iterator[Frame]:
+        while (frame := self.observe()) is not None:
+            yield frame
+
+    def _taken(self, timeout_s: float) -> list[Image]:
+        """The images of one observation as they come; none when a recording has ended."""
         images: list[Image] = []
         for exposure in self._exposures:
             self._light(exposure)
@@ -97,15 +116,9 @@ class Acquisition:
             if image is None:
                 if images:
                     raise CameraLost("the recording ended in the middle of a sequence of lights")
-                return None
+                break
             images.append(image)
-        frame = self._assembly.frame(self._in_order(images), self._sequence)
-        self._sequence += 1
-        return frame
-
-    def __iter__(self) -> Iterator[Frame]:
-        while (frame := self.observe()) is not None:
-            yield frame
+        return images
 
     def _in_order(self, images: Sequence[Image]) -> list[Image]:
         """The images of one observation in the order of its exposures, where they know it.

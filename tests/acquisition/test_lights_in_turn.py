@@ -125,6 +125,7 @@ def test_a_lost_image_spoils_one_observation_alone() -> None:
     frame = acquisition.observe()
     assert frame is not None
     assert [int(level) for level in frame.pixels[0, 0]] == [0, 10, 20]
+    assert len(camera.armed) == 2
 
 
 def test_an_exposure_that_does_not_exist_is_a_fault_of_the_camera() -> None:

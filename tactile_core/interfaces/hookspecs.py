@@ -49,6 +49,12 @@ def tactile_estimators() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_sinks() -> Mapping[str, str]:
+    """Sinks: subclasses of :class:`tactile_core.interfaces.sink.Sink`."""
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_profiles() -> Path:
     """Return the directory that holds the plugin's ``*.yaml`` profiles."""
     raise NotImplementedError

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.light_driver import LightDriver
+    from tactile_core.interfaces.sink import Sink
 
 # Known without metadata, so that the core works from a source tree, and first, so that no other
 # distribution can take its place.
@@ -99,6 +100,8 @@ def resolve(kind: Literal["light_driver"], name: str) -> type[LightDriver]: ...
 def resolve(kind: Literal["calibration"], name: str) -> type[Calibration]: ...
 @overload
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
+@overload
+def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
@@ -106,7 +109,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "light_driver", "calibration", "estimator"}
+    kind : {"camera", "illumination", "light_driver", "calibration", "estimator", "sink"}
         The interface that the class must implement.
     name : str
         E.g. ``"core.replay"``.

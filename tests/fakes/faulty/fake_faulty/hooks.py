@@ -9,7 +9,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of ``cameras``, ``lights``, ``drivers`` … or ``estimators`` as ``x``."""
+    """Registers a class of cameras, lights, drivers, calibrations, estimators or sinks as ``x``."""
 
     def __init__(
         self,
@@ -19,6 +19,7 @@ class Hooks:
         drivers: str = "",
         calibrations: str = "",
         estimators: str = "",
+        sinks: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
@@ -26,6 +27,7 @@ class Hooks:
         self._drivers = _listed("drivers", drivers)
         self._calibrations = _listed("calibrations", calibrations)
         self._estimators = _listed("estimators", estimators)
+        self._sinks = _listed("sinks", sinks)
         self._profiles = profiles
 
     @hookimpl
@@ -47,6 +49,10 @@ class Hooks:
     @hookimpl
     def tactile_estimators(self) -> dict[str, str]:
         return self._estimators
+
+    @hookimpl
+    def tactile_sinks(self) -> dict[str, str]:
+        return self._sinks
 
     @hookimpl
     def tactile_profiles(self) -> Path | None:

@@ -24,8 +24,10 @@ from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients
@@ -74,7 +76,7 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
     presses, changes, slopes = known_pixels(by_table)
     table = Table(changes, slopes)
     calibrator = calibrator_of(Component(use="core.lookup_table"))
-    lights = six.profile.illumination.options["lights"]
+    lights = make_lights(six.profile).lights
     towards = np.array([direction(light) for light in lights])
 
     height, gx, gy = ball(shape)
@@ -125,9 +127,9 @@ def known_pixels(unit: VirtualUnit) -> tuple[list[Press], Array, Array]:
     return presses, np.concatenate(changes), np.concatenate(slopes)
 
 
-def direction(light: dict[str, float]) -> tuple[float, float, float]:
+def direction(light: Light) -> tuple[float, float, float]:
     """Unit vector towards a light."""
-    azimuth, elevation = np.radians([light["azimuth_deg"], light["elevation_deg"]])
+    azimuth, elevation = np.radians([light.azimuth_deg, light.elevation_deg])
     across = np.cos(elevation)
     return across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)
 

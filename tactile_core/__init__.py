@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.calibrator import Calibrator as Calibrator
     from tactile_core.interfaces.calibrator import Press as Press
     from tactile_core.interfaces.camera import Camera as Camera
+    from tactile_core.interfaces.camera import Trigger as Trigger
     from tactile_core.interfaces.estimator import Estimator as Estimator
     from tactile_core.interfaces.estimator import External as External
     from tactile_core.interfaces.estimator import SensorContext as SensorContext
     from tactile_core.interfaces.illumination import Exposure as Exposure
     from tactile_core.interfaces.illumination import Illumination as Illumination
     from tactile_core.interfaces.illumination import Light as Light
+    from tactile_core.interfaces.light_driver import LightDriver as LightDriver
     from tactile_core.interfaces.reading import Reading as Reading
     from tactile_core.interfaces.sink import Session as Session
     from tactile_core.interfaces.sink import Sink as Sink
@@ -58,7 +60,7 @@ _HOMES = {
     "interfaces.artefact": ("Artefact",),
     "interfaces.calibration": ("Calibration",),
     "interfaces.calibrator": ("Calibrator", "Press"),
-    "interfaces.camera": ("Camera",),
+    "interfaces.camera": ("Camera", "Trigger"),
     "errors": (
         "CalibrationError",
         "DeviceError",
@@ -69,6 +71,7 @@ _HOMES = {
     ),
     "interfaces.estimator": ("Estimator", "External", "SensorContext"),
     "interfaces.illumination": ("Exposure", "Illumination", "Light"),
+    "interfaces.light_driver": ("LightDriver",),
     "interfaces.reading": ("Reading",),
     "interfaces.sink": ("Session", "Sink"),
     "interfaces.slope_models.options": ("SlopeOptions",),

@@ -2,38 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tactile_core.acquisition.assembly import LIGHTS, Assembly, exposures_of
-from tactile_core.errors import CameraLost, InputError
-from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.illumination import Illumination
+from tactile_core.acquisition.assembly import Assembly
+from tactile_core.errors import CameraLost, DeviceError, InputError
+from tactile_core.interfaces.camera import Camera, Trigger
+from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.image import ImageSection
+from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.plugins.blame import blame, fault
+from tactile_core.plugins.registry import origin_of
 from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.quantities.array_form import image_fault
 
-CAMERA = "the camera"
-"""How messages name it."""
+CAMERA, DRIVER = "the camera", "the light driver"
+"""How messages name them."""
 
 
 class Acquisition:
-    """Carries out the illumination's sequence with the camera, one :class:`Frame` at a time."""
+    """Carries out the illumination's sequence with the camera, one :class:`Frame` at a time.
+
+    Parameters
+    ----------
+    camera : Camera
+    illumination : Illumination
+    image : ImageSection
+    driver : LightDriver, optional
+        What switches the lights; none beside a recording or a virtual sensor.
+    keep_raw : bool
+        Whether a frame keeps the exposures as the camera sent them.
+    """
 
     def __init__(
         self,
         camera: Camera,
         illumination: Illumination,
         image: ImageSection,
+        driver: LightDriver | None = None,
         *,
         keep_raw: bool = False,
     ) -> None:
         self._camera = camera
-        self._illumination = illumination
+        self._driver = driver
         self._assembly = Assembly(illumination, image, keep_raw=keep_raw)
+        self._exposures = self._assembly.exposures
+        self._trigger: Trigger | None = None
+        self._shining: Mapping[str, float] | None = None
         self._sequence = 0
+
+    def arm(self) -> None:
+        """Prepare the open camera for the sequence.
+
+        The first observation does it otherwise, and so does each after one that failed.
+
+        Raises
+        ------
+        DeviceError
+            The camera cannot take these exposures.
+        InputError
+            Lights shine in turn and there is nothing that switches them.
+        """
+        self._shining = None
+        with blame(CAMERA, self._camera):
+            self._trigger = self._camera.arm(self._exposures)
+        if not isinstance(self._trigger, Trigger):
+            given = type(self._trigger).__name__
+            raise fault(CAMERA, self._camera, f"returned {given} from arm() instead of a Trigger")
+        if self._trigger is Trigger.SOFTWARE and self._driver is None and len(self._exposures) > 1:
+            raise InputError(
+                f"one observation takes {len(self._exposures)} exposures under different lights, "
+                f"and nothing switches them: {origin_of(type(self._camera))} does not; say what "
+                f"does in the profile, as 'illumination: {{driver: {{use: …}}}}'"
+            )
 
     def observe(self, timeout_s: float = 1.0) -> Frame | None:
         """Take one observation; None when a recording has come to its end.
@@ -43,20 +85,20 @@ class Acquisition:
         Raises
         ------
         DeviceError
-            The camera or the lights failed, or a recording ended amid a sequence.
+            The camera or the lights failed, a recording ended amid a sequence, or the camera says
+            that its images show other exposures than those of one observation.
         InputError
             An image is not what the profile describes.
         """
-        images: list[Image] = []
-        for exposure in exposures_of(self._illumination):
-            with blame(LIGHTS, self._illumination):
-                self._illumination.set(exposure.levels)
-            image = self._exposed(timeout_s)
-            if image is None:
-                if images:
-                    raise CameraLost("the recording ended in the middle of a sequence of lights")
-                return None
-            images.append(image)
+        if self._trigger is None:
+            self.arm()
+        try:
+            images = self._in_order(self._taken(timeout_s))
+        except BaseException:
+            self._trigger = None  # the next observation begins with the first exposure again
+            raise
+        if not images:
+            return None
         frame = self._assembly.frame(images, self._sequence)
         self._sequence += 1
         return frame
@@ -64,6 +106,58 @@ class Acquisition:
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.observe()) is not None:
             yield frame
+
+    def _taken(self, timeout_s: float) -> list[Image]:
+        """The images of one observation as they come; none when a recording has ended."""
+        images: list[Image] = []
+        for exposure in self._exposures:
+            self._light(exposure)
+            image = self._exposed(timeout_s)
+            if image is None:
+                if images:
+                    raise CameraLost("the recording ended in the middle of a sequence of lights")
+                break
+            images.append(image)
+        return images
+
+    def _in_order(self, images: Sequence[Image]) -> list[Image]:
+        """The images of one observation in the order of its exposures, where they know it.
+
+        A camera that goes through the sequence by itself may begin anywhere in it.
+        """
+        placed: dict[int, Image] = {}
+        for came, image in enumerate(images):
+            index = came if image.exposure_index is None else image.exposure_index
+            if index not in range(len(images)):
+                raise fault(
+                    CAMERA,
+                    self._camera,
+                    f"returned an image whose exposure_index is {index!r}; one observation has "
+                    f"{len(images)}",
+                )
+            if index != came and self._trigger is Trigger.SOFTWARE:
+                raise DeviceError(
+                    f"the lights of exposure {came} shone, and the camera says that its image "
+                    f"shows exposure {index}; it must wait for a fresh one, or trigger the lights "
+                    f"itself"
+                )
+            if index in placed:
+                raise DeviceError(
+                    f"exposure {index} came twice in one observation and another one is missing: "
+                    f"an image was lost between camera and computer; read again"
+                )
+            placed[index] = image
+        return [placed[index] for index in range(len(images))]
+
+    def _light(self, exposure: Exposure) -> None:
+        """Let the lights of an exposure shine, unless they do or the camera sees to it."""
+        if self._driver is None or self._trigger is Trigger.CAMERA:
+            return
+        if exposure.levels != self._shining:
+            self._shining = None
+            with blame(DRIVER, self._driver):
+                self._driver.set(exposure.levels)
+            self._shining = exposure.levels
 
     def _exposed(self, timeout_s: float) -> Image | None:
         with blame(CAMERA, self._camera):

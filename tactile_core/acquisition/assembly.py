@@ -24,16 +24,22 @@ class Assembly:
     Parameters
     ----------
     illumination : Illumination
-        Says which exposure shows which channels; it need not be open.
+        Says which exposure shows which channels.
     image : ImageSection
     keep_raw : bool
         Whether a frame keeps the exposures as the camera sent them.
+
+    Attributes
+    ----------
+    exposures : tuple of Exposure
+        Those of one observation, in order.
     """
 
     def __init__(
         self, illumination: Illumination, image: ImageSection, *, keep_raw: bool = False
     ) -> None:
-        self._illumination = illumination
+        self.exposures = exposures_of(illumination)
+        self._channels = tuple(illumination.channels)
         self._image = image
         self._geometry = ImageGeometry(image)
         self._keep_raw = keep_raw
@@ -46,16 +52,15 @@ class Assembly:
         InputError
             An image is not what the profile describes, or there are too few or too many.
         """
-        exposures = exposures_of(self._illumination)
-        if len(images) != len(exposures):
+        if len(images) != len(self.exposures):
             raise InputError(
-                f"one observation takes {len(exposures)} exposures, not {len(images)}; give each "
-                f"image of its sequence, in order"
+                f"one observation takes {len(self.exposures)} exposures, not {len(images)}; give "
+                f"each image of its sequence, in order"
             )
         planes: list[Pixels] = []
         times: list[float] = []
         dark: Pixels | None = None
-        for image, exposure in zip(images, exposures, strict=True):
+        for image, exposure in zip(images, self.exposures, strict=True):
             if exposure.channels:
                 planes.append(self._planes(image, len(exposure.channels)))
                 times.append(image.timestamp_s)
@@ -65,7 +70,7 @@ class Assembly:
             planes = [_less(plane, dark, self._image.full_scale) for plane in planes]
         return Frame(
             pixels=planes[0] if len(planes) == 1 else _channels_of(planes),
-            channels=self._illumination.channels,
+            channels=self._channels,
             mm_per_px=self._image.mm_per_px,
             full_scale=self._image.full_scale,
             timestamp_s=sum(times) / len(times),

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, field_validator, model_validator
 
+from tactile_core.builtin.light_options import LightOptions, refuse_same_names
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 
 GREY, COLOUR = 1, 3
 
 
-class LightOptions(Options):
-    """One lamp, as seen from the image centre."""
+class ConstantLightOptions(LightOptions):
+    """One of several lights that shine together."""
 
-    name: str = Field(min_length=1, description="The lamp's name.")
-    azimuth_deg: float = Field(
-        description="Where it stands around the image: 0 is right, 90 is down."
-    )
-    elevation_deg: float = Field(
-        ge=0, le=90, description="Its angle above the skin; 90 shines straight onto it."
+    feeds: tuple[str, ...] = Field(
+        default=(),
+        description="The channels that see it; that of its own name, or all, if left out.",
     )
 
 
@@ -32,8 +29,8 @@ class ConstantOptions(Options):
         default=("red", "green", "blue"),
         description="Names of the image's channels: three of a colour image, one of a grey one.",
     )
-    lights: tuple[LightOptions, ...] = Field(
-        default=(), description="The lamps, for the virtual twin and for reports."
+    lights: tuple[ConstantLightOptions, ...] = Field(
+        default=(), description="The lights, for the virtual sensor and for reports."
     )
 
     @field_validator("channels")
@@ -50,22 +47,33 @@ class ConstantOptions(Options):
         refuse_same_names(self.lights)
         return self
 
-
-def refuse_same_names(lights: Sequence[LightOptions]) -> None:
-    """Raise a ValueError if two lights have one name."""
-    if len({light.name for light in lights}) < len(lights):
-        raise ValueError("two lights have one name")
+    @model_validator(mode="after")
+    def _feed_these_channels(self) -> Self:
+        for light in self.lights:
+            unknown = sorted(set(light.feeds) - set(self.channels))
+            if unknown:
+                raise ValueError(
+                    f"light {light.name!r} feeds {unknown[0]!r}, which is none of the channels "
+                    f"{', '.join(self.channels)}"
+                )
+        if self.lights and all(light.feeds for light in self.lights):
+            fed = {name for light in self.lights for name in light.feeds}
+            dark = [name for name in self.channels if name not in fed]
+            if dark:
+                raise ValueError(f"no light feeds {', '.join(dark)}")
+        return self
 
 
 class ConstantIllumination(Illumination):
-    """All lights shine all the time; there is nothing to switch.
-
-    Rigs whose lights are wired to the supply give options of their own, with ``lights``, and say
-    which ``channels`` they make.
-    """
+    """All lights shine all the time; as many as there are share the image's channels."""
 
     Options: ClassVar[type[BaseModel]] = ConstantOptions
     options: Any
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """The lights, in the order of the profile."""
+        return tuple(light.placed(light.feeds) for light in self.options.lights)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -76,12 +84,3 @@ class ConstantIllumination(Illumination):
         """One, with every light on."""
         names = [light.name for light in self.options.lights] or self.channels
         return (Exposure(dict.fromkeys(names, 1.0), self.channels),)
-
-    def _open(self) -> None:
-        """Nothing to acquire."""
-
-    def _close(self) -> None:
-        """Nothing to release."""
-
-    def _set(self, levels: Mapping[str, float]) -> None:
-        """Nothing to switch."""

@@ -11,8 +11,9 @@ from pydantic import BaseModel, Field, PositiveInt
 
 from tactile_core.errors import InputError
 from tactile_core.formats.video import NOMINAL_FPS
-from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
 from tactile_core.recordings.recording import Recording, open_recording
 
@@ -37,6 +38,7 @@ class ReplayCamera(Camera):
     """
 
     Options: ClassVar[type[BaseModel]] = ReplayOptions
+    live: ClassVar[bool] = False
 
     def __init__(self, options: ReplayOptions) -> None:
         super().__init__(options)
@@ -54,6 +56,10 @@ class ReplayCamera(Camera):
     def _close(self) -> None:
         self._images = iter(())
 
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        # the lights were switched when it was recorded
+        return Trigger.CAMERA
+
     def _read(self, timeout_s: float) -> Image | None:
         return next(self._images, None)
 
@@ -62,9 +68,9 @@ def _played(recording: Recording, loop: bool) -> Iterator[Image]:
     sequence, begin_s, last_s = 0, 0.0, 0.0
     while True:
         for observation in recording:
-            for image in observation.images:
+            for index, image in enumerate(observation.images):
                 last_s = begin_s + image.timestamp_s
-                yield replace(image, sequence=sequence, timestamp_s=last_s)
+                yield replace(image, sequence=sequence, timestamp_s=last_s, exposure_index=index)
                 sequence += 1
         if not loop:
             return

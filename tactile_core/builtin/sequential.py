@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.builtin.constant_light import LightOptions, refuse_same_names
+from tactile_core.builtin.light_options import LightOptions, refuse_same_names
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 
 FEWEST_LIGHTS = 3
 """Two unknowns of the normal and the albedo need three measurements (photometric stereo)."""
 
 
 class SequentialOptions(Options):
-    """The lamps in the order in which they fire."""
+    """The lights in the order in which they fire."""
 
     lights: tuple[LightOptions, ...] = Field(
         min_length=FEWEST_LIGHTS, description="The lamps, in the order in which they fire."
@@ -34,7 +33,7 @@ class SequentialOptions(Options):
 
 
 class SequentialIllumination(Illumination):
-    """One lamp shines in each exposure; its name is the channel that the exposure measures.
+    """One light shines in each exposure; its name is the channel that the exposure measures.
 
     With ``dark`` a last exposure without any light shows what else shines into the rig.
     """
@@ -43,24 +42,20 @@ class SequentialIllumination(Illumination):
 
     def __init__(self, options: SequentialOptions) -> None:
         super().__init__(options)
-        self._names = tuple(light.name for light in options.lights)
+        self._lights = tuple(light.placed() for light in options.lights)
         self._dark = options.dark
 
     @property
+    def lights(self) -> tuple[Light, ...]:
+        """The lights, in the order in which they fire."""
+        return self._lights
+
+    @property
     def channels(self) -> tuple[str, ...]:
-        """Names of the lamps."""
-        return self._names
+        """Names of the lights."""
+        return tuple(light.name for light in self._lights)
 
     def exposures(self) -> tuple[Exposure, ...]:
-        """One per lamp, and at the end a dark one if it is wanted."""
-        lit = tuple(Exposure({name: 1.0}, (name,)) for name in self._names)
+        """One per light, and at the end a dark one if it is wanted."""
+        lit = tuple(Exposure({name: 1.0}, (name,)) for name in self.channels)
         return (*lit, Exposure({}, ())) if self._dark else lit
-
-    def _open(self) -> None:
-        """Nothing to acquire: a rig's plugin switches real lamps."""
-
-    def _close(self) -> None:
-        """Nothing to release."""
-
-    def _set(self, levels: Mapping[str, float]) -> None:
-        """Nothing to switch."""

@@ -23,7 +23,7 @@ from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.pipeline.playback import played_back, read_frames
+from tactile_core.pipeline.playback import make_lights, played_back, read_frames
 from tactile_core.plugins.calibrators import calibrator_of, fitted_by, smoothing_px_of
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
@@ -187,8 +187,7 @@ def _misplaced(
     profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
 ) -> tuple[str, ...]:
     """Warn of lamps that shine from elsewhere than the profile says."""
-    lights = profile.illumination.options.get("lights", ())
-    said = {light["name"]: float(light["azimuth_deg"]) for light in lights}
+    said = {light.name: light.azimuth_deg for light in make_lights(profile).lights}
     pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in said]
 
     def off_deg(name: str, azimuth_deg: float) -> float:

@@ -43,6 +43,15 @@ class Component(BaseModel):
         return dict(self.model_extra or {})
 
 
+class Lighting(Component):
+    """An illumination, and the device that switches its lights."""
+
+    driver: Component | None = Field(
+        default=None,
+        description="What switches the lights; made and opened only beside a live camera.",
+    )
+
+
 class GelImage(Protocol):
     """A gel and the image that shows it: a profile, or the context of a step."""
 
@@ -63,7 +72,7 @@ class SensorBuild(GelImage, Protocol):
         """The profile's name."""
 
     @property
-    def illumination(self) -> Component:
+    def illumination(self) -> Lighting:
         """The lights, and how one observation is exposed."""
 
     @property

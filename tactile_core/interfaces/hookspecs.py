@@ -32,6 +32,12 @@ def tactile_illuminations() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_light_drivers() -> Mapping[str, str]:
+    """Light drivers: subclasses of :class:`tactile_core.interfaces.light_driver.LightDriver`."""
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_calibrators() -> Mapping[str, str]:
     """What a profile fits: subclasses of :class:`tactile_core.interfaces.calibrator.Calibrator`."""
     raise NotImplementedError

@@ -8,7 +8,6 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Chain, Step, without_marks
 from tactile_core.pipeline.playback import make_lights
@@ -141,10 +139,6 @@ class Pipeline:
     @cached_property
     def _assembly(self) -> Assembly:
         return Assembly(make_lights(self.profile), self.profile.image)
-
-    def __getstate__(self) -> dict[str, Any]:
-        # lights need not pickle, and are made again where they are needed
-        return {name: value for name, value in vars(self).items() if name != "_assembly"}
 
     def process(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
         """Measure one frame.
@@ -344,15 +338,8 @@ class Pipeline:
         return SensorContext(self.profile.image, self.profile.gel).rest_mm
 
     def _uncalibrated(self) -> Calibration | None:
-        lights = [
-            Light(
-                str(light.get("name", "")),
-                float(light["azimuth_deg"]),
-                float(light["elevation_deg"]),
-            )
-            for light in self.profile.illumination.options.get("lights", ())
-        ]
-        return uncalibrated_by(calibrator_of(self.profile.calibration), lights)
+        calibrator = calibrator_of(self.profile.calibration)
+        return uncalibrated_by(calibrator, make_lights(self.profile).lights)
 
     def _notes_of_left_out(self) -> list[str]:
         left_out = self._left_out()

@@ -1,18 +1,20 @@
-"""A profile's camera and lights, and recordings that are played back in place of the camera."""
+"""What a profile's sensor observes with, and recordings that are played back in its place."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
-from tactile_core.acquisition.acquisition import CAMERA, Acquisition, average
+from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, average
 from tactile_core.acquisition.assembly import LIGHTS, exposures_of
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.errors import InputError
 from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.component import Component, SensorBuild
 from tactile_core.interfaces.gel import markers_misfit
 from tactile_core.interfaces.illumination import Illumination
+from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
@@ -24,12 +26,29 @@ _SAME_SHAPE = 0.01
 """Stretch below which an image has the profile's shape but for rounding."""
 
 
-def make_devices(profile: Profile) -> tuple[Camera, Illumination]:
-    """Make the camera and the lights that a profile names, closed."""
+class Devices(NamedTuple):
+    """What a sensor observes with, closed.
+
+    Attributes
+    ----------
+    camera : Camera
+    illumination : Illumination
+    driver : LightDriver or None
+        What switches the lights; None where the profile names none, and beside a camera that is
+        not live.
+    """
+
+    camera: Camera
+    illumination: Illumination
+    driver: LightDriver | None
+
+
+def make_devices(profile: Profile) -> Devices:
+    """Make the camera, the illumination and the light driver that a profile names."""
     camera: type[Camera] = resolve("camera", profile.camera.use)
     with blame(CAMERA, camera):
         made = camera.of(options_of(camera, profile.camera), profile)
-    return made, make_lights(profile)
+    return Devices(made, make_lights(profile), _make_driver(profile) if made.live else None)
 
 
 def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
@@ -89,13 +108,22 @@ def read_reference(profile: Profile, path: Path) -> Reference:
 def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
     """Yield the frames of a recording, in image coordinates."""
     profile, _ = played_back(profile, path)
-    camera, illumination = make_devices(profile)
-    with illumination, camera:
+    camera, illumination, _ = make_devices(profile)
+    with camera:
         yield from Acquisition(camera, illumination, profile.image)
 
 
-def make_lights(profile: Profile) -> Illumination:
-    """Make the lights that a profile names, closed."""
-    lights: type[Illumination] = resolve("illumination", profile.illumination.use)
+def make_lights(build: SensorBuild) -> Illumination:
+    """Make the description of a sensor's lights: where they stand, and its exposures."""
+    lights: type[Illumination] = resolve("illumination", build.illumination.use)
     with blame(LIGHTS, lights):
-        return lights(options_of(lights, profile.illumination))
+        return lights(options_of(lights, build.illumination))
+
+
+def _make_driver(profile: Profile) -> LightDriver | None:
+    component = profile.illumination.driver
+    if component is None:
+        return None
+    driver: type[LightDriver] = resolve("light_driver", component.use)
+    with blame(DRIVER, driver):
+        return driver(options_of(driver, component))

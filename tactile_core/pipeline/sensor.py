@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from tactile_core.acquisition.acquisition import CAMERA, Acquisition, average
-from tactile_core.acquisition.assembly import LIGHTS
+from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, average
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.reading import Reading
@@ -106,8 +104,8 @@ class Sensor:
         self._serial = serial
         self._bundle = bundle
         self._given_reference = reference
-        self._camera, self._illumination = make_devices(profile)
-        self._acquisition = Acquisition(self._camera, self._illumination, profile.image)
+        self._camera, illumination, self._driver = make_devices(profile)
+        self._acquisition = Acquisition(self._camera, illumination, profile.image, self._driver)
         self._pipeline: Pipeline | None = None
         self._pending: list[Frame] = []
 
@@ -121,11 +119,13 @@ class Sensor:
     def open(self) -> Self:
         """Open lights and camera; on failure nothing stays open."""
         try:
-            with blame(LIGHTS, self._illumination):
-                self._illumination.attach(self._camera)
-                self._illumination.open()
+            if self._driver is not None:
+                with blame(DRIVER, self._driver):
+                    self._driver.attach(self._camera)
+                    self._driver.open()
             with blame(CAMERA, self._camera):
                 self._camera.open()
+            self._acquisition.arm()
             reference = self._reference()
             self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
             self.notes += self._pipeline.notes
@@ -138,20 +138,37 @@ class Sensor:
         return self
 
     def close(self) -> None:
-        """Close camera and lights, the lights even where the camera fails; may be called twice."""
-        with ExitStack() as closing:
-            closing.callback(self._close_lights)
-            closing.callback(self._close_camera)
+        """Darken the lights, close camera and driver, each even where another fails.
+
+        May be called twice.
+        """
+        # no ExitStack: it never returns where a device raises one error object again and again
+        try:
             if self._pipeline is not None:
                 self._pipeline.close()
+        finally:
+            try:
+                self._darken()
+            finally:
+                try:
+                    self._close_camera()
+                finally:
+                    self._close_driver()
 
     def _close_camera(self) -> None:
         with blame(CAMERA, self._camera):
             self._camera.close()
 
-    def _close_lights(self) -> None:
-        with blame(LIGHTS, self._illumination):
-            self._illumination.close()
+    def _darken(self) -> None:
+        # lights on the camera's own handle obey only as long as the camera is open
+        if self._driver is not None and self._driver.is_open:
+            with blame(DRIVER, self._driver):
+                self._driver.set({})
+
+    def _close_driver(self) -> None:
+        if self._driver is not None:
+            with blame(DRIVER, self._driver):
+                self._driver.close()
 
     def __enter__(self) -> Self:
         return self

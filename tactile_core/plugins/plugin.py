@@ -17,7 +17,9 @@ from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer
 
-ComponentKind = Literal["camera", "illumination", "calibrator", "artefact", "estimator", "sink"]
+ComponentKind = Literal[
+    "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"
+]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 
 _HOOKS: Mapping[ComponentKind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
@@ -112,7 +114,7 @@ class Plugin:
         if name not in registered:
             self._refuse(kind, name, registered)
         value = registered[name]
-        what = f"{self.offer}: {kind} {self.offer.name}.{name} ({value})"
+        what = f"{self.offer}: {kind_in_words(kind)} {self.offer.name}.{name} ({value})"
         interface = _interface(kind)
         found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
         if not isinstance(found, type) or not issubclass(found, interface):
@@ -169,10 +171,12 @@ class Plugin:
         for other in KINDS:
             if other != kind and name in (_collect(partial(self.components, other), []) or ()):
                 raise PluginError(
-                    f"{self.offer.name}.{name} of {self.offer.origin} is of the kind {other}; "
-                    f"name it there, or another component here"
+                    f"{self.offer.name}.{name} of {self.offer.origin} is of the kind "
+                    f"{kind_in_words(other)}; name it there, or another component here"
                 )
-        raise PluginError(f"{self.offer} has no {kind} {name!r}{_instead(name, tuple(registered))}")
+        raise PluginError(
+            f"{self.offer} has no {kind_in_words(kind)} {name!r}{_instead(name, tuple(registered))}"
+        )
 
 
 @cache
@@ -213,8 +217,14 @@ def _object(value: str) -> Any:
 
 
 def _interface(kind: ComponentKind) -> type:
-    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), kind.capitalize())
+    name = "".join(word.capitalize() for word in kind.split("_"))
+    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), name)
     return interface
+
+
+def kind_in_words(kind: ComponentKind) -> str:
+    """How messages name a kind of component."""
+    return kind.replace("_", " ")
 
 
 def _attempt(action: Callable[[], T], what: str, offer: Offer) -> T:

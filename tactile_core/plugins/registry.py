@@ -18,7 +18,7 @@ from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
-from tactile_core.plugins.plugin import KINDS, Plugin
+from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
+    from tactile_core.interfaces.light_driver import LightDriver
     from tactile_core.interfaces.sink import Sink
 
 # Known without metadata, so that the core works from a source tree, and first, so that no other
@@ -96,6 +97,8 @@ def resolve(kind: Literal["camera"], name: str) -> type[Camera]: ...
 @overload
 def resolve(kind: Literal["illumination"], name: str) -> type[Illumination]: ...
 @overload
+def resolve(kind: Literal["light_driver"], name: str) -> type[LightDriver]: ...
+@overload
 def resolve(kind: Literal["calibrator"], name: str) -> type[Calibrator]: ...
 @overload
 def resolve(kind: Literal["artefact"], name: str) -> type[Artefact]: ...
@@ -110,7 +113,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "calibrator", "artefact", "estimator", "sink"}
+    kind : {"camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"}
         The interface that the class must implement.
     name : str
         E.g. ``"core.replay"``.
@@ -122,10 +125,11 @@ def resolve(kind: ComponentKind, name: str) -> type:
         no such component of this kind.
     """
     plugin_name, dot, component = name.partition(".")
+    wanted = f"{kind_in_words(kind)} {name!r}"
     if not dot or not component:
         example = f"{_CORE.name}.{plugin_name or 'name'}"
-        raise PluginError(f"{kind} {name!r}: write plugin.name, for example {example!r}")
-    offer = _offer(plugin_name, wanted_by=f"{kind} {name!r}")
+        raise PluginError(f"{wanted}: write plugin.name, for example {example!r}")
+    offer = _offer(plugin_name, wanted)
     found = Plugin.load(offer).component(kind, component)
     _RESOLVED[found] = name, offer
     return found

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, create_model
 
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
@@ -20,6 +20,18 @@ from tactile_core.profiles.source import Source
 
 if TYPE_CHECKING:
     from tactile_core.plugins.registry import ComponentKind
+
+
+_PLACES: Mapping[Keys, ComponentKind] = {
+    ("camera",): "camera",
+    ("illumination",): "illumination",
+    ("illumination", "driver"): "light_driver",
+    ("calibration",): "calibrator",
+}
+"""Where a profile names a component, beside its steps."""
+
+_COMPONENTS_WITHIN: Mapping[ComponentKind, tuple[str, ...]] = {"illumination": ("driver",)}
+"""Keys of a component that are no options of it, but components of their own."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +77,7 @@ def check_components(source: Source) -> Checked:
                     f"none; say pitch and size there (or auto), or remove the step",
                 )
             )
-        given = node.without("use")
+        given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
         found = []
         try:
             options = {
@@ -79,7 +91,7 @@ def check_components(source: Source) -> Checked:
             found = [problem_at(node.place, keys, str(error))]
         else:
             if mistakes is not None:
-                found = problems_of(mistakes, tree, model, keys)
+                found = problems_of(mistakes, tree, _with_components(kind, model), keys)
             _at(settings, keys).update(options)
         said = {problem.key for problem in found}
         problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in said)]
@@ -105,14 +117,10 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
 
 
 def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
-    single: tuple[tuple[str, ComponentKind], ...] = (
-        ("camera", "camera"),
-        ("illumination", "illumination"),
-        ("calibration", "calibrator"),
-    )
-    for key, kind in single:
-        if _names_a_component(tree.get(key)):
-            yield (key,), kind, tree.value[key]
+    for keys, kind in _PLACES.items():
+        node = tree.at(keys)
+        if node is not None and _names_a_component(node):
+            yield keys, kind, node
     several: tuple[tuple[str, ComponentKind], ...] = (
         ("estimators", "estimator"),
         ("sinks", "sink"),
@@ -145,6 +153,12 @@ def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError |
         except ValidationError as error:
             return error
     return None
+
+
+def _with_components(kind: ComponentKind, model: type[BaseModel]) -> type[BaseModel]:
+    """A component's ``Options`` with the keys beside them, so that these are known keys, too."""
+    within: dict[str, Any] = dict.fromkeys(_COMPONENTS_WITHIN.get(kind, ()), (Any, None))
+    return create_model(model.__name__, __base__=model, **within) if within else model
 
 
 def _lacks_marks(source: Source, use: Node, part: Any) -> bool:

@@ -113,15 +113,16 @@ def profile_hash(profile: Profile) -> str:
     """Fingerprint of what a calibration depends on.
 
     SHA-256, shortened to 16 digits, of the image section with its defaults, of the illumination
-    as written, and of the gel's coating, marks and dome, as JSON with sorted keys. 19 and 19.0 are
-    one number. The scale is left out: a recording may tell its own, and a bundle compares it apart.
+    as written but for what switches it, and of the gel's coating, marks and dome, as JSON with
+    sorted keys. 19 and 19.0 are one number. The scale is left out: a recording may tell its own,
+    and a bundle compares it apart.
     """
     gel = profile.gel.model_dump(mode="json", include={"coating", "markers"})
     if profile.gel.radius_mm is not None:
         gel["radius_mm"] = profile.gel.radius_mm
     matters = {
         "image": profile.image.model_dump(mode="json", exclude={"mm_per_px"}),
-        "illumination": profile.illumination.model_dump(mode="json"),
+        "illumination": profile.illumination.model_dump(mode="json", exclude={"driver"}),
         "gel": gel,
     }
     text = json.dumps(_canonical(matters), sort_keys=True)

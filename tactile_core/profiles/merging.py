@@ -9,14 +9,17 @@ from tactile_core.profiles.nodes import Keys, Node
 _KEYS_OF_A_SHAPE: Mapping[str, frozenset[str]] = {"dome": frozenset({"radius_mm"})}
 """Keys of ``gel`` that only one shape knows."""
 
+_KEPT: Mapping[Keys, frozenset[str]] = {("illumination",): frozenset({"driver"})}
+"""Keys that a component keeps under another ``use``: components of their own."""
+
 
 def merge(base: Node, top: Node) -> Node:
     """Lay one profile over another.
 
     Mappings merge key by key and keep the order of ``base``; lists and scalars replace. A changed
-    ``use`` replaces the whole component; a changed ``gel.shape`` drops what only the old shape
-    knows. ``null`` stays in the tree, so that it also resets what lies further below; see
-    :func:`without_nulls`. Places are those of what was kept.
+    ``use`` replaces the whole component (an illumination's driver is one of its own); a changed
+    ``gel.shape`` drops what only the old shape knows. ``null`` stays in the tree, so that it also
+    resets what lies further below; see :func:`without_nulls`. Places are those of what was kept.
 
     Parameters
     ----------
@@ -53,7 +56,7 @@ def _merged(base: Node, top: Node, keys: Keys) -> Node:
 def _dropped(base: Node, top: Node, keys: Keys) -> frozenset[str]:
     """Keys of ``base`` that the variant chosen in ``top`` does not take over."""
     if _changed(base, top, "use"):
-        return frozenset(base.value)
+        return frozenset(base.value) - _KEPT.get(keys, frozenset())
     if keys == ("gel",) and _changed(base, top, "shape"):
         return _KEYS_OF_A_SHAPE.get(str(base.value["shape"].value), frozenset())
     return frozenset()

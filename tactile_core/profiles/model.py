@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from tactile_core.formats.printable import shown
-from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.component import Component, Lighting
 from tactile_core.interfaces.gel import Gel, markers_misfit
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.optics import Optics
@@ -45,8 +45,8 @@ class Profile(Section):
     camera: Component = Field(
         default_factory=lambda: Component(use="core.replay"), description="What takes images."
     )
-    illumination: Component = Field(
-        default_factory=lambda: Component(use="core.constant"),
+    illumination: Lighting = Field(
+        default_factory=lambda: Lighting(use="core.constant"),
         description="The lights, and how one observation is exposed.",
     )
     calibration: Component = Field(
@@ -79,11 +79,13 @@ class Profile(Section):
     @property
     def components(self) -> Mapping[str, Component]:
         """Every component by the key that names it: ``camera``, …, ``estimators.height``."""
+        driver = self.illumination.driver
         steps = {f"estimators.{name}": step for name, step in self.estimators.items()}
         sinks = {f"sinks.{name}": sink for name, sink in self.sinks.items()}
         return {
             "camera": self.camera,
             "illumination": self.illumination,
+            **({} if driver is None else {"illumination.driver": driver}),
             "calibration": self.calibration,
             **steps,
             **sinks,

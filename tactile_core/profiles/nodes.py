@@ -76,9 +76,9 @@ class Node:
             node = child
         return node.place
 
-    def without(self, key: str) -> Node:
-        """Return the mapping without a key."""
-        return Node({k: v for k, v in self.value.items() if k != key}, self.place)
+    def without(self, *keys: str) -> Node:
+        """Return the mapping without some keys."""
+        return Node({k: v for k, v in self.value.items() if k not in keys}, self.place)
 
     def plain(self) -> Any:
         """Return ordinary dicts, lists and scalars."""

@@ -38,6 +38,10 @@ class Image(Quantity):
         Counts the camera's images from 0.
     source : str
         Name of the observation it belongs to (a file's stem, a scan's folder); "" when live.
+    exposure_index : int or None
+        Which exposure of the observation it is, from 0, if the camera knows.
+    exposure_time_s, gain : float or None
+        How it was exposed, if the camera knows; the gain as the camera counts it.
     """
 
     pixels: Pixels
@@ -45,6 +49,9 @@ class Image(Quantity):
     wall_time_s: float = 0.0
     sequence: int = 0
     source: str = ""
+    exposure_index: int | None = None
+    exposure_time_s: float | None = None
+    gain: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

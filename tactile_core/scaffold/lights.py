@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from tactile_core.calibration.fitting import AZIMUTH_TOLERANCE_DEG, channel_azim
 from tactile_core.calibration.targets import balls
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.pipeline.playback import read_frames
+from tactile_core.pipeline.playback import make_lights, read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding
@@ -66,7 +65,7 @@ def find_lights(
     basis = (
         f"{len(good)} of {len(known.surfaces)} presses of a ball of {known.ball_diameter_mm:g} mm"
     )
-    findings = [_azimuths(profile.illumination.options.get("lights", ()), learned, parent, basis)]
+    findings = [_azimuths(profile, learned, parent, basis)]
     usual = np.median([press.radius_px / press.ball_radius_px for press in good])
     if target is None and usual > WIDEST_CONTACT:
         text = (
@@ -77,18 +76,17 @@ def find_lights(
     return findings
 
 
-def _azimuths(
-    lights: Sequence[Mapping[str, Any]], learned: Mapping[str, float], parent: str, basis: str
-) -> Finding:
+def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis: str) -> Finding:
+    lights = make_lights(profile).lights
     found = "light comes from " + ", ".join(f"{round(a)}° ({name})" for name, a in learned.items())
-    if {light["name"] for light in lights} != set(learned):
+    if {light.name for light in lights} != set(learned):
         text = (
             f"By {basis} {found}; {parent} does not tell its lamps by channel, so "
             f"nothing is written. Calibration learns them anyway."
         )
         return Finding("illumination", text)
-    said = np.array([float(light["azimuth_deg"]) for light in lights])
-    seen = np.array([learned[light["name"]] for light in lights])
+    said = np.array([light.azimuth_deg for light in lights])
+    seen = np.array([learned[light.name] for light in lights])
     if _fit(seen, said):
         text = f"By {basis} {found}, much as {parent} says."
         return Finding("illumination", text)
@@ -104,7 +102,10 @@ def _azimuths(
             text += f" All are turned by {round(turn)}° against {parent}'s."
         else:
             text += f" {parent} has them elsewhere and in another order."
-    written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in lights]
+    as_said = profile.illumination.options.get("lights")
+    if as_said is None:
+        return Finding("illumination", text)
+    written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in as_said]
     return Finding("illumination", text, {"lights": written})
 
 

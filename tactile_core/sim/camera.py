@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_core.formats.video import NOMINAL_FPS
-from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
 from tactile_core.sim.script import Script
 from tactile_core.sim.skin import Mode
@@ -47,6 +48,7 @@ class VirtualCamera(Camera):
     """
 
     Options: ClassVar[type[BaseModel]] = VirtualOptions
+    live: ClassVar[bool] = False
 
     def __init__(self, options: VirtualOptions, profile: SensorBuild) -> None:
         super().__init__(options)
@@ -67,6 +69,10 @@ class VirtualCamera(Camera):
     def _close(self) -> None:
         self._images = iter(())
 
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        # the stage goes through the sequence by itself
+        return Trigger.CAMERA
+
     def _read(self, timeout_s: float) -> Image | None:
         return next(self._images, None)
 
@@ -80,13 +86,14 @@ def _photographed(stage: VirtualStage, script: Script, *, loop: bool) -> Iterato
                 elapsed_s = stage.time_s - staged_s
                 time_s += elapsed_s if elapsed_s > 0 else 1 / NOMINAL_FPS
             staged_s = stage.time_s
-            for pixels in stage.exposures():
+            for index, pixels in enumerate(stage.exposures()):
                 shown = pixels[..., 0] if pixels.shape[2] == 1 else pixels
                 yield Image(
                     np.ascontiguousarray(shown),
                     timestamp_s=time_s,
                     sequence=shot,
                     source=f"{number:06d}",
+                    exposure_index=index,
                 )
                 shot += 1
         if not loop:

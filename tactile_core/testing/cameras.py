@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from tactile_core.errors import CameraTimeout, DeviceError
-from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.quantities import Image
 from tactile_core.quantities.array_form import image_fault
 from tactile_core.testing.checks import Suite, check
@@ -101,6 +101,30 @@ class CameraChecks(Suite):
                     do="do not override read(); it guards _read()",
                 )
             opened(camera).close()
+
+    @check(Registered.cameras)
+    def test_arming(self, part: Part) -> None:
+        """An open camera is armed for its profile's exposures and says who switches the lights."""
+        camera = self.registered.device(part)
+        assert isinstance(camera, Camera)
+        with opened(camera):
+            try:
+                for _ in range(2):
+                    given = camera.arm(self.registered.exposures(part))
+                found = "" if isinstance(given, Trigger) else f"arm() returns {given!r}"
+                if not isinstance(camera.device_id, str):
+                    found = f"its device_id is {camera.device_id!r}"
+            except Exception as error:
+                found = f"arm() fails ({type(error).__name__}: {error})"
+            if found:
+                raise Fault(
+                    part,
+                    found,
+                    why="acquisition must know who goes from one exposure to the next, and two "
+                    "cameras of a kind are told apart by device_id",
+                    do="return Trigger.SOFTWARE or Trigger.CAMERA from _arm, and words from "
+                    "device_id, or leave both out",
+                )
 
     @check(Registered.cameras)
     def test_time_limit(self, part: Part) -> None:

@@ -12,6 +12,7 @@ from tactile_core.testing.estimators import EstimatorChecks
 from tactile_core.testing.faults import Fault
 from tactile_core.testing.illuminations import IlluminationChecks
 from tactile_core.testing.imports import ImportChecks
+from tactile_core.testing.light_drivers import LightDriverChecks
 from tactile_core.testing.profiles import ProfileChecks
 from tactile_core.testing.registration import RegistrationChecks
 from tactile_core.testing.sinks import SinkChecks
@@ -23,6 +24,7 @@ class PluginConformance(
     DeviceChecks,
     CameraChecks,
     IlluminationChecks,
+    LightDriverChecks,
     CalibrationChecks,
     EstimatorChecks,
     SinkChecks,

@@ -1,4 +1,4 @@
-"""Checks of everything that is opened and closed: cameras and lights."""
+"""Checks of everything that is opened and closed: cameras and light drivers."""
 
 from __future__ import annotations
 
@@ -117,13 +117,13 @@ def opened(device: Device) -> Any:
 
 
 def use(device: Device) -> None:
-    """Open a device, read or shine once, and close it."""
+    """Open a device, read or switch once, and close it."""
     with opened(device) as ready:
         try:
             if hasattr(ready, "read"):
                 ready.read(5.0)
             else:
-                ready.set(ready.exposures()[0].levels)
+                ready.set({})
         except Exception as error:
             raise Unjudged(f"see the checks of this {type(device).__name__}: {error}") from error
 

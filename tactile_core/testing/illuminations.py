@@ -1,13 +1,16 @@
-"""Checks of lights: which channels there are and what each exposure shows."""
+"""Checks of illuminations: where the lights are, which channels there are, what an exposure shows.
+
+They are descriptions: nothing is opened.
+"""
 
 from __future__ import annotations
 
+import math
+import pickle
 from collections.abc import Sequence
 
-from tactile_core.errors import DeviceError
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.devices import opened
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.registered import Part, Registered
 
@@ -18,7 +21,7 @@ class IlluminationChecks(Suite):
     @check(Registered.illuminations)
     def test_channels(self, part: Part) -> None:
         """Channels have names, each its own."""
-        channels = self._light(part).channels
+        channels = self._illumination(part).channels
         if (
             not channels
             or len(set(channels)) < len(channels)
@@ -34,7 +37,7 @@ class IlluminationChecks(Suite):
     @check(Registered.illuminations)
     def test_exposures(self, part: Part) -> None:
         """The exposures measure every channel once, in the channels' order, at levels 0..1."""
-        light = self._light(part, judged=True)
+        light = self._illumination(part, judged=True)
         exposures = light.exposures()
         wrong = _what_is_wrong_with(exposures, tuple(light.channels))
         if wrong:
@@ -46,70 +49,57 @@ class IlluminationChecks(Suite):
             )
 
     @check(Registered.illuminations)
-    def test_order(self, part: Part) -> None:
-        """The sequence is the same whenever it is asked for, closed or open."""
-        light = self._light(part)
-        first = light.exposures(), tuple(light.channels)
-        with opened(light):
-            for again in ("asked again", "asked when it is open"):
-                if (light.exposures(), tuple(light.channels)) != first:
-                    raise Fault(
-                        part,
-                        f"its exposures or channels differ when {again}",
-                        why="the model of one channel would read another one's light",
-                        do="fix the sequence in __init__",
-                    )
+    def test_lights(self, part: Part) -> None:
+        """Lights have a name, each its own, and a place; given any, none that shines is missing."""
+        illumination = self._illumination(part)
+        if _what_is_wrong_with(illumination.exposures(), tuple(illumination.channels)):
+            raise Unjudged("see the check 'exposures'")
+        wrong = _what_is_wrong_with_lights(illumination.lights, illumination.exposures())
+        if wrong:
+            raise Fault(
+                part,
+                wrong,
+                why="the virtual sensor and what is measured without a bundle rely on them",
+                do="return a Light(name, azimuth_deg, elevation_deg) for each, or none at all",
+            )
 
     @check(Registered.illuminations)
-    def test_levels(self, part: Part) -> None:
-        """An open light takes the levels of its own exposures; a closed one and 1.5 are refused."""
-        light = self._light(part)
-        if _what_is_wrong_with(light.exposures(), tuple(light.channels)):
-            raise Unjudged("see the check 'exposures'")
-        levels = [exposure.levels for exposure in light.exposures()]
-        self._must_refuse(part, light, levels[0], DeviceError, "it is closed")
-        with opened(light):
-            for one in levels:
-                try:
-                    light.set(one)
-                except Exception as error:
-                    raise Fault(
-                        part,
-                        f"set({dict(one)}) fails ({type(error).__name__}: {error})",
-                        why="its own sequence cannot be carried out",
-                        do="name in exposures() the lights that _set knows",
-                    ) from error
-            name = next(iter(levels[0]), "light")
-            self._must_refuse(part, light, {name: 1.5}, ValueError, "1.5 is above full brightness")
+    def test_order(self, part: Part) -> None:
+        """The sequence is the same whenever it is asked for, and whoever made it."""
+        first = self._illumination(part)
+        told = _told(first)
+        for again, other in (("asked again", first), ("made again", self._illumination(part))):
+            if _told(other) != told:
+                raise Fault(
+                    part,
+                    f"its exposures, channels or lights differ when it is {again}",
+                    why="the model of one channel would read another one's light",
+                    do="let them follow from the options alone",
+                )
 
-    def _must_refuse(
-        self,
-        part: Part,
-        light: Illumination,
-        levels: object,
-        expected: type[Exception],
-        because: str,
-    ) -> None:
+    @check(Registered.illuminations)
+    def test_illumination_pickling(self, part: Part) -> None:
+        """An illumination pickles, and says the same afterwards."""
+        illumination = self._illumination(part)
         try:
-            light.set(levels)  # type: ignore[arg-type]
-        except expected:
-            return
+            copy = pickle.loads(pickle.dumps(illumination))
         except Exception as error:
-            found = f"raises {type(error).__name__} instead of {expected.__name__}"
+            found = f"it does not pickle ({type(error).__name__}: {error})"
         else:
-            found = f"is accepted instead of raising {expected.__name__}"
-        raise Fault(
-            part,
-            f"set({levels}) {found}, though {because}",
-            why="a rig that stays dark, or burns its lamps, goes unnoticed",
-            do="do not override set(); it guards _set()",
-        )
+            found = "" if _told(copy) == _told(illumination) else "its pickled copy says otherwise"
+        if found:
+            raise Fault(
+                part,
+                found,
+                why="a pipeline holds it, and recordings are measured in several processes",
+                do="keep the options and plain values; what switches lights is a LightDriver",
+            )
 
-    def _light(self, part: Part, *, judged: bool = False) -> Illumination:
-        light = self.registered.device(part)
-        assert isinstance(light, Illumination)
+    def _illumination(self, part: Part, *, judged: bool = False) -> Illumination:
+        illumination = self.registered.made(part)
+        assert isinstance(illumination, Illumination)
         try:
-            light.exposures()
+            illumination.exposures()
         except Exception as error:
             if not judged:
                 raise Unjudged(f"see the check 'exposures': {error}") from error
@@ -119,7 +109,11 @@ class IlluminationChecks(Suite):
                 why="nothing can be observed",
                 do="make the sequence of its options alone, without the hardware",
             ) from error
-        return light
+        return illumination
+
+
+def _told(illumination: Illumination) -> tuple[object, ...]:
+    return illumination.exposures(), tuple(illumination.channels), illumination.lights
 
 
 def _what_is_wrong_with(exposures: Sequence[Exposure], channels: tuple[str, ...]) -> str:
@@ -134,4 +128,22 @@ def _what_is_wrong_with(exposures: Sequence[Exposure], channels: tuple[str, ...]
             return f"levels outside 0..1: {outside}"
         if exposure.channels and not any(exposure.levels.values()):
             return f"no light shines in the exposure that measures {exposure.channels}"
+        for name in ("exposure_time_s", "gain"):
+            value = getattr(exposure, name)
+            if value is not None and not 0 < value < math.inf:
+                return f"an exposure's {name} is {value!r}"
     return ""
+
+
+def _what_is_wrong_with_lights(lights: Sequence[Light], exposures: Sequence[Exposure]) -> str:
+    if not isinstance(lights, tuple) or not all(isinstance(light, Light) for light in lights):
+        return f"its lights are {lights!r}"
+    names = [light.name for light in lights]
+    if not all(names) or len(set(names)) < len(names):
+        return f"its lights are named {', '.join(map(repr, names))}"
+    for light in lights:
+        if not (math.isfinite(light.azimuth_deg) and 0 <= light.elevation_deg <= 90):
+            return f"it has {light}, which is no place above the gel"
+    shining = dict.fromkeys(name for exposure in exposures for name in exposure.levels)
+    missing = [name for name in shining if names and name not in names]
+    return f"{', '.join(missing)} shine, and are none of its lights" if missing else ""

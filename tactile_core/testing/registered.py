@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -18,7 +18,9 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.interfaces.illumination import Illumination
+from tactile_core.interfaces.illumination import Exposure
+from tactile_core.interfaces.light_driver import LightDriver
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
@@ -87,12 +89,16 @@ class Registered:
         return self.parts("camera")
 
     def illuminations(self) -> list[Part]:
-        """The plugin's lights."""
+        """What the plugin knows of lights."""
         return self.parts("illumination")
+
+    def light_drivers(self) -> list[Part]:
+        """What switches lights."""
+        return self.parts("light_driver")
 
     def devices(self) -> list[Part]:
         """What is opened and closed."""
-        return self.parts("camera", "illumination")
+        return self.parts("camera", "light_driver")
 
     def calibrators(self) -> list[Part]:
         """The plugin's calibrators."""
@@ -112,7 +118,9 @@ class Registered:
 
     def makeable(self) -> list[Part]:
         """What is made from its options."""
-        return self.parts("camera", "illumination", "calibrator", "estimator", "sink")
+        return self.parts(
+            "camera", "illumination", "light_driver", "calibrator", "estimator", "sink"
+        )
 
     def profiles(self) -> list[ProfileFile]:
         """The plugin's profiles, and the shipped ones that use it."""
@@ -166,8 +174,8 @@ class Registered:
             return cls(self.options(part))
         return cls(self.options(part), context or self.rig(part).context)
 
-    def device(self, part: Part) -> Device:
-        """A closed device; lights have met their camera.
+    def made(self, part: Part) -> Any:
+        """A component, newly made.
 
         Raises
         ------
@@ -175,15 +183,36 @@ class Registered:
             It cannot be made.
         """
         try:
-            device: Device = self.make(part)
-            camera = self._companion(part)
-            if isinstance(device, Illumination) and camera is not None:
-                device.attach(camera)
+            return self.make(part)
         except Unjudged:
             raise
         except Exception as error:
             raise Unjudged(f"see the check 'construction': {error}") from error
+
+    def device(self, part: Part) -> Device:
+        """A closed device; light drivers have met their camera.
+
+        Raises
+        ------
+        Unjudged
+            It cannot be made.
+        """
+        device: Device = self.made(part)
+        camera = self._companion(part) if isinstance(device, LightDriver) else None
+        if isinstance(device, LightDriver) and (camera := self._companion(part)) is not None:
+            try:
+                device.attach(camera)
+            except Exception as error:
+                raise Unjudged(f"it does not take its profile's camera: {error}") from error
         return device
+
+    def exposures(self, part: Part) -> Sequence[Exposure]:
+        """The exposures of a profile that uses a camera or light driver; else one, in the dark."""
+        for profile in self.sound_profiles:
+            if _uses(profile, part):
+                with suppress(TactileError):
+                    return make_lights(profile).exposures()
+        return (Exposure({}, ()),)
 
     def rig(self, part: Part) -> Rig:
         """A virtual rig with the light and the gel of a profile that uses the component, if any.
@@ -231,11 +260,11 @@ class Registered:
         return next((c.options for c in named if c.use == part.use), {})
 
     def _companion(self, part: Part) -> Camera | None:
-        """The camera that a profile puts beside lights of this plugin."""
+        """The camera that a profile puts beside a light driver of this plugin."""
         for profile in self.sound_profiles:
             camera = Part("camera", profile.camera.use)
-            if profile.illumination.use == part.use and camera in self.cameras():
-                made: Camera = self.make(camera)
+            if _uses(profile, part) and camera in self.cameras():
+                made: Camera = self.made(camera)
                 return made
         return None
 

@@ -5,13 +5,19 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.builtin.constant_light import ConstantIllumination, ConstantOptions, LightOptions
+from tactile_core.builtin.constant_light import (
+    ConstantIllumination,
+    ConstantLightOptions,
+    ConstantOptions,
+)
+from tactile_core.interfaces.illumination import Light
+from tactile_core.interfaces.optics import Lamps
 
 
 def test_one_exposure_shows_every_channel_with_every_light_on() -> None:
     lights = (
-        LightOptions(name="top", azimuth_deg=-90, elevation_deg=20),
-        LightOptions(name="white", azimuth_deg=0, elevation_deg=60),
+        ConstantLightOptions(name="top", azimuth_deg=-90, elevation_deg=20),
+        ConstantLightOptions(name="white", azimuth_deg=0, elevation_deg=60),
     )
     illumination = ConstantIllumination(ConstantOptions(lights=lights))
     (exposure,) = illumination.exposures()
@@ -22,8 +28,6 @@ def test_one_exposure_shows_every_channel_with_every_light_on() -> None:
 def test_a_grey_camera_has_one_channel() -> None:
     illumination = ConstantIllumination(ConstantOptions(channels=("grey",)))
     assert illumination.channels == ("grey",)
-    with illumination:
-        illumination.set(illumination.exposures()[0].levels)
 
 
 @pytest.mark.parametrize("channels", [(), ("a", "b"), ("a", "b", "c", "d"), ("a", "a", "b")])
@@ -33,6 +37,30 @@ def test_channels_that_no_image_has_are_refused(channels: tuple[str, ...]) -> No
 
 
 def test_two_lights_of_one_name_are_refused() -> None:
-    light = LightOptions(name="red", azimuth_deg=0, elevation_deg=10)
+    light = ConstantLightOptions(name="red", azimuth_deg=0, elevation_deg=10)
     with pytest.raises(ValidationError, match="one name"):
         ConstantOptions(lights=(light, light))
+
+
+def test_lights_stand_where_the_profile_says_and_are_built_as_it_says() -> None:
+    options = ConstantOptions.model_validate(
+        {"lights": [{"name": "red", "azimuth_deg": 90, "elevation_deg": 20, "array": [2, 4]}]}
+    )
+    built = Lamps.model_validate({"array": [2, 4]})
+    assert ConstantIllumination(options).lights == (Light("red", 90, 20, (), built),)
+
+
+@pytest.mark.parametrize(
+    ("feeds", "why"),
+    [
+        ([["red"], ["green"], ["blue"], ["violet"]], "'violet', which is none of the channels"),
+        ([["red"], ["red"], ["green"], ["green"]], "no light feeds blue"),
+    ],
+)
+def test_every_channel_has_its_light(feeds: list[list[str]], why: str) -> None:
+    lights = [
+        {"name": f"a{i}", "azimuth_deg": 90 * i, "elevation_deg": 20, "feeds": channels}
+        for i, channels in enumerate(feeds)
+    ]
+    with pytest.raises(ValidationError, match=why):
+        ConstantOptions.model_validate({"lights": lights})

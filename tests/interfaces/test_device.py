@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import pytest
 
 from tactile_core.errors import CameraLost, DeviceBusy, DeviceError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Device, Options
-from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.quantities import Image
 
 
@@ -46,22 +43,6 @@ class NoCamera(Camera):
 
     def _read(self, timeout_s: float) -> Image | None:
         raise CameraLost("gone")
-
-
-class Lamp(Illumination):
-    channels = ("white",)
-
-    def exposures(self) -> tuple[Exposure, ...]:
-        return (Exposure({"white": 1.0}, ("white",)),)
-
-    def _open(self) -> None:
-        self.shining: Mapping[str, float] = {}
-
-    def _close(self) -> None:
-        self.shining = {}
-
-    def _set(self, levels: Mapping[str, float]) -> None:
-        self.shining = levels
 
 
 def test_opening_twice_opens_once_and_gives_the_device() -> None:
@@ -141,18 +122,3 @@ def test_a_closed_camera_says_how_to_open_it() -> None:
         camera.read()
     with pytest.raises(DeviceError, match="closed"):
         camera.read()
-
-
-def test_a_closed_light_does_not_shine() -> None:
-    lamp = Lamp(Options())
-    with pytest.raises(DeviceError, match="Lamp is closed"):
-        lamp.set({"white": 1.0})
-
-
-@pytest.mark.parametrize("level", [-0.1, 1.5, float("nan")])
-def test_a_light_refuses_a_level_that_does_not_exist(level: float) -> None:
-    with Lamp(Options()) as lamp:
-        lamp.set({"white": 0.5})
-        with pytest.raises(ValueError, match="'white'"):
-            lamp.set({"white": level})
-        assert lamp.shining == {"white": 0.5}

@@ -1,3 +1,4 @@
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -5,10 +6,12 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
-from tactile_core.builtin.constant_light import ConstantIllumination
 from tactile_core.builtin.replay import ReplayCamera
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.formats.images import write_png
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.light_driver import LightDriver
+from tactile_core.pipeline import playback
 from tactile_core.pipeline.playback import played_back
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.analytic_ball import BallPress
@@ -75,6 +78,23 @@ class Jammed(DeviceError):
     """A camera that cannot be closed."""
 
 
+class Box(LightDriver):
+    """Notes what is done to it."""
+
+    def __init__(self, done: list[str]) -> None:
+        super().__init__(Options())
+        self._done = done
+
+    def _open(self) -> None:
+        self._done.append("open")
+
+    def _close(self) -> None:
+        self._done.append("closed")
+
+    def _set(self, levels: Mapping[str, float]) -> None:
+        self._done.append(" ".join(levels) or "dark")
+
+
 @pytest.fixture
 def lights(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What is done to the lights of a sensor whose camera fails to close."""
@@ -84,8 +104,8 @@ def lights(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         raise Jammed("the camera is jammed")
 
     monkeypatch.setattr(ReplayCamera, "_close", jam)
-    monkeypatch.setattr(ConstantIllumination, "_open", lambda self: done.append("open"))
-    monkeypatch.setattr(ConstantIllumination, "_close", lambda self: done.append("closed"))
+    monkeypatch.setattr(ReplayCamera, "live", True)
+    monkeypatch.setattr(playback, "_make_driver", lambda profile: Box(done))
     return done
 
 
@@ -95,7 +115,7 @@ def test_the_lights_go_out_even_when_the_camera_fails_to_close(
     sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
     with pytest.raises(Jammed):
         sensor.close()
-    assert lights == ["open", "closed"]
+    assert lights == ["open", "dark", "dark", "closed"]
     sensor.close()
 
 
@@ -105,7 +125,7 @@ def test_why_opening_failed_is_said_and_the_lights_are_out_even_when_closing_fai
     with pytest.raises(CalibrationError, match="serial") as caught:
         open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
     assert any("jammed" in note for note in caught.value.__notes__)
-    assert lights == ["open", "closed"]
+    assert lights == ["open", "dark", "dark", "closed"]
 
 
 def test_a_scan_s_scale_at_which_markers_fill_no_image_is_refused(tmp_path: Path) -> None:

@@ -258,6 +258,7 @@ def test_listing_tells_what_a_healthy_plugin_registers(
     assert info.components == {
         "camera": ("still",),
         "illumination": ("lamp",),
+        "light_driver": ("box",),
         "estimator": ("peak", "peak_again"),
     }
 

@@ -63,13 +63,13 @@ def test_a_script_of_ones_own_is_played(tmp_path: Path) -> None:
 
 def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
     twin = load_profile(profile, sim=True)
-    camera, lights = make_devices(twin)
+    camera, lights, _ = make_devices(twin)
     exposures = len(lights.exposures())
     with camera:
         images = list(iter(camera.read, None))
     assert len(images) == 3 * exposures
     again = load_profile(profile, sim=True, overrides={"camera": {"loop": True}})
-    camera, _ = make_devices(again)
+    camera, *_ = make_devices(again)
     with camera:
         first = list(islice(iter(camera.read, None), 4 * exposures))
     np.testing.assert_array_equal(first[0].pixels, first[3 * exposures].pixels)
@@ -93,7 +93,7 @@ def test_times_are_the_simulations_own_however_slow_the_machine_is(
 
 
 def test_time_goes_on_when_the_script_begins_again(profile: Path) -> None:
-    camera, lights = make_devices(
+    camera, lights, _ = make_devices(
         load_profile(profile, sim=True, overrides={"camera": {"loop": True}})
     )
     with camera:

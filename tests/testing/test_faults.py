@@ -71,8 +71,15 @@ DEVICES: Mapping[str, tuple[str, str]] = {
     "uncovered": ("exposures", "measure ('left',), and its channels are ('left', 'right')"),
     "too_bright": ("exposures", "levels outside 0..1: {'left': 255}"),
     "unlit": ("exposures", "no light shines"),
-    "unsteady": ("order", "differ when asked again"),
-    "disobedient": ("levels", "no lamp of this name"),
+    "endless": ("exposures", "an exposure's exposure_time_s is 0.0"),
+    "same_lights": ("lights", "its lights are named 'left', 'left'"),
+    "missing_light": ("lights", "right shine, and are none of its lights"),
+    "unsteady": ("order", "differ when it is asked again"),
+    "holding": ("illumination_pickling", "cannot pickle 'generator' object"),
+    "misarmed": ("arming", "arm() returns None"),
+    "disobedient": ("levels", "no light of this name"),
+    "stays_lit": ("darkness", "it closes without darkness"),
+    "stays_busy": ("opening", "no longer opens again after it was closed (DeviceError: port in"),
     "unguarded": ("levels", "accepted instead of raising DeviceError, though it is closed"),
 }
 CALIBRATIONS: Mapping[str, tuple[str, str]] = {

@@ -8,12 +8,6 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl
-def tactile_illuminations() -> Mapping[str, str]:
-    """The light of the fingertip."""
-    return {"four_sides": "tactile_baxter_fingertip.four_sides:FourSides"}
-
-
-@hookimpl
 def tactile_calibrators() -> Mapping[str, str]:
     """How the fingertip's colours were read."""
     return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensityCalibrator"}

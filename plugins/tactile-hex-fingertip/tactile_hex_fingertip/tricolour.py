@@ -6,22 +6,24 @@ from typing import ClassVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.builtin.constant_light import ConstantIllumination
+from tactile_core.builtin.constant_light import ConstantIllumination, ConstantLightOptions
 from tactile_core.interfaces.device import Options
 
 ARRAY_TILT_DEG = 71.0
 """Tilt of the arrays to the gel (review, section 4.2)."""
 
 
-class ColourArray(Options):
+class ColourArray(ConstantLightOptions):
     """One 2 × 4 array of LEDs of one colour, which shine within 30° each."""
 
     name: str = Field(
         min_length=1, description="The colour, which is also the channel that sees it."
     )
-    azimuth_deg: float = Field(description="Where it stands, from x towards y.")
     elevation_deg: float = Field(
-        default=90 - ARRAY_TILT_DEG, gt=0, lt=90, description="Angle of its light to the skin."
+        default=90 - ARRAY_TILT_DEG,
+        gt=0,
+        lt=90,
+        description="Its angle above the gel surface.",
     )
 
 

@@ -12,9 +12,8 @@ def test_the_light_is_found_by_its_name() -> None:
 
 
 def test_one_exposure_sees_three_channels() -> None:
-    with Tricolour(TricolourOptions()) as light:
-        (exposure,) = light.exposures()
-        light.set(exposure.levels)
+    light = Tricolour(TricolourOptions())
+    (exposure,) = light.exposures()
     assert exposure.channels == light.channels == ("red", "green", "blue")
 
 

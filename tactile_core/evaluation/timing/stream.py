@@ -15,7 +15,7 @@ from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import make_devices
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 
@@ -42,10 +42,8 @@ class Stream:
         self._frames = cycle(unit.stroke)
         self._condition = self._pipeline.conditioning
         image = unit.profile.image
-        _, self._lights = make_devices(unit.profile)
-        self._lights.open()
         camera = StillCamera([_camera_image(image)])
-        self._acquisition = Acquisition(camera.open(), self._lights, image)
+        self._acquisition = Acquisition(camera.open(), make_lights(unit.profile), image)
 
     def whole(self) -> dict[str, float]:
         """Take and process one frame; return its time in ms under :data:`WHOLE`."""

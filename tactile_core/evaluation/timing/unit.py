@@ -18,7 +18,7 @@ from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.pipeline.playback import make_devices
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.calibrators import calibrator_of, fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
@@ -75,7 +75,7 @@ def virtual_unit(
     profile = profile if size_px is None else _resized(profile, size_px)
     calibrator = calibrator_of(profile.calibration if model is None else Component(use=model))
     image = profile.image
-    _, lights = make_devices(profile)
+    lights = make_lights(profile)
     take = partial(_frame, RigOptics(profile), lights)
     untouched = take(None, 0)
     condition = Conditioning.of(profile, average([untouched]), compensates=False)
@@ -147,7 +147,7 @@ def _frame(
         color=image.color,
         bit_depth=image.bit_depth,
     )
-    with StillCamera(exposures) as camera, lights:
+    with StillCamera(exposures) as camera:
         frame = Acquisition(camera, lights, straight).observe()
     assert frame is not None
     return replace(frame, sequence=seed)

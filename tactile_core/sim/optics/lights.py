@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -13,9 +11,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Illumination, Light
 from tactile_core.interfaces.optics import Lamps
-from tactile_core.plugins.registry import resolve
 
 _DEFAULT_ELEVATION_DEG = 30.0
 _DEFAULT_DISTANCE_DIAGONALS = 0.8
@@ -138,57 +135,37 @@ def light_field(
     return np.ascontiguousarray(fine.transpose(2, 0, 1))
 
 
-def illumination_of(profile: SensorBuild) -> Illumination:
-    """Make the profile's illumination, unopened: it tells the sequence of exposures.
+def lamps_of(profile: SensorBuild, illumination: Illumination) -> tuple[Lamp, ...]:
+    """Return the lamps of an illumination, each built as it says itself or else as the profile.
 
-    Raises
-    ------
-    PluginError
-        Its plugin is absent or broken.
-    """
-    cls: type[Illumination] = resolve("illumination", profile.illumination.use)
-    return cls(cls.Options.model_validate(profile.illumination.options))
-
-
-def lamps_of(
-    profile: SensorBuild, exposures: tuple[Exposure, ...], options: Any
-) -> tuple[Lamp, ...]:
-    """Return the lamps that the illumination's options tell.
-
-    Where these do not place every light that the exposures name, lights stand evenly around.
-    A light may say ``feeds`` and any key of :class:`~tactile_core.interfaces.optics.Lamps` itself.
+    Where its lights are not all that its exposures name, lights stand evenly around.
     """
     image = profile.image
     diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px
-    general = profile.optics.lamps
+    general = profile.optics.lamps.model_dump()
     default_mm = _DEFAULT_DISTANCE_DIAGONALS * diagonal_mm
     lamps = []
-    for light in _lights(exposures, options):
-        own = {key: value for key, value in light.items() if key in Lamps.model_fields}
-        build = Lamps.model_validate(general.model_dump() | own)
+    for light in _placed(illumination):
+        build = Lamps.model_validate(general | light.build.model_dump(exclude_unset=True))
         lamps.append(
             Lamp(
-                name=str(light["name"]),
-                azimuth_deg=float(light["azimuth_deg"]),
-                elevation_deg=float(light.get("elevation_deg", _DEFAULT_ELEVATION_DEG)),
+                name=light.name,
+                azimuth_deg=light.azimuth_deg,
+                elevation_deg=light.elevation_deg,
                 distance_mm=build.distance_mm or default_mm,
-                feeds=tuple(light.get("feeds") or (str(light["name"]),)),
+                feeds=light.feeds or (light.name,),
                 build=build,
             )
         )
     return tuple(lamps)
 
 
-def _lights(exposures: tuple[Exposure, ...], options: Any) -> list[Mapping[str, Any]]:
-    said = [
-        dict(light) if isinstance(light, Mapping) else light.model_dump()
-        for light in getattr(options, "lights", ()) or ()
-    ]
+def _placed(illumination: Illumination) -> tuple[Light, ...]:
+    exposures, lights = illumination.exposures(), illumination.lights
     names = list(dict.fromkeys(name for exposure in exposures for name in exposure.levels))
-    placed = [light for light in said if {"name", "azimuth_deg"} <= light.keys()]
-    if placed and {str(light["name"]) for light in placed} >= set(names):
-        return placed
-    return [
-        {"name": name, "azimuth_deg": 90 + 360 * number / len(names)}
+    if lights and {light.name for light in lights} >= set(names):
+        return lights
+    return tuple(
+        Light(name, 90 + 360 * number / len(names), _DEFAULT_ELEVATION_DEG)
         for number, name in enumerate(names)
-    ]
+    )

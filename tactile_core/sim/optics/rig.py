@@ -14,10 +14,11 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Exposure
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.sim import kernels
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.lights import illumination_of, lamps_of
+from tactile_core.sim.optics.lights import lamps_of
 from tactile_core.sim.optics.quick import photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
@@ -76,13 +77,13 @@ class RigOptics:
         self._seed = seed
         self._faults = faults or Faults()
         self._shape = (profile.image.height_px, profile.image.width_px)
-        illumination = illumination_of(profile)
+        illumination = make_lights(profile)
         self.channels = illumination.channels
         self.exposures: tuple[Exposure, ...] = illumination.exposures()
         self._shots = tuple(e for e in self.exposures if e.channels)
         # One camera takes every exposure: all show as many colours.
         self._colours = self._shots[0].channels
-        lamps = lamps_of(profile, self.exposures, illumination.options)
+        lamps = lamps_of(profile, illumination)
         self._faults.check_lights({lamp.name: len(lamp.leds_mm) for lamp in lamps})
         self._membrane = Membrane(profile, len(lamps), self._faults, seed)
         self._sources = sources_of(

@@ -15,7 +15,8 @@ _PLACES = {
     "estimators": ("options", "init", "estimate", "estimate", "estimate", "tare", "reset"),
     "calibration": ("options", "smoothing", "fit", "measure", "measure", "save", "load"),
     "camera": ("options", "init", "open", "read", "read", "close"),
-    "illumination": ("options", "init", "channels", "exposures", "open", "set", "close"),
+    "illumination": ("options", "init", "channels", "exposures", "lights"),
+    "driver": ("options", "init", "attach", "open", "set", "set", "close"),
 }
 _WAYS = (
     *("ValueError", "KeyError", "IndexError", "ZeroDivisionError", "RuntimeError", "TypeError"),
@@ -54,6 +55,10 @@ def attempt_of(box: Sandbox, kind: str, place: str, way: str, rng: Random) -> At
     elif kind == "illumination":
         _extend(box, {"illumination": part})
         words = ["run", profile, "--input", "frames", "--reference", "first", "--json"]
+    elif kind == "driver":
+        live = {"use": "fuzzed.camera", "place": "", "way": ""}
+        _extend(box, {"camera": live, "illumination": {"use": "core.constant", "driver": part}})
+        words = ["run", profile, "--bundle", "bundle", "--frames", "2", "--json"]
     else:
         words = rng.choice(
             (

@@ -19,7 +19,8 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.interfaces.hookspecs import hookimpl
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
+from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.quantities import Gradients, HeightMap, Image, Quantity
 
 
@@ -177,6 +178,21 @@ class Lamp(Illumination):
     def exposures(self) -> Any:
         return act(self.options, "exposures", (Exposure({"lamp": 1.0}, ("red", "green", "blue")),))
 
+    @property
+    def lights(self) -> Any:
+        return act(self.options, "lights", (Light("lamp", 0, 30),))
+
+
+class Box(LightDriver):
+    Options = Strange
+
+    def __init__(self, options: Any) -> None:
+        super().__init__(options)
+        act(options, "init")
+
+    def attach(self, camera: Camera) -> None:
+        act(self.options, "attach")
+
     def _open(self) -> None:
         act(self.options, "open")
 
@@ -204,6 +220,11 @@ def tactile_cameras() -> Any:
 @hookimpl
 def tactile_illuminations() -> Any:
     return _hook({"illumination": "fuzzed_plugin:Lamp"})
+
+
+@hookimpl
+def tactile_light_drivers() -> Any:
+    return _hook({"driver": "fuzzed_plugin:Box"})
 
 
 @hookimpl

@@ -4,6 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.virtual_rigs import QUIET, SHAPE, level, rig, slope
 
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.optics import Lamps
 from tactile_core.sim.optics import Faults, RigOptics
 from tactile_core.sim.optics.lights import Lamp, lamps_of, light_field
@@ -78,11 +80,15 @@ def test_a_rig_that_tells_no_lamps_gets_one_for_each_light() -> None:
 
 
 def test_a_lamp_may_say_itself_how_it_is_built() -> None:
-    class Options:
-        lights = ({"name": "a", "azimuth_deg": 0.0, "distance_mm": 7.0, "feeds": ("x", "y")},)
+    class Near(Illumination):
+        channels = ("x", "y", "z")
+        lights = (Light("a", 0.0, 30.0, ("x", "y"), Lamps(distance_mm=7.0)),)
 
-    profile = rig()
-    (one,) = lamps_of(profile, (), Options())
+        def exposures(self) -> tuple[Exposure, ...]:
+            return (Exposure({"a": 1.0}, self.channels),)
+
+    (one,) = lamps_of(rig(optics={"lamps": {"array": (2, 4)}}), Near(Options()))
+    assert one.build.array == (2, 4)
     assert (one.distance_mm, one.feeds, one.build.lobe_deg) == (7.0, ("x", "y"), 120.0)
 
 

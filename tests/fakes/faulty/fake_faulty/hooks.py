@@ -9,7 +9,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of cameras, lights, calibrations, estimators or sinks as ``x``.
+    """Registers a class of cameras, lights, drivers, calibrations, estimators or sinks as ``x``.
 
     A model of ``calibrations`` comes with its calibrator, unless another one is named.
     """
@@ -19,6 +19,7 @@ class Hooks:
         *,
         cameras: str = "",
         lights: str = "",
+        drivers: str = "",
         calibrations: str = "",
         calibrator: str = "",
         estimators: str = "",
@@ -27,6 +28,7 @@ class Hooks:
     ) -> None:
         self._cameras = _listed("cameras", cameras)
         self._lights = _listed("lights", lights)
+        self._drivers = _listed("drivers", drivers)
         self._artefacts = _listed("calibrations", calibrations)
         calibrator = calibrator or (calibrations and f"{calibrations}Calibrator")
         self._calibrators = _listed("calibrations", calibrator)
@@ -41,6 +43,10 @@ class Hooks:
     @hookimpl
     def tactile_illuminations(self) -> dict[str, str]:
         return self._lights
+
+    @hookimpl
+    def tactile_light_drivers(self) -> dict[str, str]:
+        return self._drivers
 
     @hookimpl
     def tactile_calibrators(self) -> dict[str, str]:

@@ -1,34 +1,25 @@
-"""Lights that each do one thing wrong."""
+"""Illuminations that each do one thing wrong."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import count
 
-from tactile_core.errors import DeviceError
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 
 
 class Lights(Illumination):
-    """Two lamps fired in turn; sound."""
+    """Two lights fired in turn; sound."""
 
     channels = ("left", "right")
+    lights = (Light("left", 180, 30), Light("right", 0, 30))
 
     def exposures(self) -> tuple[Exposure, ...]:
         return tuple(Exposure({name: 1.0}, (name,)) for name in self.channels)
 
-    def _open(self) -> None:
-        pass
-
-    def _close(self) -> None:
-        pass
-
-    def _set(self, levels: Mapping[str, float]) -> None:
-        pass
-
 
 class SameChannels(Lights):
     channels = ("white", "white")
+    lights = ()
 
 
 class Uncovered(Lights):
@@ -46,6 +37,19 @@ class Unlit(Lights):
         return tuple(Exposure({}, (name,)) for name in self.channels)
 
 
+class Endless(Lights):
+    def exposures(self) -> tuple[Exposure, ...]:
+        return tuple(Exposure({n: 1.0}, (n,), exposure_time_s=0.0) for n in self.channels)
+
+
+class SameLights(Lights):
+    lights = (Light("left", 180, 30), Light("left", 0, 30))
+
+
+class Missing(Lights):
+    lights = (Light("left", 180, 30),)
+
+
 class Unsteady(Lights):
     def __init__(self, options: object) -> None:
         super().__init__(options)
@@ -56,11 +60,7 @@ class Unsteady(Lights):
         return tuple(Exposure({name: level}, (name,)) for name in self.channels)
 
 
-class Disobedient(Lights):
-    def _set(self, levels: Mapping[str, float]) -> None:
-        raise DeviceError("no lamp of this name")
-
-
-class Unguarded(Lights):
-    def set(self, levels: Mapping[str, float]) -> None:
-        self._set(levels)
+class Holding(Lights):
+    def __init__(self, options: object) -> None:
+        super().__init__(options)
+        self._port = (line for line in ())

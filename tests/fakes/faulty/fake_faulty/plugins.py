@@ -7,6 +7,7 @@ from fake_faulty.hooks import Hooks
 sound = Hooks(
     cameras="Ramp",
     lights="Lights",
+    drivers="Box",
     calibrations="Linear",
     estimators="Mean",
     profiles="sound_profile",
@@ -35,6 +36,7 @@ reads_closed = Hooks(cameras="ReadsClosed")
 impatient = Hooks(cameras="Impatient")
 ends_early = Hooks(cameras="EndsEarly")
 waits = Hooks(cameras="Waits")
+misarmed = Hooks(cameras="Misarmed")
 waits_when_stalled = Hooks(cameras="WaitsWhenStalled")
 
 same_channels = Hooks(lights="SameChannels")
@@ -42,8 +44,15 @@ uncovered = Hooks(lights="Uncovered")
 too_bright = Hooks(lights="TooBright")
 unlit = Hooks(lights="Unlit")
 unsteady = Hooks(lights="Unsteady")
-disobedient = Hooks(lights="Disobedient")
-unguarded = Hooks(lights="Unguarded")
+endless = Hooks(lights="Endless")
+same_lights = Hooks(lights="SameLights")
+missing_light = Hooks(lights="Missing")
+holding = Hooks(lights="Holding")
+
+disobedient = Hooks(drivers="Disobedient", profiles="driven")
+unguarded = Hooks(drivers="Unguarded")
+stays_lit = Hooks(drivers="StaysLit")
+stays_busy = Hooks(drivers="StaysBusy")
 
 unfittable = Hooks(calibrations="Linear", calibrator="Unfittable")
 unseeded = Hooks(calibrations="Linear", calibrator="Unseeded")

@@ -1,4 +1,4 @@
-"""A plugin in good health with a component of each of three kinds."""
+"""A plugin in good health with a component of some kinds."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ def tactile_cameras() -> Mapping[str, str]:
 @hookimpl
 def tactile_illuminations() -> Mapping[str, str]:
     return {"lamp": "fake_mylab.lamp:Lamp"}
+
+
+@hookimpl
+def tactile_light_drivers() -> Mapping[str, str]:
+    return {"box": "fake_mylab.lamp:Box"}
 
 
 @hookimpl

@@ -1,10 +1,14 @@
-"""One light that never changes."""
+"""One light that never changes, and a box that could switch it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from pydantic import Field
+
+from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.light_driver import LightDriver
 
 
 class Lamp(Illumination):
@@ -12,6 +16,15 @@ class Lamp(Illumination):
 
     def exposures(self) -> tuple[Exposure, ...]:
         return (Exposure({"lamp": 1.0}, ("grey",)),)
+
+
+class BoxOptions(Options):
+    port: str = Field(default="loop", description="Where it is plugged in.")
+    baud: int = Field(default=9600, gt=0, description="Its speed.")
+
+
+class Box(LightDriver):
+    Options = BoxOptions
 
     def _open(self) -> None:
         self.shining: dict[str, float] = {}

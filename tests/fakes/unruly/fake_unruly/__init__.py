@@ -18,6 +18,11 @@ def tactile_illuminations() -> Mapping[str, str]:
 
 
 @hookimpl
+def tactile_light_drivers() -> Mapping[str, str]:
+    return {"box": "fake_unruly.parts:UnrulyBox"}
+
+
+@hookimpl
 def tactile_calibrators() -> Mapping[str, str]:
     return {"calibration": "fake_unruly.parts:UnrulyCalibrator"}
 

@@ -13,10 +13,11 @@ from pydantic import BaseModel, field_validator
 from fake_unruly.deeds import do
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
-from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
+from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, Quantity, Reference
 
 SHAPE = 6, 8
@@ -56,11 +57,16 @@ class UnrulyCamera(_Unruly, Camera):
         if self.options.when == "close":
             self.at("close")
 
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        return None if self.at("arm") == "nothing" else super()._arm(exposures)  # type: ignore[return-value]
+
     def _read(self, timeout_s: float) -> Image:
         deed = self.at("read")
         pixels = np.full((*SHAPE, 3), 100, np.uint8)
         if deed == "floats":
             return Image(pixels.astype(np.float64))
+        if deed == "another exposure":
+            return Image(pixels, exposure_index=3)
         return [pixels] if deed == "a list" else Image(pixels)  # type: ignore[return-value]
 
 
@@ -79,6 +85,15 @@ class UnrulyLights(_Unruly, Illumination):
         if self.options.does == "words for exposures":
             return "one by one"  # type: ignore[return-value]
         return (Exposure({"all": 1.0}, self.channels),)
+
+
+class UnrulyBox(_Unruly, LightDriver):
+    def __init__(self, options: BaseModel) -> None:
+        super().__init__(options)
+        self.at("made")
+
+    def attach(self, camera: Camera) -> None:
+        self.at("attach")
 
     def _open(self) -> None:
         self.at("open")

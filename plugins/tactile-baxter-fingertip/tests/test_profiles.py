@@ -1,52 +1,24 @@
 import numpy as np
 import pytest
 
-from tactile_baxter_fingertip.four_sides import FourSides, FourSidesOptions
-from tactile_core.plugins.registry import resolve
+from tactile_core.pipeline.playback import make_lights
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.analytic_ball import BallPress, render
 
 
-def test_the_light_is_found_by_its_name() -> None:
-    assert resolve("illumination", "baxter_fingertip.four_sides") is FourSides
-
-
 def test_one_exposure_shows_four_arrays_in_three_channels() -> None:
-    with FourSides(FourSidesOptions()) as light:
-        (exposure,) = light.exposures()
-        light.set(exposure.levels)
+    illumination = make_lights(load_profile("baxter_fingertip"))
+    (exposure,) = illumination.exposures()
     assert set(exposure.levels) == {"red", "green", "blue", "white"}
-    assert exposure.channels == light.channels == ("red", "green", "blue")
+    assert exposure.channels == illumination.channels == ("red", "green", "blue")
+    feeds = {light.name: light.feeds for light in illumination.lights}
+    assert feeds["white"] == illumination.channels
+    assert feeds["red"] == ("red",)
 
 
 def test_one_array_stands_on_each_side() -> None:
-    assert sorted(array.azimuth_deg % 360 for array in FourSidesOptions().lights) == [
-        0,
-        90,
-        180,
-        270,
-    ]
-
-
-@pytest.mark.parametrize(
-    ("feeds", "why"),
-    [
-        ([["red"], ["green"], ["blue"], ["violet"]], "feeds some of"),
-        ([["red"], ["red"], ["green"], ["green"]], "no array feeds blue"),
-    ],
-)
-def test_every_channel_has_its_light(feeds: list[list[str]], why: str) -> None:
-    arrays = [{"name": f"a{i}", "azimuth_deg": 90 * i, "feeds": f} for i, f in enumerate(feeds)]
-    with pytest.raises(ValueError, match=why):
-        FourSidesOptions.model_validate({"lights": arrays})
-
-
-def test_arrays_of_one_name_are_refused() -> None:
-    arrays = [
-        {"name": "red", "azimuth_deg": a, "feeds": ["red", "green", "blue"]} for a in range(4)
-    ]
-    with pytest.raises(ValueError, match="different names"):
-        FourSidesOptions.model_validate({"lights": arrays})
+    lights = make_lights(load_profile("baxter_fingertip")).lights
+    assert sorted(light.azimuth_deg % 360 for light in lights) == [0, 90, 180, 270]
 
 
 def test_the_tip_sees_what_the_paper_says() -> None:

@@ -1,0 +1,5 @@
+from tactile_core.testing import PluginConformance
+
+
+class TestExampleLights(PluginConformance):
+    plugin = "example_lights"

@@ -1,0 +1,35 @@
+"""What a profile says of one light, for the core's illuminations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field
+
+from tactile_core.interfaces.illumination import Light
+from tactile_core.interfaces.optics import Lamps
+
+
+class LightOptions(Lamps):
+    """One light, as seen from the image centre, and how it is built if not like the others."""
+
+    name: str = Field(min_length=1, description="The light's name.")
+    azimuth_deg: float = Field(
+        description="Where it stands around the image: 0 is right, 90 is down."
+    )
+    elevation_deg: float = Field(
+        ge=0, le=90, description="Its angle above the gel surface; 90 shines straight onto it."
+    )
+
+    def placed(self, feeds: tuple[str, ...] = ()) -> Light:
+        """Return the light that these options describe."""
+        own = self.model_dump(include=set(Lamps.model_fields), exclude_unset=True)
+        return Light(
+            self.name, self.azimuth_deg, self.elevation_deg, feeds, Lamps.model_validate(own)
+        )
+
+
+def refuse_same_names(lights: Sequence[LightOptions]) -> None:
+    """Raise a ValueError if two lights have one name."""
+    if len({light.name for light in lights}) < len(lights):
+        raise ValueError("two lights have one name")

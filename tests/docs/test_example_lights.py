@@ -1,0 +1,52 @@
+"""A package outside the core's tree brings a camera and its lights; the core is not touched."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support.dist_info import write_dist_info
+
+PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-lights"
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    """Of a process in which the example is installed as if by pip."""
+    write_dist_info(PROJECT, tmp_path)
+    path = os.pathsep.join([str(PROJECT), str(tmp_path), *sys.path])
+    return {**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"}
+
+
+def run(environment: dict[str, str], *words: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", *words],
+        cwd=PROJECT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_its_own_tests_pass(environment: dict[str, str]) -> None:
+    run(environment, "pytest", "-q", "-p", "no:cacheprovider", "tests")
+
+
+def test_the_commands_know_its_light_driver(environment: dict[str, str]) -> None:
+    listed = run(environment, "tactile_core.cli", "plugins")
+    assert "light_driver" in listed
+    assert "example_lights.box" in listed
+    assert "ok       plugin example_lights" in run(environment, "tactile_core.cli", "doctor")
+    assert "valid" in run(environment, "tactile_core.cli", "validate", "example_lights_bench")
+
+
+def test_the_command_line_measures_with_it(environment: dict[str, str]) -> None:
+    words = "run example_lights_bench --frames 3 --reference first --json"
+    lines = run(environment, "tactile_core.cli", *words.split()).splitlines()
+    assert len(lines) == 3

@@ -16,7 +16,8 @@ def rim_share(
     """Height of a contact's rim over the undeformed surface, over the height of its top above it.
 
     Of Hertz's pressure √(1 − r²/a²) on a layer that is bonded to a plate: 1 on a half-space, less
-    the thinner the layer is. On virtual sensors (balls of 4 and 8 mm, up to 0.8 mm deep in 2 mm of
+    the thinner the layer is, and 0 where it is so thin that this pressure would make it bulge
+    around the contact. On virtual sensors (balls of 4 and 8 mm, up to 0.8 mm deep in 2 mm of
     gel) it is right to 0.1.
 
     Parameters
@@ -31,4 +32,4 @@ def rim_share(
     layer = Elastomer(thickness_mm, 1.0, poisson_ratio)
     waves = pressure * layer.compliance(ka / contact_radius_mm).normal * ka
     top, rim = waves.sum(), (waves * j0(ka)).sum()
-    return float(rim / (top - rim))
+    return float(np.clip(rim / (top - rim), 0, 1))

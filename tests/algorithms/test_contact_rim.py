@@ -20,6 +20,11 @@ def test_a_thinner_gel_sinks_nearer_to_its_rest() -> None:
     assert 0 < shares[-1] < 0.25
 
 
+@pytest.mark.parametrize("thickness_mm", [1e-9, 1e-3, 0.1, 1e3, 1e9])
+def test_no_rim_is_lower_than_at_rest_or_higher_than_on_a_half_space(thickness_mm: float) -> None:
+    assert 0 <= rim_share(1.0, thickness_mm) <= 1
+
+
 def test_only_the_contact_over_the_thickness_matters() -> None:
     assert rim_share(1.0, 2.0) == pytest.approx(rim_share(3.0, 6.0))
 

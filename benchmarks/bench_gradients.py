@@ -9,9 +9,10 @@ import pytest
 from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.photometric import Smoothing
 from tactile_core.algorithms.sines import planes_to_gradient
-from tactile_core.builtin.slope_calibration import SlopeCalibration
-from tactile_core.interfaces.calibration import Press
-from tactile_core.plugins.registry import resolve
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.component import Component
+from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.quantities import Frame, Reference
 
 MODELS = ("core.mlp", "core.lookup_table", "core.polynomial")
@@ -52,9 +53,8 @@ def unit(shape: tuple[int, int]) -> tuple[list[Press], Reference]:
     return presses, Reference(light(level, level).astype(np.float32), CHANNELS)
 
 
-def fitted(use: str, presses: list[Press], reference: Reference) -> SlopeCalibration:
-    cls = resolve("calibration", use)
-    return cls.fit(presses, reference, cls.Options())
+def fitted(use: str, presses: list[Press], reference: Reference) -> Calibration:
+    return calibrator_of(Component(use=use)).fit(presses, reference)
 
 
 @models

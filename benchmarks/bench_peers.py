@@ -22,12 +22,13 @@ from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, 
 
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.reading import Reading
-from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients
 
@@ -74,7 +75,7 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
 
     presses, changes, slopes = known_pixels(by_table)
     table = Table(changes, slopes)
-    cls = resolve("calibration", "core.lookup_table")
+    calibrator = calibrator_of(Component(use="core.lookup_table"))
     lights = make_lights(six.profile).lights
     towards = np.array([direction(light) for light in lights])
 
@@ -104,7 +105,7 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
         Pair(
             "fit of a table",
             lambda: Table(changes, slopes),
-            lambda: cls.fit(presses, by_table.bundle.reference, cls.Options()),
+            lambda: calibrator.fit(presses, by_table.bundle.reference),
             costly=True,
         ),
     ]

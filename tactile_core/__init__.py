@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from tactile_core.errors import PluginError as PluginError
     from tactile_core.errors import ProfileError as ProfileError
     from tactile_core.errors import TactileError as TactileError
+    from tactile_core.interfaces.artefact import Artefact as Artefact
     from tactile_core.interfaces.calibration import Calibration as Calibration
-    from tactile_core.interfaces.calibration import Press as Press
+    from tactile_core.interfaces.calibrator import Calibrator as Calibrator
+    from tactile_core.interfaces.calibrator import Press as Press
     from tactile_core.interfaces.camera import Camera as Camera
     from tactile_core.interfaces.camera import Trigger as Trigger
     from tactile_core.interfaces.estimator import Estimator as Estimator
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.illumination import Illumination as Illumination
     from tactile_core.interfaces.illumination import Light as Light
     from tactile_core.interfaces.light_driver import LightDriver as LightDriver
+    from tactile_core.interfaces.slope_models.options import SlopeOptions as SlopeOptions
+    from tactile_core.interfaces.slope_models.slope_model import SlopeModel as SlopeModel
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
     from tactile_core.pipeline.reading import Reading as Reading
     from tactile_core.pipeline.sensor import Sensor as Sensor
@@ -49,7 +53,9 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "bundles.bundle": ("Bundle",),
-    "interfaces.calibration": ("Calibration", "Press"),
+    "interfaces.artefact": ("Artefact",),
+    "interfaces.calibration": ("Calibration",),
+    "interfaces.calibrator": ("Calibrator", "Press"),
     "interfaces.camera": ("Camera", "Trigger"),
     "errors": (
         "CalibrationError",
@@ -62,6 +68,8 @@ _HOMES = {
     "interfaces.estimator": ("Estimator", "External", "SensorContext"),
     "interfaces.illumination": ("Exposure", "Illumination", "Light"),
     "interfaces.light_driver": ("LightDriver",),
+    "interfaces.slope_models.options": ("SlopeOptions",),
+    "interfaces.slope_models.slope_model": ("SlopeModel",),
     "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (

@@ -29,10 +29,20 @@ def tactile_illuminations() -> Mapping[str, str]:
 
 
 @hookimpl
-def tactile_calibrations() -> Mapping[str, str]:
-    """Calibrations of the core."""
+def tactile_calibrators() -> Mapping[str, str]:
+    """Calibrators of the core."""
     return {
-        "automatic": "tactile_core.builtin.automatic_model:Automatic",
+        "automatic": "tactile_core.builtin.automatic_model:AutomaticCalibrator",
+        "lookup_table": "tactile_core.builtin.lookup_table:LookupTableCalibrator",
+        "mlp": "tactile_core.builtin.mlp:MlpCalibrator",
+        "polynomial": "tactile_core.builtin.polynomial:PolynomialCalibrator",
+    }
+
+
+@hookimpl
+def tactile_artefacts() -> Mapping[str, str]:
+    """What the calibrators fit."""
+    return {
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.polynomial:Polynomial",

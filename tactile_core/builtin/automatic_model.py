@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar
 
 from pydantic import BaseModel, Field
 
-from tactile_core.builtin.mlp import Mlp, MlpOptions
-from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
-from tactile_core.builtin.slope_calibration import SlopeOptions
-from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration, Press
-from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
+from tactile_core.builtin.mlp import MlpCalibrator, MlpOptions
+from tactile_core.builtin.polynomial import PolynomialCalibrator, PolynomialOptions
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.slope_models.options import SlopeOptions
+from tactile_core.quantities import Reference
 
 
 class AutomaticOptions(SlopeOptions):
@@ -24,36 +23,23 @@ class AutomaticOptions(SlopeOptions):
     )
 
 
-class Automatic(Calibration):
-    """Chooses when it is fitted; what it returns is an ordinary fitted model.
+class AutomaticCalibrator(Calibrator):
+    """Chooses between ``core.polynomial`` and ``core.mlp``, whose model it returns.
 
     On two real sensors a network and a quadratic err alike with eight presses; with sixteen the
     network errs less by a sixth, with four it errs by half as much again.
     """
 
     Options: ClassVar[type[BaseModel]] = AutomaticOptions
+    options: AutomaticOptions
 
-    @classmethod
-    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Calibration:
+    def fit(self, presses: Sequence[Press], reference: Reference) -> Calibration:
         """Fit ``core.polynomial`` or ``core.mlp``."""
-        assert isinstance(options, AutomaticOptions)
-        blur = options.model_dump(include=set(SlopeOptions.model_fields), exclude_unset=True)
-        if len(samples) < options.presses_for_network:
-            return Polynomial.fit(samples, reference, PolynomialOptions(**blur))
-        return Mlp.fit(samples, reference, MlpOptions(**blur))
+        blur = self.options.model_dump(include=set(SlopeOptions.model_fields), exclude_unset=True)
+        if len(presses) < self.options.presses_for_network:
+            return PolynomialCalibrator(PolynomialOptions(**blur)).fit(presses, reference)
+        return MlpCalibrator(MlpOptions(**blur)).fit(presses, reference)
 
-    def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:
-        """Never called: what was fitted is another model."""
-        raise CalibrationError(_NOT_FITTED)
-
-    def save(self, directory: Path) -> None:
-        """Never called: what was fitted is another model."""
-        raise CalibrationError(_NOT_FITTED)
-
-    @classmethod
-    def load(cls, directory: Path) -> Self:
-        """Never called: a bundle names the model that was chosen."""
-        raise CalibrationError(_NOT_FITTED)
-
-
-_NOT_FITTED = "core.automatic is only fitted; a bundle holds the model that it chose"
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Smoothing that the options ask for."""
+        return self.options.smoothing_px(mm_per_px)

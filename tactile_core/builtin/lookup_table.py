@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,16 @@ from pydantic import BaseModel, Field
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
 from tactile_core.algorithms.slope_field import takes_table
-from tactile_core.builtin.image_shape import shape_of
-from tactile_core.builtin.model_file import Arrays
-from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
-from tactile_core.builtin.slope_training import blur_of, faithful, samples_of
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Press
-from tactile_core.quantities import Float32, Reference
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.slope_models.image_shape import shape_of
+from tactile_core.interfaces.slope_models.model_file import Arrays, table_arrays, table_from
+from tactile_core.interfaces.slope_models.options import SlopeOptions
+from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
+from tactile_core.interfaces.slope_models.slope_model import SlopeModel
+from tactile_core.interfaces.slope_models.tables import faithful
+from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 CELL_BLUR_ENTRIES = 1.2
 FILLED_WEIGHT = 1e-3
@@ -47,16 +51,43 @@ class TableModel:
         """Map (N, 5) features to (N, 2) sines."""
         return self.table.nearest(features[:, :3]) + self.around(features)
 
-
-class LookupTable(SlopeCalibration):
-    """80³ entries, averaged over the presses; empty entries by linear interpolation."""
-
-    USE: ClassVar[str] = "core.lookup_table"
-    Options: ClassVar[type[BaseModel]] = LookupTableOptions
-    _model: TableModel
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Coefficients of the term, and the table."""
+        return self.around.arrays() | table_arrays(self.table)
 
     @classmethod
-    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> LookupTable:
+    def from_arrays(cls, arrays: Arrays) -> Self:
+        """Rebuild both."""
+        return cls(table_from(arrays), PolynomialFit.from_arrays(arrays))
+
+
+class LookupTable(Calibration):
+    """A fitted table."""
+
+    def __init__(self, slopes: SlopeModel[TableModel]) -> None:
+        self.slopes = slopes
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
+        return self.slopes.measure(frame, reference)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        self.slopes.save(directory)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
+        return cls(SlopeModel.load(directory, TableModel))
+
+
+class LookupTableCalibrator(Calibrator):
+    """80³ entries, averaged over the presses; empty entries by linear interpolation."""
+
+    Options: ClassVar[type[BaseModel]] = LookupTableOptions
+    options: LookupTableOptions
+
+    def fit(self, presses: Sequence[Press], reference: Reference) -> LookupTable:
         """Fit on presses of a known ball.
 
         Raises
@@ -64,31 +95,25 @@ class LookupTable(SlopeCalibration):
         CalibrationError
             The frames do not have three channels.
         """
-        assert isinstance(options, LookupTableOptions)
         shape = shape_of(reference)
         if shape[2] != 3:
             raise CalibrationError(
                 f"core.lookup_table is a table over three channels and the frames have {shape[2]}; "
                 f"use core.mlp or core.polynomial"
             )
-        blur_px = blur_of(options, samples)
-        features, sines = samples_of(samples, reference, blur_px=blur_px, most=60_000)
-        table = _filled(features[:, :3], sines, options.bins)
+        blur_px = self.smoothing_px(scale_of(presses))
+        features, sines = samples_of(presses, reference, blur_px=blur_px, most=60_000)
+        table = _filled(features[:, :3], sines, self.options.bins)
         missing = sines - table.nearest(features[:, :3])
         around = fit_polynomial(features, missing, order=2, ridge=1e-3)
-        model = TableModel(table, around)
+        function = TableModel(table, around)
         if takes_table(shape):
-            table = faithful(table, model, samples, reference, blur_px) or table
-        return cls(model, table, shape, blur_px)
+            table = faithful(table, function, presses, reference, blur_px) or table
+        return LookupTable(SlopeModel(function, shape, blur_px, table))
 
-    def _arrays(self) -> dict[str, NDArray[Any]]:
-        return self._model.around.arrays()
-
-    @classmethod
-    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> TableModel:
-        if table is None:
-            raise KeyError("table")
-        return TableModel(table, PolynomialFit.from_arrays(arrays))
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Smoothing that the options ask for."""
+        return self.options.smoothing_px(mm_per_px)
 
 
 def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.network import Network, train
-from tactile_core.builtin.image_shape import shape_of
-from tactile_core.builtin.model_file import Arrays
-from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
-from tactile_core.builtin.slope_training import baked, blur_of, samples_of
-from tactile_core.interfaces.calibration import Press
-from tactile_core.quantities import Float32, Reference
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.slope_models.image_shape import shape_of
+from tactile_core.interfaces.slope_models.model_file import Arrays
+from tactile_core.interfaces.slope_models.options import SlopeOptions
+from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
+from tactile_core.interfaces.slope_models.slope_model import SlopeModel
+from tactile_core.interfaces.slope_models.tables import baked
+from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 
 class MlpOptions(SlopeOptions):
@@ -50,20 +53,61 @@ class Ensemble:
             total += member(features)
         return total / np.float32(len(self.members))
 
-
-class Mlp(SlopeCalibration):
-    """Small networks, the most accurate from about eight presses on."""
-
-    USE: ClassVar[str] = "core.mlp"
-    Options: ClassVar[type[BaseModel]] = MlpOptions
-    _model: Ensemble
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All weights and biases, and the scale of the features."""
+        arrays: dict[str, NDArray[Any]] = {
+            "members": np.array(len(self.members)),
+            "mean": self.members[0].mean,
+            "std": self.members[0].std,
+        }
+        for m, member in enumerate(self.members):
+            for depth, (weight, bias) in enumerate(member.layers):
+                arrays |= {f"weight_{m}_{depth}": weight, f"bias_{m}_{depth}": bias}
+        return arrays
 
     @classmethod
-    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Mlp:
+    def from_arrays(cls, arrays: Arrays) -> Self:
+        """Rebuild the networks."""
+        members = []
+        for m in range(int(arrays["members"])):
+            depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
+            layers = tuple(
+                (arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths)
+            )
+            members.append(Network(arrays["mean"], arrays["std"], layers))
+        return cls(tuple(members))
+
+
+class Mlp(Calibration):
+    """Fitted networks."""
+
+    def __init__(self, slopes: SlopeModel[Ensemble]) -> None:
+        self.slopes = slopes
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
+        return self.slopes.measure(frame, reference)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        self.slopes.save(directory)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
+        return cls(SlopeModel.load(directory, Ensemble))
+
+
+class MlpCalibrator(Calibrator):
+    """Trains small networks, the most accurate from about eight presses on."""
+
+    Options: ClassVar[type[BaseModel]] = MlpOptions
+    options: MlpOptions
+
+    def fit(self, presses: Sequence[Press], reference: Reference) -> Mlp:
         """Fit on presses of a known ball; takes a second or two."""
-        assert isinstance(options, MlpOptions)
-        blur_px = blur_of(options, samples)
-        features, sines = samples_of(samples, reference, blur_px=blur_px)
+        options, blur_px = self.options, self.smoothing_px(scale_of(presses))
+        features, sines = samples_of(presses, reference, blur_px=blur_px)
         seen = _flickering(features, options.gain_noise, options.seed)
         members = [
             train(
@@ -76,32 +120,13 @@ class Mlp(SlopeCalibration):
             )
             for member in range(options.members)
         ]
-        model = Ensemble(tuple(members))
-        table = baked(model, features, samples, reference, blur_px)
-        return cls(model, table, shape_of(reference), blur_px)
+        function = Ensemble(tuple(members))
+        table = baked(function, features, presses, reference, blur_px)
+        return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))
 
-    def _arrays(self) -> dict[str, NDArray[Any]]:
-        members = self._model.members
-        arrays: dict[str, NDArray[Any]] = {
-            "members": np.array(len(members)),
-            "mean": members[0].mean,
-            "std": members[0].std,
-        }
-        for m, member in enumerate(members):
-            for depth, (weight, bias) in enumerate(member.layers):
-                arrays |= {f"weight_{m}_{depth}": weight, f"bias_{m}_{depth}": bias}
-        return arrays
-
-    @classmethod
-    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> Ensemble:
-        members = []
-        for m in range(int(arrays["members"])):
-            depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
-            layers = tuple(
-                (arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths)
-            )
-            members.append(Network(arrays["mean"], arrays["std"], layers))
-        return Ensemble(tuple(members))
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Smoothing that the options ask for."""
+        return self.options.smoothing_px(mm_per_px)
 
 
 def _flickering(features: Float32, gain_noise: float, seed: int) -> Float32:

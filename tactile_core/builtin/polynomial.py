@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import ClassVar, Self
 
-from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
-from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.builtin.image_shape import shape_of
-from tactile_core.builtin.model_file import Arrays
-from tactile_core.builtin.slope_calibration import SlopeCalibration, SlopeOptions
-from tactile_core.builtin.slope_training import baked, blur_of, samples_of
-from tactile_core.interfaces.calibration import Press
-from tactile_core.quantities import Reference
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.slope_models.image_shape import shape_of
+from tactile_core.interfaces.slope_models.options import SlopeOptions
+from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
+from tactile_core.interfaces.slope_models.slope_model import SlopeModel
+from tactile_core.interfaces.slope_models.tables import baked
+from tactile_core.quantities import Frame, Gradients, Reference
 
 
 class PolynomialOptions(SlopeOptions):
@@ -25,26 +26,41 @@ class PolynomialOptions(SlopeOptions):
     ridge: float = Field(default=0.03, gt=0, description="Penalty on the coefficients.")
 
 
-class Polynomial(SlopeCalibration):
+class Polynomial(Calibration):
+    """A fitted polynomial."""
+
+    def __init__(self, slopes: SlopeModel[PolynomialFit]) -> None:
+        self.slopes = slopes
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
+        return self.slopes.measure(frame, reference)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        self.slopes.save(directory)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
+        return cls(SlopeModel.load(directory, PolynomialFit))
+
+
+class PolynomialCalibrator(Calibrator):
     """Ridge regression; the best choice with few presses, for it cannot overfit."""
 
-    USE: ClassVar[str] = "core.polynomial"
     Options: ClassVar[type[BaseModel]] = PolynomialOptions
-    _model: PolynomialFit
+    options: PolynomialOptions
 
-    @classmethod
-    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Polynomial:
+    def fit(self, presses: Sequence[Press], reference: Reference) -> Polynomial:
         """Fit on presses of a known ball."""
-        assert isinstance(options, PolynomialOptions)
-        blur_px = blur_of(options, samples)
-        features, sines = samples_of(samples, reference, blur_px=blur_px)
-        model = fit_polynomial(features, sines, order=options.order, ridge=options.ridge)
-        table = baked(model, features, samples, reference, blur_px)
-        return cls(model, table, shape_of(reference), blur_px)
+        blur_px = self.smoothing_px(scale_of(presses))
+        features, sines = samples_of(presses, reference, blur_px=blur_px)
+        order, ridge = self.options.order, self.options.ridge
+        function = fit_polynomial(features, sines, order=order, ridge=ridge)
+        table = baked(function, features, presses, reference, blur_px)
+        return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 
-    def _arrays(self) -> dict[str, NDArray[Any]]:
-        return self._model.arrays()
-
-    @classmethod
-    def _model_from(cls, arrays: Arrays, table: ColourTable | None) -> PolynomialFit:
-        return PolynomialFit.from_arrays(arrays)
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Smoothing that the options ask for."""
+        return self.options.smoothing_px(mm_per_px)

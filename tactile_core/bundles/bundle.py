@@ -1,9 +1,9 @@
-"""The calibration bundle: one physical unit's model, reference and manifest in a folder."""
+"""The bundle: one physical unit's artefacts, reference and manifest in a folder."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.bundles.manifest import (
+    LIGHT,
     Manifest,
     bundle_files,
     check_files,
@@ -21,8 +22,10 @@ from tactile_core.bundles.manifest import (
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
 from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.plugins.blame import blame
+from tactile_core.plugins.blame import blame, fault
+from tactile_core.plugins.registry import registered_name, resolve
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
@@ -36,11 +39,42 @@ _SERIAL = re.compile(r"[A-Za-z0-9._-]+")
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """A fitted calibration with all that it needs to be used again."""
+    """What was fitted to one unit, with all that it needs to be used again.
+
+    Attributes
+    ----------
+    manifest : Manifest
+    artefacts : mapping of str to Artefact
+        By the names of the manifest; ``"light"`` is a :class:`Calibration`.
+    reference : Reference
+        The undeformed sensor.
+    """
 
     manifest: Manifest
-    calibration: Calibration
+    artefacts: Mapping[str, Artefact]
     reference: Reference
+
+    @property
+    def calibration(self) -> Calibration:
+        """The light model."""
+        model = self.artefacts[LIGHT]
+        assert isinstance(model, Calibration)
+        return model
+
+    def artefact(self, name: str) -> Artefact:
+        """Return an artefact by its name.
+
+        Raises
+        ------
+        CalibrationError
+            The bundle does not hold it.
+        """
+        if name not in self.artefacts:
+            raise CalibrationError(
+                f"the bundle of {self.manifest.profile} holds no artefact {name!r}, only "
+                f"{', '.join(self.artefacts)}; calibrate it for this unit"
+            )
+        return self.artefacts[name]
 
     def save(self, directory: Path, report: Callable[[Path], None] | None = None) -> None:
         """Write the bundle beside its place, then put it there in one step.
@@ -63,8 +97,13 @@ class Bundle:
         """
         directory = check_place(directory)
         with fresh_folder(directory) as fresh:
-            with blame("the calibration", self.calibration):
-                self.calibration.save(fresh)
+            for name, artefact in self.artefacts.items():
+                folder = fresh / name
+                folder.mkdir()
+                with blame(_words(name), artefact):
+                    artefact.save(folder)
+                if not any(folder.iterdir()):
+                    folder.rmdir()  # a manifest names files alone
             _save_reference(self.reference, fresh / "reference.npz")
             if report is not None:
                 report(fresh)
@@ -97,24 +136,12 @@ class Bundle:
 
     @classmethod
     def _loaded(cls, directory: Path) -> Bundle:
-        from tactile_core.plugins.registry import resolve
-
         manifest = read_manifest(directory)
         check_files(directory, manifest)
-        model = resolve("calibration", manifest.model)
-        try:
-            with blame("the calibration", model):
-                calibration: Calibration = model.load(directory)
-        except PluginFault:
-            raise
-        except TactileError as error:
-            raise type(error)(f"bundle {directory}: {error}") from error
-        except Exception as error:
-            raise CalibrationError(
-                f"bundle {directory}: {manifest.model} cannot load its model "
-                f"({type(error).__name__}: {error}); calibrate again"
-            ) from error
-        return cls(manifest, calibration, _load_reference(directory / "reference.npz", manifest))
+        artefacts = {
+            name: _loaded_artefact(directory, name, use) for name, use in manifest.artefacts.items()
+        }
+        return cls(manifest, artefacts, _load_reference(directory / "reference.npz", manifest))
 
     def check(self, profile: Profile, serial: str | None = None) -> list[str]:
         """Refuse a profile or unit that the bundle is not for; return warnings.
@@ -147,6 +174,25 @@ class Bundle:
                 "calibrate again if readings look wrong"
             ]
         return []
+
+
+def names_of(artefacts: Mapping[str, Artefact]) -> dict[str, str]:
+    """Return, for a manifest, under which name the class of each artefact is registered.
+
+    Raises
+    ------
+    PluginFault
+        A class is not registered, so that its bundle could not be read again.
+    """
+    names = {}
+    for name, artefact in artefacts.items():
+        use = registered_name("artefact", type(artefact))
+        if use is None:
+            raise fault(
+                _words(name), artefact, "is registered by no hook tactile_artefacts, which names it"
+            )
+        names[name] = use
+    return names
 
 
 def now() -> str:
@@ -185,6 +231,32 @@ def default_place(profile: Profile, serial: str | None) -> Path:
     from platformdirs import user_data_path
 
     return user_data_path("tactile-core") / "bundles" / profile.name / (serial or "default")
+
+
+def _loaded_artefact(directory: Path, name: str, use: str) -> Artefact:
+    cls = resolve("artefact", use)
+    try:
+        with blame(_words(name), cls):
+            artefact = cls.load(directory / name)
+    except PluginFault:
+        raise
+    except TactileError as error:
+        raise type(error)(f"bundle {directory}: {use}: {error}") from error
+    except Exception as error:
+        raise CalibrationError(
+            f"bundle {directory}: {use} cannot load its model ({type(error).__name__}: {error}); "
+            f"calibrate again"
+        ) from error
+    wanted = Calibration if name == LIGHT else Artefact
+    if not isinstance(artefact, wanted):
+        found = type(artefact).__name__
+        raise fault(_words(name), cls, f"loaded {found}, no {wanted.__name__}")
+    return artefact
+
+
+def _words(name: str) -> str:
+    """What a message calls an artefact."""
+    return "the calibration" if name == LIGHT else f"the artefact {name!r}"
 
 
 def _identity(directory: Path) -> tuple[int, int, int] | None:

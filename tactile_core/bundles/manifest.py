@@ -9,18 +9,21 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt
 
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.printable import printable
 
-FORMAT = 2
+FORMAT = 3
 MANIFEST = "manifest.json"
+LIGHT = "light"
+"""The artefact that turns intensities into slopes or depth."""
 
 _LARGEST_BYTES = 4 << 20
 
 Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -30,11 +33,20 @@ class _Versioned(BaseModel):
     format: int
 
 
+def _with_light(artefacts: dict[str, str]) -> dict[str, str]:
+    if LIGHT not in artefacts:
+        raise ValueError(f"a bundle holds the artefact {LIGHT!r}")
+    return artefacts
+
+
 class Manifest(BaseModel):
     """What a bundle belongs to and how good it is; stored as ``manifest.json``.
 
     Attributes
     ----------
+    artefacts : dict
+        ``plugin.name`` of each artefact's class, by the artefact's name, which is also that of its
+        folder; the light model is :data:`LIGHT`.
     files : dict
         SHA-256 of every other file of the bundle, by its path in the folder.
     content_hash : str
@@ -48,7 +60,7 @@ class Manifest(BaseModel):
     revision: Text = ""
     serial: Text = ""
     gel_id: Text = ""
-    model: Text
+    artefacts: Annotated[dict[Name, Text], AfterValidator(_with_light)]
     image_size_px: tuple[PositiveInt, PositiveInt]
     crop: tuple[int, int, int, int] | None = None
     channels: tuple[Text, ...]
@@ -64,6 +76,11 @@ class Manifest(BaseModel):
     profile_hash: str = ""
     files: dict[str, str] = {}
     content_hash: str = ""
+
+    @property
+    def model(self) -> str:
+        """``plugin.name`` of the light model."""
+        return self.artefacts[LIGHT]
 
     def fingerprint(self) -> str:
         """SHA-256 of every field but ``content_hash``, as JSON with sorted keys."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundles.bundle import Bundle, check_serial, now
-from tactile_core.bundles.manifest import Manifest
+from tactile_core.bundles.bundle import Bundle, check_serial, names_of, now
+from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.calibration.height_target import is_height_map
 from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.calibration.result import Calibrated
@@ -20,13 +21,10 @@ from tactile_core.calibration.targets import Known, balls, rows_of_map, untouche
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, played_back, read_frames
-from tactile_core.plugins.options import options_of
-from tactile_core.plugins.registry import resolve
-from tactile_core.plugins.returned import fitted_by
+from tactile_core.plugins.calibrators import calibrator_of, fitted_by, smoothing_px_of
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
@@ -76,7 +74,7 @@ def calibrate(
     rows : slice, optional
         Rows of the height map that may be used.
     model : str, optional
-        ``plugin.name`` of a calibration instead of the profile's.
+        ``plugin.name`` of a calibrator instead of the profile's.
     serial : str
         Which physical unit this is.
     scored : bool
@@ -96,16 +94,11 @@ def calibrate(
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
-    cls: type[Calibration] = resolve(
-        "calibration", base.calibration.use if model is None else model
-    )
-    component = base.calibration if model is None else Component(use=model)
-    options = options_of(cls, component)
-    condition = Conditioning.of(base, untouched, compensates=cls.compensation == "channel")
+    calibrator = calibrator_of(base.calibration if model is None else Component(use=model))
+    condition = Conditioning.of(base, untouched, compensates=calibrator.compensation == "channel")
     untouched = condition.undeformed
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
-    blur_at = getattr(options, "blur_at", None)
-    blur_px = 0.0 if blur_at is None else float(blur_at(base.image.mm_per_px))
+    blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
     known: Known[Any] = (
         rows_of_map(target, frames[0], condition, rows, blur_px, stands_in=bool(stand_in))
         if target is not None and is_height_map(target)
@@ -122,15 +115,14 @@ def calibrate(
     )
     good = [surface for surface in known.surfaces if surface.used]
 
-    def fit(samples: Sequence[Press], reference: Reference) -> Calibration:
-        return fitted_by(cls, samples, reference, options)
-
+    fit = partial(fitted_by, calibrator)
     score = None
     if scored:
         progress.stage("scoring on held-out presses", 0.6)
         score = cross_validate(known.surfaces, known.without, untouched, fit, progress=progress)
     progress.stage("fitting", 0.15)
     fitted = fit([*(surface.training() for surface in good), *known.resting], untouched)
+    artefacts = {LIGHT: fitted}
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, untouched)
     if is_sequential(frames[0]):
@@ -139,7 +131,7 @@ def calibrate(
         profile=base.name,
         revision=base.revision,
         serial=serial,
-        model=getattr(type(fitted), "USE", component.use),
+        artefacts=names_of(artefacts),
         image_size_px=(base.image.width_px, base.image.height_px),
         crop=base.image.crop,
         channels=untouched.channels,
@@ -155,7 +147,7 @@ def calibrate(
     )
     if score is not None and not score.mean_deg < score.predict_flat_deg:
         notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
-    bundle = Bundle(manifest, fitted, untouched)
+    bundle = Bundle(manifest, artefacts, untouched)
     given = inputs_of(profile, presses, reference, labels, target)
     return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis, given)
 

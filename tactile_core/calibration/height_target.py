@@ -127,9 +127,21 @@ class HeightTarget:
     @cached_property
     def smooth_slopes(self) -> tuple[Float32, Float32]:
         """The same, as smooth as the images that a model sees."""
+        return _slopes(self._smoothed_mm, self.frame.mm_per_px)
+
+    @cached_property
+    def smooth_relief_mm(self) -> Float32:
+        """(R, W) heights as smooth as those images, less the map's free tilt and level."""
+        height_mm = self._smoothed_mm.astype(np.float64)
+        fall_y, fall_x = (np.median(g) for g in np.gradient(height_mm))
+        height_mm -= fall_x * np.arange(height_mm.shape[1])
+        height_mm -= fall_y * np.arange(height_mm.shape[0])[:, None]
+        return np.asarray(height_mm - np.median(height_mm[self.usable]), np.float32)
+
+    @cached_property
+    def _smoothed_mm(self) -> Float32:
         smoothing = Smoothing.of(None, self.blur_px)
-        smoothed = smoothing.apply(self.height_mm[..., None], None)[..., 0]
-        return _slopes(smoothed, self.frame.mm_per_px)
+        return np.asarray(smoothing.apply(self.height_mm[..., None], None)[..., 0], np.float32)
 
     @cached_property
     def usable(self) -> Bool:

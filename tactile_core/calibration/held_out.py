@@ -8,7 +8,7 @@ from typing import Generic
 
 from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.presses import FoundPress, light_of, refound, relocated
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference
 
 

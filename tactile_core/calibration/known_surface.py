@@ -6,7 +6,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 

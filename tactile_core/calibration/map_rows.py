@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.calibration.height_target import HeightTarget
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 MOST_BLOCKS = 5
@@ -103,6 +103,7 @@ class MapBlock:
             columns=columns[pick].astype(np.int32),
             gradients=np.stack([gx, gy], axis=1)[pick].astype(np.float32),
             name=self.file,
+            heights_mm=self.target.smooth_relief_mm[rows - self.target.first_row, columns][pick],
         )
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
 from tactile_core.algorithms.dome import flat_equivalent
+from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.presses import FoundPress, press_image, untouched_press
 from tactile_core.conditioning.conditioning import Conditioning
@@ -30,6 +31,8 @@ class PressedGrid:
         As the target has them.
     ball_radius_px : float
     dome_radius_px : float or None
+    thickness_mm : float
+        Of the gel.
     """
 
     file: str
@@ -38,6 +41,7 @@ class PressedGrid:
     centres_px: np.ndarray
     ball_radius_px: float
     dome_radius_px: float | None = None
+    thickness_mm: float = THICKNESS_MM
 
     def found(self) -> list[FoundPress]:
         """Refine all circles together."""
@@ -68,7 +72,15 @@ class PressedGrid:
 
     def _presses(self, frame: Frame, circles: Sequence[Circle]) -> list[FoundPress]:
         return [
-            FoundPress(self.file, frame, circle, self.ball_radius_px, True, self.dome_radius_px)
+            FoundPress(
+                self.file,
+                frame,
+                circle,
+                self.ball_radius_px,
+                in_grid=True,
+                dome_radius_px=self.dome_radius_px,
+                thickness_mm=self.thickness_mm,
+            )
             for circle in circles
         ]
 

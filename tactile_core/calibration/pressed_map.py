@@ -12,7 +12,7 @@ from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.map_rows import MapBlock
 from tactile_core.calibration.presses import resting
 from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Frame
 
 RESTING_PIXELS = 300

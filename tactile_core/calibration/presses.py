@@ -16,9 +16,11 @@ from tactile_core.algorithms.circles import (
     fit_light,
     locate,
 )
+from tactile_core.algorithms.contact_rim import rim_share
 from tactile_core.algorithms.dome import cap, flat_equivalent
+from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
@@ -33,6 +35,8 @@ SCORED_CONTACT_FRACTION = 0.8
 REST_DISTANCE_BALLS = 3.5
 REST_SHARE = 0.25
 """Resting pixels per pixel on the ball: with fewer, small biases at rest add up to a tilted map."""
+
+_RIM_POINTS = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +57,8 @@ class FoundPress:
         Radius of a domed gel at rest; None for a flat one.
     start : Start or None
         What the press alone tells; None where its place is given.
+    thickness_mm : float
+        Of the gel, which says how high the surface stands at the rim of the contact.
     """
 
     file: str
@@ -62,6 +68,7 @@ class FoundPress:
     in_grid: bool = False
     dome_radius_px: float | None = None
     start: Start | None = None
+    thickness_mm: float = THICKNESS_MM
 
     @property
     def used(self) -> bool:
@@ -124,17 +131,33 @@ class FoundPress:
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
         """(N,) measured height minus that of the skin on the ball over a mask, up to a constant."""
         rows, columns = np.nonzero(mask)
-        height_px = np.zeros(len(rows))
-        for (x0, y0), radius_px in self._spheres():
-            height_px += cap((columns - x0) ** 2 + (rows - y0) ** 2, radius_px)
-        error = height_mm[mask] - height_px * self.frame.mm_per_px
+        error = height_mm[mask] - self._height_px(columns, rows) * self.frame.mm_per_px
         return np.asarray(error - error.mean())
+
+    def true_heights_mm(self, rows: np.ndarray, columns: np.ndarray) -> Float32:
+        """(N,) height of the gel surface on the ball over the undeformed surface."""
+        (x, y), radius_px = self.circle.centre_px, self.circle.contact_radius_px
+        scale = self.frame.mm_per_px
+        around = np.linspace(0, 2 * np.pi, _RIM_POINTS, endpoint=False)
+        rim_x, rim_y = x + radius_px * np.cos(around), y + radius_px * np.sin(around)
+        rim_px = self._height_px(rim_x, rim_y).mean()
+        top_px = self._height_px(np.array([x]), np.array([y]))[0]
+        share = rim_share(radius_px * scale, self.thickness_mm)
+        level_px = rim_px - share * (top_px - rim_px)
+        return np.asarray((self._height_px(columns, rows) - level_px) * scale, np.float32)
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
         """Slopes of the pixels to fit on, and how their intensities changed."""
         sample = self.training()
         at = sample.rows, sample.columns
         return sample.gradients, self.frame.pixels[at].astype(np.float64) - reference.pixels[at]
+
+    def _height_px(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Sum of the caps' heights at N places, up to a constant."""
+        height_px = np.zeros(len(x))
+        for (x0, y0), radius_px in self._spheres():
+            height_px += cap((x - x0) ** 2 + (y - y0) ** 2, radius_px)
+        return height_px
 
     def _spheres(self) -> list[tuple[np.ndarray, float]]:
         """Centres (x, y) and radii in px of the spheres whose caps add up to the height."""
@@ -170,6 +193,9 @@ class FoundPress:
             columns=np.concatenate([columns, rest_columns[pick]]).astype(np.int32),
             gradients=np.concatenate([slopes, np.zeros((len(pick), 2), np.float32)]),
             name=self.file,
+            heights_mm=np.concatenate(
+                [self.true_heights_mm(rows, columns), np.zeros(len(pick), np.float32)]
+            ),
         )
 
     def normal_errors_deg(self, measured: Gradients) -> np.ndarray:
@@ -194,6 +220,7 @@ def find_presses(
     ball_radius_px: float,
     *,
     dome_radius_px: float | None = None,
+    thickness_mm: float = THICKNESS_MM,
     labels: Mapping[str, Circle] | None = None,
     progress: Progress | None = None,
 ) -> list[FoundPress]:
@@ -207,6 +234,7 @@ def find_presses(
                 labels.get(frame.source, missing),
                 ball_radius_px,
                 dome_radius_px=dome_radius_px,
+                thickness_mm=thickness_mm,
             )
             for file, frame in zip(files, frames, strict=True)
         ]
@@ -220,7 +248,7 @@ def find_presses(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
     return [
-        FoundPress(file, frame, circle, ball_radius_px, False, dome_radius_px, start)
+        FoundPress(file, frame, circle, ball_radius_px, False, dome_radius_px, start, thickness_mm)
         for file, frame, circle, start in zip(files, frames, circles, starts, strict=True)
     ]
 
@@ -247,6 +275,7 @@ def resting(frame: Frame, reference: Reference, count: int) -> Press:
         columns=rng.integers(0, width, count).astype(np.int32),
         gradients=np.zeros((count, 2), np.float32),
         name="reference",
+        heights_mm=np.zeros(count, np.float32),
     )
 
 

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.plugins.returned import measured_by
-from tactile_core.quantities import Gradients, HeightMap, Reference
+from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 
 FOLDS = 5
 
@@ -34,8 +36,8 @@ class Score:
     predict_flat_deg : float
         The mean error of saying "flat" everywhere: what the others are to be compared with.
     height_rmse_mm : float
-        Of the integrated height against the true one, over the same pixels, up to what no slope
-        tells: a constant, and a height map's tilt.
+        Of the height, integrated or as it was measured, against the true one, over the same pixels,
+        up to what no slope tells: a constant, and a height map's tilt.
     samples : (N, 4) float32
         Measured and true slope of a sample of pixels, for the report.
     """
@@ -60,6 +62,24 @@ class Score:
             "predict_flat_deg": round(self.predict_flat_deg, 4),
             "height_rmse_mm": round(self.height_rmse_mm, 6),
         }
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """Slopes and heights of a frame, (H, W) each: one was measured, the other follows from it."""
+
+    gx: Float32
+    gy: Float32
+    height_mm: Float32
+
+    @classmethod
+    def of(cls, measured: Gradients | HeightMap) -> Self:
+        """Integrate slopes, or differentiate heights."""
+        scale = measured.mm_per_px
+        if isinstance(measured, HeightMap):
+            return cls(*gradient(measured.mm, scale), measured.mm)
+        gx, gy = measured.x, measured.y
+        return cls(gx, gy, integrate(gx, gy, mm_per_px=scale))
 
 
 def cross_validate(
@@ -104,22 +124,19 @@ def cross_validate(
         if known is None:
             continue
         model = fit(known.samples, known.reference)
-        seen: dict[int, Gradients | HeightMap] = {}
+        seen: dict[int, _Measured] = {}
         for surface in map(known.find, to_score):
             key = id(surface.frame)
             if key not in seen:
-                seen[key] = measured_by(model, surface.frame, untouched)
+                seen[key] = _Measured.of(measured_by(model, surface.frame, untouched))
             measured = seen[key]
-            if not isinstance(measured, Gradients):
-                continue
             mask = surface.scored()
             rows, columns, true = surface.true_gradients(mask)
-            found = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
+            found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
             errors.append(angles_deg(found, true))
             flat.append(angles_deg(np.zeros_like(true), true))
             slopes.append(np.column_stack([found, true])[:: max(1, len(true) // 200)])
-            height_mm = integrate(measured.x, measured.y, mm_per_px=measured.mm_per_px)
-            height_errors.append(surface.height_errors_mm(height_mm, mask))
+            height_errors.append(surface.height_errors_mm(measured.height_mm, mask))
     progress.fraction(1.0)
     if not errors or not sum(map(len, errors)):
         return None

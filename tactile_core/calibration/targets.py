@@ -11,6 +11,7 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.background import smooth_background
+from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.calibration.height_target import HeightTarget, is_height_map
 from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.known_surface import S
@@ -20,7 +21,7 @@ from tactile_core.calibration.pressed_map import PressedMap
 from tactile_core.calibration.presses import FoundPress, find_presses, untouched_press, used
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.profiles.model import Profile
@@ -208,6 +209,7 @@ def _found(
         reference,
         radius_mm / scale,
         dome_radius_px=_dome_radius_px(profile),
+        thickness_mm=_thickness_mm(profile),
         labels=given,
         progress=progress,
     )
@@ -244,8 +246,13 @@ def _on_target(
     centres = geometry.map_points(grid.centres_px, camera_size_px)
     radius_px = grid.radius_mm / profile.image.mm_per_px
     dome_px = _dome_radius_px(profile)
-    pressed = PressedGrid(files[0], frames[0], condition, centres, radius_px, dome_px)
+    thickness_mm = _thickness_mm(profile)
+    pressed = PressedGrid(files[0], frames[0], condition, centres, radius_px, dome_px, thickness_mm)
     return pressed, grid.radius_mm
+
+
+def _thickness_mm(profile: Profile) -> float:
+    return THICKNESS_MM if profile.gel.thickness_mm is None else profile.gel.thickness_mm
 
 
 def _dome_radius_px(profile: Profile) -> float | None:

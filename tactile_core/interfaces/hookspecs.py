@@ -37,8 +37,14 @@ def tactile_light_drivers() -> Mapping[str, str]:
 
 
 @hookspec
-def tactile_calibrations() -> Mapping[str, str]:
-    """Calibrations: subclasses of :class:`tactile_core.interfaces.calibration.Calibration`."""
+def tactile_calibrators() -> Mapping[str, str]:
+    """What a profile fits: subclasses of :class:`tactile_core.interfaces.calibrator.Calibrator`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_artefacts() -> Mapping[str, str]:
+    """What a bundle holds: subclasses of :class:`tactile_core.interfaces.artefact.Artefact`."""
     raise NotImplementedError
 
 

@@ -24,12 +24,14 @@ from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.reading import Reading
 from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame
+from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import measured_by
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
+    Float32,
     Frame,
     Gradients,
     HeightMap,
@@ -185,6 +187,11 @@ class Pipeline:
                     f"step {name!r} needs {kind.__name__}, which was not given with this frame, so "
                     f"it is left out"
                 )
+            elif first and kind is Gradients and HeightMap in given:
+                warnings.append(
+                    f"step {name!r} needs Gradients and this calibration gives a HeightMap "
+                    f"directly, so it is left out"
+                )
         for quantity in measured_only.values():
             with blame(f"the quantity {type(quantity).__name__}", quantity):
                 warnings += quantity.warnings()
@@ -302,16 +309,19 @@ class Pipeline:
         if reference is None:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             reference = Reference(even, frame.channels, frame.full_scale)
-        return measured_by(calibration, frame, reference)
+        measured = measured_by(calibration, frame, reference)
+        if isinstance(measured, HeightMap) and measured.rest_mm is None:
+            # a light model does not know the shape of the gel
+            return replace(measured, rest_mm=self._rest_mm)
+        return measured
+
+    @cached_property
+    def _rest_mm(self) -> Float32 | None:
+        return SensorContext(self.profile.image, self.profile.gel).rest_mm
 
     def _uncalibrated(self) -> Calibration | None:
-        component = self.profile.calibration
-        cls: type[Calibration] = resolve("calibration", component.use)
         lights = make_lights(self.profile).lights
-        azimuths = [light.azimuth_deg for light in lights]
-        elevations = [light.elevation_deg for light in lights]
-        with blame("the calibration", cls):
-            return cls.from_lights(options_of(cls, component), azimuths, elevations)
+        return uncalibrated_by(calibrator_of(self.profile.calibration), lights)
 
     def _notes_of_left_out(self) -> list[str]:
         left_out = self._left_out()

@@ -17,7 +17,9 @@ from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer
 
-ComponentKind = Literal["camera", "illumination", "light_driver", "calibration", "estimator"]
+ComponentKind = Literal[
+    "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator"
+]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 
 _HOOKS: Mapping[ComponentKind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}

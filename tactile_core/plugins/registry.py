@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
@@ -17,11 +18,12 @@ from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
+from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
-from tactile_core.plugins.plugin import Plugin, kind_in_words
 
 if TYPE_CHECKING:
-    from tactile_core.interfaces.calibration import Calibration
+    from tactile_core.interfaces.artefact import Artefact
+    from tactile_core.interfaces.calibrator import Calibrator
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
@@ -96,7 +98,9 @@ def resolve(kind: Literal["illumination"], name: str) -> type[Illumination]: ...
 @overload
 def resolve(kind: Literal["light_driver"], name: str) -> type[LightDriver]: ...
 @overload
-def resolve(kind: Literal["calibration"], name: str) -> type[Calibration]: ...
+def resolve(kind: Literal["calibrator"], name: str) -> type[Calibrator]: ...
+@overload
+def resolve(kind: Literal["artefact"], name: str) -> type[Artefact]: ...
 @overload
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
@@ -106,7 +110,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "light_driver", "calibration", "estimator"}
+    kind : {"camera", "illumination", "light_driver", "calibrator", "artefact", "estimator"}
         The interface that the class must implement.
     name : str
         E.g. ``"core.replay"``.
@@ -128,19 +132,51 @@ def resolve(kind: ComponentKind, name: str) -> type:
     return found
 
 
+def registered_name(kind: ComponentKind, cls: type) -> str | None:
+    """Return the name ``plugin.name`` under which a class is registered; None where it is not.
+
+    The core is asked, then plugins in use, then those of the class's package; no other is imported.
+    """
+    package = _package(cls.__module__)
+    in_use = [offer for _, offer in _RESOLVED.values()]
+    of_package = [offer for offer in _foreign_offers() if _package(offer.value) == package]
+    for offer in dict.fromkeys((_CORE, *in_use, *of_package)):
+        if _objection(offer):
+            continue
+        with suppress(PluginError):
+            plugin = Plugin.load(offer)
+            for name, value in plugin.components(kind).items():
+                # another package's components need not be imported to know that they are others
+                if _package(value) == package and plugin.component(kind, name) is cls:
+                    return f"{offer.name}.{name}"
+    return None
+
+
 def origin_of(cls: type) -> Origin:
     """Tell where a class comes from: the plugin that it was resolved from, or that its package is.
 
-    A class that was unpickled, or that a component brings with it, was never resolved by name.
+    A class that was unpickled, or fitted by a component, was never resolved by name.
     """
     if cls in _RESOLVED:
         return Origin(*_RESOLVED[cls])
-    package = cls.__module__.partition(".")[0]
+    written = f"{cls.__module__}:{cls.__qualname__}"
+    package = _package(cls.__module__)
     offers = (_CORE, *_foreign_offers())
-    return Origin(
-        f"{cls.__module__}.{cls.__qualname__}",
-        next((o for o in offers if re.split("[.:]", o.value)[0] == package), None),
-    )
+    offer = next((o for o in offers if _package(o.value) == package), None)
+    return Origin(_name_of(written, offer) or written.replace(":", "."), offer)
+
+
+def _name_of(written: str, offer: Offer | None) -> str:
+    """Name of the component that a plugin registers as ``module:Class``; empty for none."""
+    if offer is None or _objection(offer):
+        return ""
+    with suppress(PluginError):
+        plugin = Plugin.load(offer)
+        for kind in KINDS:
+            for name, value in plugin.components(kind).items():
+                if value == written:
+                    return f"{offer.name}.{name}"
+    return ""
 
 
 def find_plugin(name: str) -> Plugin:
@@ -173,6 +209,11 @@ def profile_directories() -> Mapping[str, Path]:
     out here; :func:`list_plugins` says what is wrong with it.
     """
     return {info.name: info.profiles for info in list_plugins() if info.profiles is not None}
+
+
+def _package(value: str) -> str:
+    """Top package of a module, or of ``module:name``."""
+    return re.split("[.:]", value.strip())[0]
 
 
 def _foreign_offers() -> list[Offer]:

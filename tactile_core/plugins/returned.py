@@ -2,25 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from pydantic import BaseModel
-
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 from tactile_core.quantities.array_form import form_fault
-
-
-def fitted_by(
-    cls: type[Calibration], samples: Sequence[Press], reference: Reference, options: BaseModel
-) -> Calibration:
-    """Fit a calibration, and refuse what its interface does not allow."""
-    with blame("the calibration", cls):
-        fitted = cls.fit(samples, reference, options)
-    if not isinstance(fitted, Calibration):
-        raise fault("the calibration", cls, f"fitted {type(fitted).__name__}, no Calibration")
-    return fitted
 
 
 def measured_by(

@@ -26,7 +26,7 @@ _PLACES: Mapping[Keys, ComponentKind] = {
     ("camera",): "camera",
     ("illumination",): "illumination",
     ("illumination", "driver"): "light_driver",
-    ("calibration",): "calibration",
+    ("calibration",): "calibrator",
 }
 """Where a profile names a component, beside its steps."""
 

@@ -1,4 +1,4 @@
-"""Checks of calibration models, fitted on virtual presses of a ball."""
+"""Checks of calibrators and of the models that they fit on virtual presses of a ball."""
 
 from __future__ import annotations
 
@@ -11,22 +11,26 @@ import numpy as np
 
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
+from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference, kept, writable
 from tactile_core.testing.faults import Fault, Unjudged
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
-from tactile_core.testing.virtual_presses import PRESSES
+from tactile_core.testing.virtual_presses import PRESSES, VirtualPress
 
 _FLAT_SLOPE = 0.1
 """Mean slope of untouched skin that no model may exceed: 6°."""
 
+_FLAT_SHARE = 0.2
+"""Mean distance of untouched skin from height 0, over the depth of a press."""
+
 
 class CalibrationChecks(Suite):
-    """The contract of :class:`tactile_core.interfaces.calibration.Calibration`."""
+    """The contract of calibrators, calibrations and artefacts."""
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
     def test_fit(self, part: Part) -> None:
         """A model is fitted on presses of a ball, and the same presses give the same model."""
         try:
@@ -55,7 +59,7 @@ class CalibrationChecks(Suite):
                 do="draw random numbers from np.random.default_rng(options.seed) alone",
             )
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
     def test_measurement(self, part: Part) -> None:
         """What it measures has the image's size, float32, no gaps, and cannot be written to."""
         scene = self.registered.rig(part).scenes[0]
@@ -86,17 +90,14 @@ class CalibrationChecks(Suite):
                 "and bool; fill in what cannot be measured and mark it not valid",
             )
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
     def test_sense(self, part: Part) -> None:
         """A ball that it has not seen rises towards the camera; untouched skin is flat."""
         rig, model = self.registered.rig(part), self.registered.fitted(part)
         scene = rig.scenes[1]
         wrong = truth_fault(self._measured(part, model, scene.frame), scene)
         rest = self._measured(part, model, rig.untouched)
-        if not wrong and isinstance(rest, Gradients):
-            slope = float(np.hypot(rest.x, rest.y).mean())
-            if slope > _FLAT_SLOPE:
-                wrong = f"untouched skin has a mean slope of {slope:.2g}"
+        wrong = wrong or _unlevel(rest, scene)
         if wrong:
             raise Fault(
                 part,
@@ -105,40 +106,72 @@ class CalibrationChecks(Suite):
                 do="x is right, y down, heights in mm are positive where the object presses",
             )
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
     def test_round_trip(self, part: Part) -> None:
-        """A model that was saved and loaded measures the same, and an empty folder is refused."""
+        """A model that was saved and loaded measures the same."""
         model = self.registered.fitted(part)
         frame = self.registered.rig(part).scenes[0].frame
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
             folder = Path(name)
             try:
-                type(model).load(folder)
-            except CalibrationError:
-                found = ""
-            except Exception as error:
-                found = f"loading an empty folder raises {type(error).__name__} ({error})"
-            else:
-                found = "loading an empty folder gives a model"
-            try:
                 model.save(folder)
                 loaded = type(model).load(folder)
             except Exception as error:
-                found = found or f"what it saves cannot be loaded ({type(error).__name__}: {error})"
+                found = f"what it saves cannot be loaded ({type(error).__name__}: {error})"
             else:
                 before, after = (self._measured(part, m, frame) for m in (model, loaded))
-                if not found and (differs := difference(before, after)):
-                    found = f"saved and loaded, it measures otherwise: {differs}"
+                differs = difference(before, after)
+                found = f"saved and loaded, it measures otherwise: {differs}" if differs else ""
         if found:
             raise Fault(
                 part,
                 found,
                 why="a bundle would measure otherwise than the calibration that was scored",
-                do="save every fitted number in full precision, and raise CalibrationError where "
-                "files are missing",
+                do="save every fitted number in full precision",
             )
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
+    def test_fitted_class(self, part: Part) -> None:
+        """The class of what is fitted is registered, and compensates as its calibrator does."""
+        model, calibrator = self.registered.fitted(part), self.registered.class_of(part)
+        name = type(model).__name__
+        if registered_name("artefact", type(model)) is None:
+            raise Fault(
+                part,
+                f"fit() returns {name}, which no plugin registers",
+                why="a bundle names the class of its model, and only hooks turn a name into one",
+                do=f"return {name} from the hook tactile_artefacts",
+            )
+        if model.compensation != calibrator.compensation:
+            raise Fault(
+                part,
+                f"it is fitted with compensation {calibrator.compensation!r}, and {name} measures "
+                f"with {model.compensation!r}",
+                why="a model would measure other pixels than it was fitted on",
+                do="say the same compensation in both classes",
+            )
+
+    @check(Registered.artefacts)
+    def test_empty_folder(self, part: Part) -> None:
+        """An empty folder is refused with a CalibrationError."""
+        cls = self.registered.class_of(part)
+        with TemporaryDirectory(prefix="tactile-conformance-") as name:
+            try:
+                cls.load(Path(name))
+            except CalibrationError:
+                return
+            except Exception as error:
+                found = f"loading an empty folder raises {type(error).__name__} ({error})"
+            else:
+                found = "loading an empty folder gives a model"
+        raise Fault(
+            part,
+            found,
+            why="a bundle that lacks a file would end in a traceback, or measure anything",
+            do="raise CalibrationError where files are missing",
+        )
+
+    @check(Registered.calibrators)
     def test_other_size(self, part: Part) -> None:
         """An image of another size is refused with a CalibrationError."""
         rig, model = self.registered.rig(part), self.registered.fitted(part)
@@ -160,7 +193,7 @@ class CalibrationChecks(Suite):
             do="keep the shape that was fitted and raise CalibrationError for another",
         )
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
     def test_calibration_inputs(self, part: Part) -> None:
         """Measuring changes neither the frame nor the reference."""
         rig, model = self.registered.rig(part), self.registered.fitted(part)
@@ -179,7 +212,7 @@ class CalibrationChecks(Suite):
                 do="work on copies",
             )
 
-    @check(Registered.calibrations)
+    @check(Registered.calibrators)
     def test_calibration_pickling(self, part: Part) -> None:
         """A model pickles, also after measuring, and measures the same afterwards."""
         model = self.registered.fitted(part)
@@ -207,6 +240,18 @@ class CalibrationChecks(Suite):
             return model.measure(frame, reference or self.registered.rig(part).reference)
         except Exception as error:
             raise Unjudged(f"see the check 'measurement': {error}") from error
+
+
+def _unlevel(rest: Quantity, scene: VirtualPress) -> str:
+    """Say how what is measured of the undeformed sensor is not flat; empty where it is."""
+    if isinstance(rest, Gradients):
+        slope = float(np.hypot(rest.x, rest.y).mean())
+        return f"untouched skin has a mean slope of {slope:.2g}" if slope > _FLAT_SLOPE else ""
+    if isinstance(rest, HeightMap):
+        off_mm = float(np.abs(rest.mm).mean())
+        if off_mm > _FLAT_SHARE * scene.height_mm.max():
+            return f"untouched skin is measured {off_mm:.2g} mm off its place"
+    return ""
 
 
 def _size(frame: Frame) -> str:

@@ -13,13 +13,12 @@ from itertools import islice
 
 import numpy as np
 
-from tactile_core.bundles.bundle import Bundle
-from tactile_core.bundles.manifest import Manifest
+from tactile_core.bundles.bundle import Bundle, names_of
+from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.errors import PluginError, ProfileError
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import FIRST, Sensor
-from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.calibrators import calibrator_of, fitted_by
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.nodes import Node
@@ -168,24 +167,22 @@ class ProfileChecks(Suite):
 
 def _bundle(profile: Profile, rig: Rig) -> Bundle:
     """A bundle for the profile, fitted on virtual presses."""
-    component = profile.calibration
-    cls: type[Calibration] = resolve("calibration", component.use)
-    options = cls.Options.model_validate(component.options)
     try:
-        fitted = cls.fit(rig.presses, rig.reference, options)
+        fitted = fitted_by(calibrator_of(profile.calibration), rig.presses, rig.reference)
     except Exception as error:
-        raise PluginError(f"{component.use} cannot be fitted: {error}") from error
+        raise PluginError(f"{profile.calibration.use} cannot be fitted: {error}") from error
+    artefacts = {LIGHT: fitted}
     image = profile.image
     manifest = Manifest(
         profile=profile.name,
-        model=component.use,
+        artefacts=names_of(artefacts),
         image_size_px=(image.width_px, image.height_px),
         channels=rig.channels,
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
         profile_hash=profile_hash(profile),
     )
-    return Bundle(manifest, fitted, rig.reference)
+    return Bundle(manifest, artefacts, rig.reference)
 
 
 def _scalars(node: Node) -> Iterator[Node]:

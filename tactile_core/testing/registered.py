@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from tactile_core.errors import PluginError, TactileError
 from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
@@ -99,17 +100,21 @@ class Registered:
         """What is opened and closed."""
         return self.parts("camera", "light_driver")
 
-    def calibrations(self) -> list[Part]:
-        """The plugin's calibration models."""
-        return self.parts("calibration")
+    def calibrators(self) -> list[Part]:
+        """The plugin's calibrators."""
+        return self.parts("calibrator")
+
+    def artefacts(self) -> list[Part]:
+        """What the plugin's calibrators fit, and other fitted parts."""
+        return self.parts("artefact")
 
     def estimators(self) -> list[Part]:
         """The plugin's estimators."""
         return self.parts("estimator")
 
     def makeable(self) -> list[Part]:
-        """What is made from its options alone."""
-        return self.parts("camera", "illumination", "light_driver", "estimator")
+        """What is made from its options."""
+        return self.parts("camera", "illumination", "light_driver", "calibrator", "estimator")
 
     def profiles(self) -> list[ProfileFile]:
         """The plugin's profiles, and the shipped ones that use it."""
@@ -206,7 +211,7 @@ class Registered:
     def rig(self, part: Part) -> Rig:
         """A virtual rig with the light and the gel of a profile that uses the component, if any.
 
-        A calibration's is small. An estimator's has the size of the profile, to which weights may
+        A calibrator's is small. An estimator's has the size of the profile, to which weights may
         belong, and its marks.
         """
         if part not in self._rigs:
@@ -219,10 +224,10 @@ class Registered:
         return self._rigs[part]
 
     def fit(self, part: Part) -> Calibration:
-        """A calibration newly fitted on virtual presses."""
+        """A calibration newly fitted on virtual presses by a calibrator."""
         rig = self.rig(part)
-        cls: type[Calibration] = self.class_of(part)
-        return cls.fit(rig.presses, rig.reference, self.options(part))
+        calibrator: Calibrator = self.make(part)
+        return calibrator.fit(rig.presses, rig.reference)
 
     def fitted(self, part: Part) -> Calibration:
         """A calibration that was fitted once for all checks.

@@ -81,7 +81,7 @@ class RegistrationChecks(Suite):
                 do="correct the hook's 'module:Class', or the class",
             ) from error
 
-    @check(Registered.parts)
+    @check(Registered.makeable)
     def test_options(self, part: Part) -> None:
         """Options are frozen, refuse unknown keys, and each has a description."""
         options = self.registered.class_of(part).Options

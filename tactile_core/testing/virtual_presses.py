@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactile_core.conditioning.marker_mask import MarkFinder
 from tactile_core.errors import TactileError
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.model import Profile
@@ -147,6 +147,7 @@ class Rig:
             resting = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
             rows, columns = np.concatenate([touched, resting[: len(touched) // 3]]).T
             slopes = scene.gradients[rows, columns].astype(np.float32)
+            heights_mm = scene.height_mm[rows, columns].astype(np.float32)
             made.append(
                 Press(
                     scene.frame,
@@ -154,6 +155,7 @@ class Rig:
                     columns.astype(np.int32),
                     slopes,
                     f"ball {number}",
+                    heights_mm,
                 )
             )
         return tuple(made)

@@ -11,20 +11,24 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
-from tactile_core.builtin.automatic_model import Automatic
-from tactile_core.builtin.lookup_table import LookupTable
-from tactile_core.builtin.mlp import Mlp, MlpOptions
-from tactile_core.builtin.polynomial import Polynomial, PolynomialOptions
-from tactile_core.builtin.slope_calibration import SlopeCalibration
+from tactile_core.builtin.automatic_model import AutomaticCalibrator
+from tactile_core.builtin.lookup_table import LookupTable, LookupTableCalibrator, LookupTableOptions
+from tactile_core.builtin.mlp import Mlp, MlpCalibrator, MlpOptions
+from tactile_core.builtin.polynomial import Polynomial, PolynomialCalibrator, PolynomialOptions
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
-MODELS: tuple[type[SlopeCalibration], ...] = (Polynomial, Mlp, LookupTable)
+Model = Polynomial | Mlp | LookupTable
+CALIBRATORS = {
+    "core.polynomial": PolynomialCalibrator,
+    "core.mlp": MlpCalibrator,
+    "core.lookup_table": LookupTableCalibrator,
+}
 
 FLATTENED = 0.08
 """By ``core.polynomial`` as it is set by default: the penalty on its coefficients is felt."""
@@ -58,11 +62,11 @@ class Bench:
     def samples(self) -> list[Press]:
         return [press.training() for press in self.presses]
 
-    def error_deg(self, model: SlopeCalibration) -> float:
+    def error_deg(self, model: Model) -> float:
         errors = [p.normal_errors_deg(model.measure(p.frame, self.reference)) for p in self.unseen]
         return float(np.concatenate(errors).mean())
 
-    def gains(self, model: SlopeCalibration) -> np.ndarray:
+    def gains(self, model: Model) -> np.ndarray:
         """Of slopes along x and y, on presses among those that were learnt from."""
         measured, true = [], []
         for press in self.among:
@@ -78,23 +82,27 @@ def bench(lab: VirtualLab, kernels_or_numpy: str) -> Bench:
     return Bench(lab, 9)
 
 
-@pytest.fixture(scope="module", params=MODELS, ids=lambda model: model.USE)
-def fitted(request: pytest.FixtureRequest, bench: Bench) -> SlopeCalibration:
-    cls: type[SlopeCalibration] = request.param
-    model = cls.fit(bench.samples(), bench.reference, cls.Options())
-    assert isinstance(model, cls)
+@pytest.fixture(scope="module", params=CALIBRATORS)
+def calibrator(request: pytest.FixtureRequest) -> Calibrator:
+    return by_default(CALIBRATORS[request.param])
+
+
+@pytest.fixture(scope="module")
+def fitted(calibrator: Calibrator, bench: Bench) -> Model:
+    model = calibrator.fit(bench.samples(), bench.reference)
+    assert isinstance(model, Model)
     return model
 
 
-def test_unseen_presses_are_measured_to_a_few_degrees(
-    bench: Bench, fitted: SlopeCalibration
-) -> None:
+def by_default(calibrator: type[Calibrator]) -> Calibrator:
+    return calibrator(calibrator.Options())
+
+
+def test_unseen_presses_are_measured_to_a_few_degrees(bench: Bench, fitted: Model) -> None:
     assert bench.error_deg(fitted) < 4
 
 
-def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
-    bench: Bench, fitted: SlopeCalibration
-) -> None:
+def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(bench: Bench, fitted: Model) -> None:
     flattened = FLATTENED if isinstance(fitted, Polynomial) else MOST
     gain = bench.gains(fitted)
     assert (gain < 1 + MOST).all()
@@ -103,13 +111,11 @@ def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
 
 def test_a_polynomial_that_is_hardly_held_back_flattens_no_slopes(bench: Bench) -> None:
     options = PolynomialOptions(ridge=0.003)
-    gain = bench.gains(Polynomial.fit(bench.samples(), bench.reference, options))
+    gain = bench.gains(PolynomialCalibrator(options).fit(bench.samples(), bench.reference))
     assert gain == pytest.approx(1, abs=MOST)
 
 
-def test_a_model_comes_back_as_it_was_saved(
-    bench: Bench, fitted: SlopeCalibration, tmp_path: Path
-) -> None:
+def test_a_model_comes_back_as_it_was_saved(bench: Bench, fitted: Model, tmp_path: Path) -> None:
     fitted.save(tmp_path)
     again = type(fitted).load(tmp_path)
     frame = bench.unseen[0].frame
@@ -118,20 +124,21 @@ def test_a_model_comes_back_as_it_was_saved(
     np.testing.assert_array_equal(after.y, before.y)
 
 
-def test_fitting_again_gives_the_same_model(bench: Bench, fitted: SlopeCalibration) -> None:
-    cls = type(fitted)
-    again = cls.fit(bench.samples(), bench.reference, cls.Options())
-    assert isinstance(again, SlopeCalibration)
+def test_fitting_again_gives_the_same_model(
+    bench: Bench, calibrator: Calibrator, fitted: Model
+) -> None:
+    again = calibrator.fit(bench.samples(), bench.reference)
+    assert isinstance(again, Model)
     assert bench.error_deg(again) == bench.error_deg(fitted)
 
 
-def test_another_image_size_is_refused(bench: Bench, fitted: SlopeCalibration) -> None:
+def test_another_image_size_is_refused(bench: Bench, fitted: Model) -> None:
     frame = Frame(np.zeros((10, 10, 3), np.uint8), ("red", "green", "blue"), 0.1)
     with pytest.raises(CalibrationError, match="10 × 10"):
         fitted.measure(frame, bench.reference)
 
 
-def test_a_file_of_something_else_is_refused(fitted: SlopeCalibration, tmp_path: Path) -> None:
+def test_a_file_of_something_else_is_refused(fitted: Model, tmp_path: Path) -> None:
     np.savez(tmp_path / "model.npz", shape=np.array([1, 2, 3]))
     with pytest.raises(CalibrationError, match="calibrate again"):
         type(fitted).load(tmp_path)
@@ -141,7 +148,7 @@ def test_presses_that_all_rest_are_refused(bench: Bench) -> None:
     press = bench.samples()[0]
     level = Press(press.frame, press.rows, press.columns, np.zeros_like(press.gradients))
     with pytest.raises(CalibrationError, match="too few pixels"):
-        Polynomial.fit([level], bench.reference, Polynomial.Options())
+        by_default(PolynomialCalibrator).fit([level], bench.reference)
 
 
 def test_a_table_needs_three_channels(bench: Bench) -> None:
@@ -150,15 +157,15 @@ def test_a_table_needs_three_channels(bench: Bench) -> None:
     reference = Reference(bench.reference.pixels[..., :1], ("grey",))
     only = Press(grey, press.rows, press.columns, press.gradients)
     with pytest.raises(CalibrationError, match="three channels"):
-        LookupTable.fit([only], reference, LookupTable.Options())
+        by_default(LookupTableCalibrator).fit([only], reference)
 
 
 @pytest.mark.parametrize(("presses", "model"), [(7, Polynomial), (8, Mlp)])
 def test_few_presses_carry_a_polynomial_and_many_a_network(
-    lab: VirtualLab, presses: int, model: type[SlopeCalibration]
+    lab: VirtualLab, presses: int, model: type[Model]
 ) -> None:
     small = Bench(lab, presses)
-    chosen = Automatic.fit(small.samples(), small.reference, Automatic.Options())
+    chosen = by_default(AutomaticCalibrator).fit(small.samples(), small.reference)
     assert isinstance(chosen, model)
 
 
@@ -180,9 +187,8 @@ def test_the_first_order_term_of_a_table_tells_one_colour_at_two_places_apart() 
     for _ in range(6):
         slopes = rng.uniform(-0.4, 0.4, (*shape, 2)).astype(np.float32)
         samples.append(Press(shown(slopes), rows, columns, slopes.reshape(-1, 2)))
-    options = LookupTable.Options(bins=16, blur_px=0)
-    model = LookupTable.fit(samples, reference, options)
-    assert isinstance(model, LookupTable)
+    options = LookupTableOptions(bins=16, blur_px=0)
+    model = LookupTableCalibrator(options).fit(samples, reference)
     slopes = rng.uniform(-0.3, 0.3, (*shape, 2))
     measured = model.measure(shown(slopes), reference)
     found = np.stack([measured.x, measured.y], -1)
@@ -193,7 +199,7 @@ def test_the_first_order_term_of_a_table_tells_one_colour_at_two_places_apart() 
 
 @pytest.mark.parametrize("level", [255, 0], ids=["saturated", "dark"])
 def test_two_channels_that_can_be_read_make_a_slope_valid(
-    bench: Bench, fitted: SlopeCalibration, level: int
+    bench: Bench, fitted: Model, level: int
 ) -> None:
     frame = bench.unseen[0].frame
     pixels = frame.pixels.copy()
@@ -206,20 +212,20 @@ def test_two_channels_that_can_be_read_make_a_slope_valid(
     assert valid.sum() == valid.size - 1
 
 
-def test_another_reference_is_refused(bench: Bench, fitted: SlopeCalibration) -> None:
+def test_another_reference_is_refused(bench: Bench, fitted: Model) -> None:
     small = Reference(bench.reference.pixels[:50], bench.reference.channels)
     with pytest.raises(CalibrationError, match="this reference is 160 × 50"):
         fitted.measure(bench.unseen[0].frame, small)
 
 
-def test_bit_depths_are_not_mixed(bench: Bench, fitted: SlopeCalibration) -> None:
+def test_bit_depths_are_not_mixed(bench: Bench, fitted: Model) -> None:
     frame = bench.unseen[0].frame
     deep = Frame(frame.pixels.astype(np.uint16) * 257, frame.channels, frame.mm_per_px, 65535)
     with pytest.raises(CalibrationError, match="same bit depth"):
         fitted.measure(deep, bench.reference)
 
 
-def test_sixteen_bits_measure_what_eight_do(bench: Bench, fitted: SlopeCalibration) -> None:
+def test_sixteen_bits_measure_what_eight_do(bench: Bench, fitted: Model) -> None:
     frame, eight = bench.unseen[0].frame, bench.reference
     deep = Frame(frame.pixels.astype(np.uint16) * 257, frame.channels, frame.mm_per_px, 65535)
     reference = Reference(eight.pixels * 257, eight.channels, 65535)
@@ -229,7 +235,7 @@ def test_sixteen_bits_measure_what_eight_do(bench: Bench, fitted: SlopeCalibrati
 
 @pytest.mark.parametrize("spoil", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"text"])
 def test_a_spoilt_file_is_refused(
-    fitted: SlopeCalibration, tmp_path: Path, spoil: Callable[[bytes], bytes]
+    fitted: Model, tmp_path: Path, spoil: Callable[[bytes], bytes]
 ) -> None:
     fitted.save(tmp_path)
     path = tmp_path / "model.npz"
@@ -240,7 +246,7 @@ def test_a_spoilt_file_is_refused(
 
 @pytest.mark.parametrize("blur_px", [np.nan, np.inf, -1.0, 1e9])
 def test_a_smoothing_that_cannot_be_is_refused(
-    fitted: SlopeCalibration, tmp_path: Path, blur_px: float
+    fitted: Model, tmp_path: Path, blur_px: float
 ) -> None:
     fitted.save(tmp_path)
     path = tmp_path / "model.npz"
@@ -253,7 +259,7 @@ def test_a_smoothing_that_cannot_be_is_refused(
 
 @pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3), (-1, 9, 3), (9, 9, 0)])
 def test_a_size_that_no_image_has_is_refused(
-    fitted: SlopeCalibration, tmp_path: Path, shape: tuple[float, ...]
+    fitted: Model, tmp_path: Path, shape: tuple[float, ...]
 ) -> None:
     fitted.save(tmp_path)
     path = tmp_path / "model.npz"
@@ -268,18 +274,18 @@ def test_a_press_of_another_size_is_refused(bench: Bench) -> None:
     press = bench.samples()[0]
     frame = replace(press.frame, pixels=press.frame.pixels[:50])
     with pytest.raises(CalibrationError, match="record both alike"):
-        Polynomial.fit([replace(press, frame=frame)], bench.reference, Polynomial.Options())
+        by_default(PolynomialCalibrator).fit([replace(press, frame=frame)], bench.reference)
 
 
 def test_no_press_at_all_is_refused(bench: Bench) -> None:
     with pytest.raises(CalibrationError, match="0 presses"):
-        Mlp.fit([], bench.reference, Mlp.Options())
+        by_default(MlpCalibrator).fit([], bench.reference)
 
 
 def test_a_model_that_saw_flicker_suffers_less_from_it(bench: Bench) -> None:
     def shaken(gain_noise: float) -> float:
         options = MlpOptions(gain_noise=gain_noise)
-        model = Mlp.fit(bench.samples(), bench.reference, options)
+        model = MlpCalibrator(options).fit(bench.samples(), bench.reference)
         errors = []
         for press in bench.unseen:
             for gain in (0.95, 1.05):
@@ -293,7 +299,7 @@ def test_a_model_that_saw_flicker_suffers_less_from_it(bench: Bench) -> None:
 
 def test_the_smoothing_of_the_fit_is_that_of_the_measurement(bench: Bench, tmp_path: Path) -> None:
     options = PolynomialOptions(blur_px=4.0)
-    model = Polynomial.fit(bench.samples(), bench.reference, options)
+    model = PolynomialCalibrator(options).fit(bench.samples(), bench.reference)
     model.save(tmp_path)
     again = Polynomial.load(tmp_path)
     assert bench.error_deg(again) == bench.error_deg(model) < 4

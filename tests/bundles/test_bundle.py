@@ -160,11 +160,11 @@ def test_an_edited_manifest_is_refused(copy: Path, change: dict[str, object]) ->
 
 def test_a_manifest_names_every_other_file_with_its_hash(lab: VirtualLab) -> None:
     names = Bundle.load(lab.bundle).manifest.files
-    assert set(names) == {"model.npz", "reference.npz", "report.html"}
+    assert set(names) == {"light/model.npz", "reference.npz", "report.html"}
     assert all(len(digest) == 64 for digest in names.values())
 
 
-@pytest.mark.parametrize("name", ["model.npz", "reference.npz", "report.html"])
+@pytest.mark.parametrize("name", ["light/model.npz", "reference.npz", "report.html"])
 @pytest.mark.parametrize("gone", [True, False])
 def test_a_named_file_that_is_gone_or_changed_is_refused(copy: Path, name: str, gone: bool) -> None:
     if gone:
@@ -250,9 +250,11 @@ def test_whatever_a_model_raises_names_the_bundle_and_the_model(
 
 
 def test_a_damaged_model_names_the_bundle(copy: Path) -> None:
-    write_npz(copy / "model.npz", {"shape": np.array([1, 2])})
+    write_npz(copy / "light" / "model.npz", {"shape": np.array([1, 2])})
     sealed(copy)
-    with pytest.raises(CalibrationError, match=f"bundle {copy}: .*does not hold a core.mlp model"):
+    with pytest.raises(
+        CalibrationError, match=rf"bundle {copy}: core\.mlp: .*does not hold such a model"
+    ):
         Bundle.load(copy)
 
 

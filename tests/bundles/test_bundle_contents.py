@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from tactile_core.algorithms.arrays.regression import PolynomialFit
 from tactile_core.builtin.polynomial import Polynomial
 from tactile_core.bundles.bundle import Bundle, Manifest
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
@@ -51,14 +53,15 @@ def bundle() -> Bundle:
     manifest = Manifest(
         profile="kept",
         serial="0007",
-        model="core.polynomial",
+        artefacts={"light": "core.polynomial"},
         image_size_px=(WIDTH, HEIGHT),
         channels=CHANNELS,
         mm_per_px=MM_PER_PX,
         bit_depth=12,
         profile_hash=profile_hash(profile()),
     )
-    return Bundle(manifest, Polynomial(fit, None, (HEIGHT, WIDTH, 3), 1.5), reference)
+    light = Polynomial(SlopeModel(fit, (HEIGHT, WIDTH, 3), 1.5))
+    return Bundle(manifest, {"light": light}, reference)
 
 
 def test_all_that_is_known_of_the_untouched_sensor_is_kept(bundle: Bundle, tmp_path: Path) -> None:
@@ -75,11 +78,11 @@ def test_all_that_is_known_of_the_untouched_sensor_is_kept(bundle: Bundle, tmp_p
 
 def test_an_unmarked_reference_comes_back_unmarked(bundle: Bundle, tmp_path: Path) -> None:
     bare = Reference(bundle.reference.pixels, CHANNELS)
-    Bundle(bundle.manifest, bundle.calibration, bare).save(tmp_path / "kept")
+    replace(bundle, reference=bare).save(tmp_path / "kept")
     assert Bundle.load(tmp_path / "kept").reference.marks is None
 
 
-@pytest.mark.parametrize("changed", ["reference.npz", "model.npz"])
+@pytest.mark.parametrize("changed", ["reference.npz", "light/model.npz"])
 def test_numbers_that_were_changed_since_are_refused(
     bundle: Bundle, tmp_path: Path, changed: str
 ) -> None:

@@ -23,7 +23,7 @@ def test_a_new_bundle_replaces_the_old_one_whole(lab: VirtualLab, copy: Path) ->
     Bundle.load(lab.bundle).save(copy)
     assert set(held(copy.parent)) == {
         "bundle/manifest.json",
-        "bundle/model.npz",
+        "bundle/light/model.npz",
         "bundle/reference.npz",
     }
 
@@ -76,7 +76,10 @@ def test_a_manifest_that_names_files_elsewhere_deletes_none_of_them(
 ) -> None:
     precious = copy.parent / "precious"
     precious.write_text("mine")
-    edit(copy, files={"../precious": "", str(precious): "", "model.npz": "", "reference.npz": ""})
+    edit(
+        copy,
+        files={"../precious": "", str(precious): "", "light/model.npz": "", "reference.npz": ""},
+    )
     with pytest.raises(InputError, match=r"holds report\.html"):
         Bundle.load(lab.bundle).save(copy)
     (copy / "report.html").unlink()

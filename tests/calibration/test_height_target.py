@@ -208,3 +208,14 @@ def test_a_band_says_where_it_is(tmp_path: Path) -> None:
     assert band.file == "map.tmd 0:24"
     assert band.centre_px == (63.5, 11.5)
     assert band.area().sum() == pytest.approx(np.pi * band.radius_px**2)
+
+
+def test_heights_are_relative_to_the_level_land_whatever_the_maps_plane(tmp_path: Path) -> None:
+    x, y = np.arange(SHAPE[1]) * MM, np.arange(SHAPE[0])[:, None] * MM
+    ridge = 0.2 * np.exp(-(((x - 3) / 0.3) ** 2)) + 0 * y
+    path = written(tmp_path, 7.0 + 0.02 * x - 0.03 * y + ridge)
+    target = HeightTarget.read(path, frame(), blur_px=0.0)
+    for press in (block.training() for block in blocks(target)):
+        assert press.heights_mm is not None
+        true_mm = ridge[press.rows, press.columns]
+        np.testing.assert_allclose(press.heights_mm, true_mm, atol=2e-3)

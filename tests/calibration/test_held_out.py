@@ -13,11 +13,11 @@ import pytest
 from support.height_lab import HEIGHT, HeightLab, make_height_lab
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.builtin.polynomial import Polynomial
+from tactile_core.builtin.polynomial import Polynomial, PolynomialCalibrator
 from tactile_core.calibration import presses
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.scoring import FOLDS
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference
 from tactile_core.sim.analytic_ball import BallPress, render
 
@@ -30,15 +30,17 @@ Pixels = np.ndarray
 def known(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Known]:
     """Calibrate, and return all that each fold knew: samples, frames, reference, model, light."""
     folds: Known = []
-    fit, locate = Polynomial.fit.__func__, presses.locate  # type: ignore[attr-defined]
+    fit, locate = PolynomialCalibrator.fit, presses.locate
 
     def recorded(
-        cls: type[Polynomial], samples: Sequence[Press], reference: Reference, options: Any
+        self: PolynomialCalibrator, samples: Sequence[Press], reference: Reference
     ) -> Polynomial:
-        model: Polynomial = fit(cls, samples, reference, options)
-        arrays = [reference.pixels, *model._arrays().values()]
+        model = fit(self, samples, reference)
+        arrays = [reference.pixels, *model.slopes.function.arrays().values()]
         for press in samples:
-            arrays += [press.rows, press.columns, press.gradients, press.frame.pixels]
+            assert press.heights_mm is not None
+            arrays += [press.rows, press.columns, press.frame.pixels]
+            arrays += [press.gradients, press.heights_mm]
         folds.append(arrays)
         return model
 
@@ -46,7 +48,7 @@ def known(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Known]:
         folds[-1].append(light.coefficients)
         return locate(press, light, *more)
 
-    monkeypatch.setattr(Polynomial, "fit", classmethod(recorded))
+    monkeypatch.setattr(PolynomialCalibrator, "fit", recorded)
     monkeypatch.setattr(presses, "locate", located)
 
     def run(*given: Any, **more: Any) -> Known:

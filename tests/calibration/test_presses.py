@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,3 +49,25 @@ def test_what_is_learnt_lies_on_the_ball_or_far_from_it() -> None:
     on = ~resting
     down = np.sqrt(BALL_PX**2 - distance[on] ** 2)
     np.testing.assert_allclose(learnt.gradients[on], -offset[on] / down[:, None], atol=1e-5)
+
+
+def test_heights_are_those_of_the_ball_and_of_skin_at_rest() -> None:
+    found = press(None)
+    learnt = found.training()
+    assert learnt.heights_mm is not None
+    on = learnt.gradients.any(axis=1)
+    distance = np.hypot(learnt.columns - CENTRE_PX[0], learnt.rows - CENTRE_PX[1])
+    cap_mm = (np.sqrt(BALL_PX**2 - distance[on] ** 2) - np.sqrt(BALL_PX**2 - CONTACT_PX**2)) * 0.05
+    rim_mm = learnt.heights_mm[on] - cap_mm
+    assert np.ptp(rim_mm) < 1e-5
+    assert 0 < rim_mm.mean() < cap_mm.max()
+    assert not learnt.heights_mm[~on & (distance > CONTACT_PX)].any()
+
+
+def test_the_rim_stands_higher_on_a_thicker_gel() -> None:
+    thin, thick = (
+        replace(press(None), thickness_mm=thickness_mm).training() for thickness_mm in (1.0, 10.0)
+    )
+    assert thin.heights_mm is not None
+    assert thick.heights_mm is not None
+    assert thick.heights_mm.max() > thin.heights_mm.max() + 0.1

@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import BaseModel
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.builtin.polynomial import Polynomial
+from tactile_core.builtin.polynomial import Polynomial, PolynomialCalibrator
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Frame, Gradients, Reference
 
 tilt = st.floats(-80, 80)
@@ -62,21 +61,21 @@ def test_no_press_is_scored_by_a_model_that_was_fitted_on_it(
     fitted_on: dict[int, set[str]] = {}
     scored: list[tuple[str, set[str]]] = []
     models = []  # kept, so that no two have one identity
-    fit, measure = vars(Polynomial)["fit"].__func__, Polynomial.measure
+    fit, measure = PolynomialCalibrator.fit, Polynomial.measure
 
     def noted_fit(
-        cls: type[Polynomial], samples: Sequence[Press], reference: Reference, options: BaseModel
+        self: PolynomialCalibrator, presses: Sequence[Press], reference: Reference
     ) -> Polynomial:
-        model: Polynomial = fit(cls, samples, reference, options)
+        model = fit(self, presses, reference)
         models.append(model)
-        fitted_on[id(model)] = {press.frame.source for press in samples}
+        fitted_on[id(model)] = {press.frame.source for press in presses}
         return model
 
     def noted_measure(self: Polynomial, frame: Frame, reference: Reference) -> Gradients:
         scored.append((frame.source, fitted_on[id(self)]))
         return measure(self, frame, reference)
 
-    monkeypatch.setattr(Polynomial, "fit", classmethod(noted_fit))
+    monkeypatch.setattr(PolynomialCalibrator, "fit", noted_fit)
     monkeypatch.setattr(Polynomial, "measure", noted_measure)
     rows = ["file,centre_x_px,centre_y_px,contact_radius_px"]
     rows += [f"press_{i}.png,{60 + i},{50 + i},9" for i in range(10)]

@@ -103,7 +103,9 @@ def test_the_examples_of_a_page_run(name: str) -> None:
         exec(compile(code, f"docs/{name}.md", "exec"), {})
 
 
-@pytest.mark.parametrize("name", ["Camera", "Illumination", "Calibration", "Estimator"])
+@pytest.mark.parametrize(
+    "name", ["Camera", "Illumination", "Calibrator", "Calibration", "Artefact", "Estimator"]
+)
 def test_the_page_of_the_interfaces_names_every_method_to_write(name: str) -> None:
     text = section(page("interfaces"), name)
     interface = getattr(tactile_core, name)

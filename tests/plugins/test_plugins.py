@@ -120,7 +120,7 @@ def test_a_misspelt_component_is_told_the_nearest_name() -> None:
 @pytest.mark.usefixtures("fakes")
 def test_an_unlike_component_is_told_what_there_is() -> None:
     assert "it has peak, peak_again" in refusal("estimator", "mylab.xyz")
-    assert "none at all" in refusal("calibration", "mylab.xyz")
+    assert "none at all" in refusal("calibrator", "mylab.xyz")
 
 
 @pytest.mark.usefixtures("fakes")

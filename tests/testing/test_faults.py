@@ -92,9 +92,13 @@ CALIBRATIONS: Mapping[str, tuple[str, str]] = {
     "degrees": ("sense", "times the ball's; slopes are mm per mm"),
     "tilted": ("sense", "untouched skin has a mean slope of 0.21"),
     "rounded": ("round_trip", "saved and loaded, it measures otherwise"),
-    "loads_nothing": ("round_trip", "loading an empty folder raises FileNotFoundError"),
+    "loads_nothing": ("empty_folder", "loading an empty folder raises FileNotFoundError"),
     "any_size": ("other_size", "is measured, though it was fitted on 160 × 120"),
     "changes_frame": ("calibration_inputs", "values of pixels differ"),
+    "unregistered_model": ("fitted_class", "returns Nameless, which no plugin registers"),
+    "uncompensated": ("fitted_class", "fitted with compensation 'channel', and Uncompensated"),
+    "sunken": ("sense", "untouched skin is measured 5 mm off its place"),
+    "metres_deep": ("sense", "it looks like metres in place of millimetres"),
     "locked_model": ("calibration_pickling", "cannot pickle '_thread.lock'"),
 }
 ESTIMATORS: Mapping[str, tuple[str, str]] = {

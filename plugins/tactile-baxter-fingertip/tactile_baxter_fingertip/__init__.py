@@ -8,6 +8,12 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl
-def tactile_calibrations() -> Mapping[str, str]:
+def tactile_calibrators() -> Mapping[str, str]:
     """How the fingertip's colours were read."""
+    return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensityCalibrator"}
+
+
+@hookimpl
+def tactile_artefacts() -> Mapping[str, str]:
+    """What is fitted for it."""
     return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensity"}

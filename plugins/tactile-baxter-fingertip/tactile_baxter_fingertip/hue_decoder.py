@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from tactile_baxter_fingertip.tables import ENTRIES, Bytes, Float32, smooth_table
 from tactile_core.algorithms.arrays import regression
-from tactile_core.builtin.model_file import part_from
+from tactile_core.interfaces.slope_models.model_file import part_from
 
 Float = NDArray[np.float64]
 PitchFrom = Literal["both", "intensity", "saturation"]

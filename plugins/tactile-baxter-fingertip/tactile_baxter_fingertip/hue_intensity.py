@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import cv2
 import numpy as np
@@ -13,12 +13,19 @@ from pydantic import BaseModel, Field
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_core.algorithms.intensity import CEILING, FLOOR
-from tactile_core.builtin.image_shape import ImageShape, check_fitting, in_words, shape_of
-from tactile_core.builtin.model_file import arrays_of, stored_model, write_model
-from tactile_core.builtin.slope_training import thinned, too_few
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.slope_models.for_reference import ForReference
+from tactile_core.interfaces.slope_models.image_shape import (
+    ImageShape,
+    check_fitting,
+    in_words,
+    shape_of,
+)
+from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
+from tactile_core.interfaces.slope_models.samples import scale_of, thinned, too_few
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 
 FEWEST_SAMPLES = 500
@@ -49,10 +56,7 @@ class HueIntensityOptions(Options):
 
 
 class HueIntensity(Calibration):
-    """The way of the first fingertip with four colours; see ``hue_decoder``."""
-
-    USE: ClassVar[str] = "baxter_fingertip.hue_intensity"
-    Options: ClassVar[type[BaseModel]] = HueIntensityOptions
+    """A fitted decoder; see ``hue_decoder``."""
 
     def __init__(
         self,
@@ -63,46 +67,7 @@ class HueIntensity(Calibration):
     ) -> None:
         self.decoder, self._shape = decoder, shape
         self._blur_px, self._light_blur_px = blur_px, light_blur_px
-        self._prepared: tuple[Reference, HueField] | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_prepared": None}
-
-    @classmethod
-    def fit(
-        cls, samples: Sequence[Press], reference: Reference, options: BaseModel
-    ) -> HueIntensity:
-        """Fit on presses of a known ball.
-
-        Raises
-        ------
-        CalibrationError
-            The images do not have three channels or the presses' size, or too few pixels slope.
-        """
-        assert isinstance(options, HueIntensityOptions)
-        shape = shape_of(reference)
-        if shape[2] != CHANNELS:
-            raise CalibrationError(
-                f"{cls.USE} reads hue from three channels and the frames have {shape[2]}; use "
-                f"core.mlp or core.polynomial"
-            )
-        if not samples:
-            raise CalibrationError("0 presses hold too few pixels to fit on; record more presses")
-        scale = samples[0].frame.mm_per_px
-        blur_px, light_blur_px = options.blur_mm / scale, options.light_blur_mm / scale
-        light = _light(reference, blur_px, light_blur_px)
-        for press in samples:
-            if press.frame.pixels.shape != reference.pixels.shape:
-                raise CalibrationError(
-                    f"the calibration belongs to images of {in_words(reference.pixels.shape)} and "
-                    f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
-                    f"the size of the input"
-                )
-        features, sines = thinned(samples, light.features, most=MOST_SAMPLES)
-        if np.count_nonzero(sines.any(axis=1)) < FEWEST_SAMPLES:
-            raise too_few(samples)
-        decoder = fit_decoder(features, sines, options.pitch_from)
-        return cls(decoder, shape, blur_px, light_blur_px)
+        self._field = ForReference(self._prepared)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame; not valid where marked, saturated in a channel, or dark in all.
@@ -114,10 +79,7 @@ class HueIntensity(Calibration):
             full scale than each other.
         """
         check_fitting(frame, reference, self._shape)
-        if self._prepared is None or self._prepared[0] is not reference:
-            light = _light(reference, self._blur_px, self._light_blur_px)
-            self._prepared = reference, HueField(self.decoder, light)
-        gx, gy = self._prepared[1].measure(frame.pixels, frame.marks)
+        gx, gy = self._field(reference).measure(frame.pixels, frame.marks)
         return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
 
     def save(self, directory: Path) -> None:
@@ -135,10 +97,54 @@ class HueIntensity(Calibration):
         CalibrationError
             It is missing, broken or of another model.
         """
-        with stored_model(directory, cls.USE) as (shape, arrays):
+        with stored_model(directory) as (shape, arrays):
             blur_px, light_blur_px = (float(b) for b in arrays["blurs_px"])
             decoder = HueDecoder.from_arrays(arrays)
         return cls(decoder, shape, blur_px, light_blur_px)
+
+    def _prepared(self, reference: Reference) -> HueField:
+        return HueField(self.decoder, _light(reference, self._blur_px, self._light_blur_px))
+
+
+class HueIntensityCalibrator(Calibrator):
+    """The way of the first fingertip with four colours: yaw by hue, pitch by intensity."""
+
+    Options: ClassVar[type[BaseModel]] = HueIntensityOptions
+    options: HueIntensityOptions
+
+    def fit(self, presses: Sequence[Press], reference: Reference) -> HueIntensity:
+        """Fit on presses of a known ball.
+
+        Raises
+        ------
+        CalibrationError
+            The images do not have three channels or the presses' size, or too few pixels slope.
+        """
+        shape = shape_of(reference)
+        if shape[2] != CHANNELS:
+            raise CalibrationError(
+                f"baxter_fingertip.hue_intensity reads hue from three channels and the frames have "
+                f"{shape[2]}; use core.mlp or core.polynomial"
+            )
+        scale = scale_of(presses)
+        blur_px, light_blur_px = self.options.blur_mm / scale, self.options.light_blur_mm / scale
+        light = _light(reference, blur_px, light_blur_px)
+        for press in presses:
+            if press.frame.pixels.shape != reference.pixels.shape:
+                raise CalibrationError(
+                    f"the calibration belongs to images of {in_words(reference.pixels.shape)} and "
+                    f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
+                    f"the size of the input"
+                )
+        features, sines = thinned(presses, light.features, most=MOST_SAMPLES)
+        if np.count_nonzero(sines.any(axis=1)) < FEWEST_SAMPLES:
+            raise too_few(presses)
+        decoder = fit_decoder(features, sines, self.options.pitch_from)
+        return HueIntensity(decoder, shape, blur_px, light_blur_px)
+
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Smoothing that the options ask for."""
+        return self.options.blur_mm / mm_per_px
 
 
 def _light(reference: Reference, blur_px: float, light_blur_px: float) -> ReferenceLight:

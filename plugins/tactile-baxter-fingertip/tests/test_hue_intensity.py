@@ -11,11 +11,15 @@ from support.gains import MOST, gains
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
-from tactile_baxter_fingertip.hue_intensity import HueIntensity, HueIntensityOptions
+from tactile_baxter_fingertip.hue_intensity import (
+    HueIntensity,
+    HueIntensityCalibrator,
+    HueIntensityOptions,
+)
 from tactile_core.algorithms.sines import to_gradient
-from tactile_core.builtin.model_file import arrays_of
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.slope_models.model_file import arrays_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Reference
 
@@ -23,11 +27,8 @@ UNSEEN = Ball((71.3, 64.8))
 
 
 def fitted(*, mirrored: bool = False, **options: object) -> HueIntensity:
-    return HueIntensity.fit(
-        presses(12, mirrored=mirrored),
-        untouched(mirrored=mirrored),
-        HueIntensityOptions.model_validate(options),
-    )
+    calibrator = HueIntensityCalibrator(HueIntensityOptions.model_validate(options))
+    return calibrator.fit(presses(12, mirrored=mirrored), untouched(mirrored=mirrored))
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +44,10 @@ def errors_deg(model: HueIntensity, *, mirrored: bool = False, gain: float = 1.0
     return angles_deg(np.stack([measured.x[on], measured.y[on]], 1), true[on])
 
 
-def test_the_model_is_found_by_its_name() -> None:
-    assert resolve("calibration", "baxter_fingertip.hue_intensity") is HueIntensity
+def test_calibrator_and_model_are_found_by_one_name() -> None:
+    name = "baxter_fingertip.hue_intensity"
+    assert resolve("calibrator", name) is HueIntensityCalibrator
+    assert resolve("artefact", name) is HueIntensity
 
 
 @pytest.mark.parametrize("ball", [UNSEEN, Ball((50.0, 50.0)), Ball((110.0, 70.0))])
@@ -134,7 +137,7 @@ def test_another_size_is_refused(model: HueIntensity) -> None:
 def test_grey_images_have_no_hue() -> None:
     grey = Reference(untouched().pixels[..., :1], ("grey",))
     with pytest.raises(CalibrationError, match="three channels"):
-        HueIntensity.fit(presses(1), grey, HueIntensityOptions())
+        HueIntensityCalibrator(HueIntensityOptions()).fit(presses(1), grey)
 
 
 def test_presses_that_all_rest_are_refused() -> None:
@@ -142,7 +145,7 @@ def test_presses_that_all_rest_are_refused() -> None:
     level = replace(press, gradients=np.zeros_like(press.gradients))
     for samples in ([], [level]):
         with pytest.raises(CalibrationError, match="too few pixels"):
-            HueIntensity.fit(samples, untouched(), HueIntensityOptions())
+            HueIntensityCalibrator(HueIntensityOptions()).fit(samples, untouched())
 
 
 def test_a_clipped_channel_has_no_hue_and_neither_has_darkness(model: HueIntensity) -> None:

@@ -8,6 +8,17 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 @hookimpl
-def tactile_calibrations() -> Mapping[str, str]:
+def tactile_calibrators() -> Mapping[str, str]:
     """Photometric stereo."""
-    return {"photometric_stereo": "tactile_desktop_six_led.photometric_stereo:PhotometricStereo"}
+    return {
+        "photometric_stereo": "tactile_desktop_six_led.photometric_stereo:PhotometricCalibrator"
+    }
+
+
+@hookimpl
+def tactile_artefacts() -> Mapping[str, str]:
+    """Lights as they were learnt from presses, and as a profile gives them."""
+    return {
+        "photometric_stereo": "tactile_desktop_six_led.photometric_stereo:PhotometricStereo",
+        "given_lights": "tactile_desktop_six_led.given_lights:GivenLights",
+    }

@@ -8,10 +8,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration, Compensation, Press
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 _ROUNDS = 12
@@ -22,6 +22,7 @@ _BLOCK = 1 << 14
 _ENOUGH_TO_DROP = 5
 _STEEPEST = 5.0
 _TINY = 1e-9
+_FILE = "directions.npz"
 
 
 def lamp_directions(azimuth_deg: Sequence[float], elevation_deg: Sequence[float]) -> Float32:
@@ -96,11 +97,6 @@ class GivenLights(Calibration):
     def __init__(self, directions: Float32) -> None:
         self._directions = directions
 
-    @classmethod
-    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Self:
-        """Never called: nothing is fitted."""
-        raise CalibrationError(_NOT_FITTED)
-
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of a Lambertian skin.
 
@@ -130,13 +126,27 @@ class GivenLights(Calibration):
         return Gradients(gx, gy, valid, frame.mm_per_px, frame.timestamp_s)
 
     def save(self, directory: Path) -> None:
-        """Never called: nothing is fitted."""
-        raise CalibrationError(_NOT_FITTED)
+        """Write ``directions.npz``."""
+        write_npz(directory / _FILE, {"directions": self._directions})
 
     @classmethod
     def load(cls, directory: Path) -> Self:
-        """Never called: nothing is fitted."""
-        raise CalibrationError(_NOT_FITTED)
+        """Read ``directions.npz``.
 
-
-_NOT_FITTED = "lights that are given are not fitted; use desktop_six_led.photometric_stereo"
+        Raises
+        ------
+        CalibrationError
+            It is missing or broken.
+        """
+        path = directory / _FILE
+        try:
+            directions = np.asarray(read_npz(path)["directions"], np.float32)
+            if (
+                directions.ndim != 2
+                or directions.shape[1] != 3
+                or not np.isfinite(directions).all()
+            ):
+                raise ValueError("no directions")
+        except (InputError, LookupError, ValueError, TypeError) as error:
+            raise CalibrationError(f"{path} holds no directions of lights") from error
+        return cls(directions)

@@ -11,10 +11,11 @@ from cli.test_cli import tactile
 from numpy.typing import NDArray
 
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions, robust_normals
-from tactile_desktop_six_led.photometric_stereo import PhotometricStereo
+from tactile_desktop_six_led.photometric_stereo import PhotometricCalibrator, StereoOptions
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -54,10 +55,25 @@ def test_a_lamp_that_does_not_fit_is_left_out(level: float) -> None:
 
 
 def test_a_profile_may_ask_for_given_lights() -> None:
-    options = PhotometricStereo.Options.model_validate({"lights": "given"})
-    assert isinstance(PhotometricStereo.from_lights(options, AZIMUTHS, [60.0] * 6), GivenLights)
-    learned = PhotometricStereo.Options.model_validate({})
-    assert PhotometricStereo.from_lights(learned, AZIMUTHS, [60.0] * 6) is None
+    lights = [Light(f"lamp{k}", azimuth, 60.0) for k, azimuth in enumerate(AZIMUTHS)]
+    given = PhotometricCalibrator(StereoOptions(lights="given"))
+    assert isinstance(given.from_lights(lights), GivenLights)
+    assert PhotometricCalibrator(StereoOptions()).from_lights(lights) is None
+
+
+def test_given_lights_come_back_as_they_were_saved(tmp_path: Path) -> None:
+    GivenLights(LAMPS).save(tmp_path)
+    np.testing.assert_array_equal(GivenLights.load(tmp_path)._directions, LAMPS)
+
+
+@pytest.mark.parametrize("directions", [None, np.zeros(3), np.full((6, 3), np.nan)])
+def test_what_are_no_directions_is_refused(
+    tmp_path: Path, directions: NDArray[np.float64] | None
+) -> None:
+    if directions is not None:
+        np.savez(tmp_path / "directions.npz", directions=directions)
+    with pytest.raises(CalibrationError, match="holds no directions of lights"):
+        GivenLights.load(tmp_path)
 
 
 def test_an_object_nearer_to_the_camera_has_slopes_uphill_to_its_middle() -> None:

@@ -13,11 +13,15 @@ from support.gains import MOST, gains
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.sines import to_gradient
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Frame, Gradients, Reference
 from tactile_desktop_six_led.light_fit import fit_light_field
-from tactile_desktop_six_led.photometric_stereo import PhotometricStereo
+from tactile_desktop_six_led.photometric_stereo import (
+    PhotometricCalibrator,
+    PhotometricStereo,
+    StereoOptions,
+)
 from tactile_desktop_six_led.redundancy import fit_redundancy
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -112,15 +116,17 @@ def fitted(rig: Rig, kernels_or_numpy: str) -> PhotometricStereo:
 
 
 def fit(presses: list[Press], reference: Reference, **options: float) -> PhotometricStereo:
-    settings = PhotometricStereo.Options.model_validate({"blur_px": 0, **options})
-    return PhotometricStereo.fit(presses, reference, settings)
+    settings = StereoOptions.model_validate({"blur_px": 0, **options})
+    return PhotometricCalibrator(settings).fit(presses, reference)
 
 
 SPOT = (100.0, 52.0)
 
 
-def test_the_model_is_found_by_its_name() -> None:
-    assert resolve("calibration", "desktop_six_led.photometric_stereo") is PhotometricStereo
+def test_calibrator_and_model_are_found_by_one_name() -> None:
+    name = "desktop_six_led.photometric_stereo"
+    assert resolve("calibrator", name) is PhotometricCalibrator
+    assert resolve("artefact", name) is PhotometricStereo
 
 
 def test_an_unseen_ball_is_measured_within_a_degree(rig: Rig, fitted: PhotometricStereo) -> None:
@@ -173,7 +179,7 @@ def test_a_lamp_that_has_become_brighter_is_followed(
     slopes, on_ball = ball(SPOT)
     gain = np.where(np.arange(6) == lamp, 1.03, 1.0)
     frame = rig.frame(slopes, gain=gain)
-    told = fitted._prepare(rig.reference()).gains(frame.pixels)
+    told = fitted.field(rig.reference()).gains(frame.pixels)
     assert 1.015 < told[lamp] / np.delete(told, lamp).mean() < 1.035
     drifted = error_deg(fitted.measure(frame, rig.reference()), slopes, on_ball)
     steady = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
@@ -248,7 +254,7 @@ def test_the_whole_image_is_measured_as_the_model_says(rig: Rig, fitted: Photome
     height, width = SHAPE
     spot = np.stack([press.columns - (width - 1) / 2, press.rows - (height - 1) / 2], 1)
     features = np.concatenate([change, spot / (width / 2)], 1).astype(np.float32)
-    expected = to_gradient(fitted._model(features))
+    expected = to_gradient(fitted._model.field(features))
     found = np.stack([measured.x, measured.y], 2)[press.rows, press.columns]
     # the model knows nothing of the drift that is told from this frame
     assert np.abs(found - expected).mean() < 0.01

@@ -139,7 +139,7 @@ def _bundle_folder(use: str) -> Path:
     folder = Path(use)
     if not folder.is_dir():
         try:
-            resolve("calibration", use)
+            resolve("calibrator", use)
         except PluginError:
             raise InputError(
                 f"calibration={use}: there is no such folder; name a bundle's folder, which "

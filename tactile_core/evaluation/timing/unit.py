@@ -10,8 +10,8 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
-from tactile_core.bundles.bundle import Bundle
-from tactile_core.bundles.manifest import Manifest
+from tactile_core.bundles.bundle import Bundle, names_of
+from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.evaluation.timing.still import StillCamera
@@ -19,9 +19,7 @@ from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.options import options_of
-from tactile_core.plugins.registry import resolve
-from tactile_core.plugins.returned import fitted_by
+from tactile_core.plugins.calibrators import calibrator_of, fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
@@ -65,7 +63,7 @@ def virtual_unit(
     size_px : (width, height), optional
         Of the image instead of the profile's; the same width of the gel is seen.
     model : str, optional
-        The calibration to fit, ``plugin.name``; else the profile's.
+        The calibrator to fit with, ``plugin.name``; else the profile's.
 
     Raises
     ------
@@ -75,8 +73,7 @@ def virtual_unit(
         The presses do not determine the model.
     """
     profile = profile if size_px is None else _resized(profile, size_px)
-    cls = resolve("calibration", profile.calibration.use if model is None else model)
-    component = profile.calibration if model is None else Component(use=model)
+    calibrator = calibrator_of(profile.calibration if model is None else Component(use=model))
     image = profile.image
     lights = make_lights(profile)
     take = partial(_frame, RigOptics(profile), lights)
@@ -93,11 +90,11 @@ def virtual_unit(
         frame = condition.masked(take(ball, seed))
         radius_px = ball_mm / 2 / image.mm_per_px
         presses.append(FoundPress("", frame, circle, radius_px))
-    options = options_of(cls, component)
-    fitted = fitted_by(cls, [press.training() for press in presses], reference, options)
+    fitted = fitted_by(calibrator, [press.training() for press in presses], reference)
+    artefacts = {LIGHT: fitted}
     manifest = Manifest(
         profile=profile.name,
-        model=getattr(type(fitted), "USE", component.use),
+        artefacts=names_of(artefacts),
         image_size_px=(image.width_px, image.height_px),
         channels=lights.channels,
         mm_per_px=image.mm_per_px,
@@ -110,7 +107,7 @@ def virtual_unit(
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
     held = BallPress(middle_px, ball_mm, _DEPTH_OF_BALL * ball_mm)
     stroke = tuple(take(held, seed, moved) for seed, moved in enumerate(_STROKE_PX))
-    return VirtualUnit(profile, Bundle(manifest, fitted, reference), frames, stroke)
+    return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, stroke)
 
 
 def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:

@@ -13,7 +13,7 @@ from fuzz.sandbox import Sandbox
 PACKAGE = Path(__file__).resolve().parents[1] / "plugin"
 _PLACES = {
     "estimators": ("options", "init", "estimate", "estimate", "estimate", "tare", "reset"),
-    "calibration": ("options", "fit", "measure", "measure", "save", "load"),
+    "calibration": ("options", "smoothing", "fit", "measure", "measure", "save", "load"),
     "camera": ("options", "init", "open", "read", "read", "close"),
     "illumination": ("options", "init", "channels", "exposures", "lights"),
     "driver": ("options", "init", "attach", "open", "set", "set", "close"),

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import model_validator
 
 from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
@@ -118,15 +119,19 @@ class PeakStep(Estimator):
         return act(self.options, "tare", result)
 
 
-class Flat(Calibration):
+class FlatCalibrator(Calibrator):
     Options = Strange
 
+    def fit(self, presses: Any, reference: Any) -> Any:
+        return act(self.options, "fit", Flat(self.options))
+
+    def smoothing_px(self, mm_per_px: float) -> Any:
+        return act(self.options, "smoothing", 0.0)
+
+
+class Flat(Calibration):
     def __init__(self, options: Any) -> None:
         self.options = options
-
-    @classmethod
-    def fit(cls, samples: Any, reference: Any, options: Any) -> Any:
-        return act(options, "fit", cls(options))
 
     def measure(self, frame: Any, reference: Any) -> Any:
         level = np.zeros(frame.pixels.shape[:2], np.float32)
@@ -223,7 +228,12 @@ def tactile_light_drivers() -> Any:
 
 
 @hookimpl
-def tactile_calibrations() -> Any:
+def tactile_calibrators() -> Any:
+    return _hook({"calibration": "fuzzed_plugin:FlatCalibrator"})
+
+
+@hookimpl
+def tactile_artefacts() -> Any:
     return _hook({"calibration": "fuzzed_plugin:Flat"})
 
 

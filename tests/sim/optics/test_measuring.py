@@ -11,9 +11,9 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.conditioning.marker_mask import MarkFinder
-from tactile_core.interfaces.calibration import Press
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
-from tactile_core.plugins.registry import resolve
+from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame
 from tactile_core.sim.analytic_ball import BallPress
@@ -73,10 +73,8 @@ def test_held_out_presses_are_measured(
         rows, columns = np.nonzero(inside | (resting & (height < 1e-3)))
         known = slopes[rows, columns].astype(np.float32)
         samples.append(Press(seen, rows.astype(np.int32), columns.astype(np.int32), known, ""))
-    component = Component(use=model)
-    cls = resolve("calibration", model)
-    said = profile.calibration.options if profile.calibration.use == model else component.options
-    fitted = cls.fit(samples, untouched, cls.Options.model_validate(said))
+    said = profile.calibration if profile.calibration.use == model else Component(use=model)
+    fitted = calibrator_of(said).fit(samples, untouched)
     angles, depths = [], []
     for _ in range(4):
         seen, height, slopes, inside = press()

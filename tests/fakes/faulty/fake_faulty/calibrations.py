@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.algorithms.poisson import integrate
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.quantities import Frame, Gradients
+from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.quantities import Frame, Gradients, HeightMap
 
 
 class Linear(Calibration):
@@ -19,18 +21,12 @@ class Linear(Calibration):
     def __init__(self, weights: Any, shape: tuple[int, ...]) -> None:
         self.weights, self.shape = weights, shape
 
-    @classmethod
-    def fit(cls, samples: Any, reference: Any, options: Any) -> Any:
-        rows = [
-            (p.frame.pixels / reference.pixels - 1)[p.rows, p.columns].astype(np.float32)
-            for p in samples
-        ]
-        slopes = np.concatenate([p.gradients for p in samples])
-        weights = np.linalg.lstsq(np.concatenate(rows), slopes, rcond=None)[0]
-        return cls(weights.astype(np.float32), reference.pixels.shape)
+    @staticmethod
+    def features(frame: Frame, reference: Any) -> Any:
+        return (frame.pixels / reference.pixels - 1).astype(np.float32)
 
     def slopes(self, frame: Frame, reference: Any) -> Any:
-        return ((frame.pixels / reference.pixels - 1) @ self.weights).astype(np.float32)
+        return self.features(frame, reference) @ self.weights
 
     def check(self, frame: Frame) -> None:
         if frame.pixels.shape != self.shape:
@@ -52,20 +48,6 @@ class Linear(Calibration):
                 return cls(data["weights"], tuple(int(n) for n in data["shape"]))
         except OSError as error:
             raise CalibrationError(f"{directory} holds no linear model") from error
-
-
-class Unfittable(Linear):
-    @classmethod
-    def fit(cls, samples: Any, reference: Any, options: Any) -> Any:
-        raise CalibrationError("too few presses")
-
-
-class Unseeded(Linear):
-    @classmethod
-    def fit(cls, samples: Any, reference: Any, options: Any) -> Any:
-        fitted = super().fit(samples, reference, options)
-        fitted.weights += np.random.default_rng().normal(0, 1e-3, fitted.weights.shape)
-        return fitted
 
 
 class Doubles(Linear):
@@ -129,3 +111,99 @@ class Locked(Linear):
     def __init__(self, weights: Any, shape: tuple[int, ...]) -> None:
         super().__init__(weights, shape)
         self.lock = threading.Lock()
+
+
+class Nameless(Linear):
+    """Registered by no plugin."""
+
+
+class Uncompensated(Linear):
+    compensation = "none"
+
+
+class Deep(Linear):
+    """Height as a linear function of the channels' changes, integrated along x and along y."""
+
+    @staticmethod
+    def features(frame: Frame, reference: Any) -> Any:
+        parts = []
+        for change in np.moveaxis(Linear.features(frame, reference), -1, 0):
+            for slopes in ((change, 0 * change), (0 * change, change)):
+                height = integrate(*slopes, mm_per_px=frame.mm_per_px)
+                parts.append(height - np.median(height))
+        return np.stack(parts, axis=-1)
+
+    def measure(self, frame: Frame, reference: Any) -> Any:
+        self.check(frame)
+        mm = self.heights(self.slopes(frame, reference)[..., 0].copy())
+        return HeightMap(mm, mm == mm, frame.mm_per_px, frame.timestamp_s)
+
+    def heights(self, mm: Any) -> Any:
+        return mm
+
+
+class Sunken(Deep):
+    def heights(self, mm: Any) -> Any:
+        return mm + np.float32(5)
+
+
+class Metres(Deep):
+    def heights(self, mm: Any) -> Any:
+        return mm / 1000
+
+
+class LinearCalibrator(Calibrator):
+    """Fits a linear model, by least squares."""
+
+    model: type[Linear] = Linear
+
+    def fit(self, presses: Any, reference: Any) -> Any:
+        rows = [self.model.features(p.frame, reference)[p.rows, p.columns] for p in presses]
+        known = np.concatenate([self.known(p) for p in presses])
+        weights = np.linalg.lstsq(np.concatenate(rows), known, rcond=None)[0]
+        return self.model(weights.astype(np.float32), reference.pixels.shape)
+
+    def known(self, press: Any) -> Any:
+        return press.gradients
+
+
+class DeepCalibrator(LinearCalibrator):
+    model = Deep
+
+    def known(self, press: Any) -> Any:
+        return press.heights_mm[:, None]
+
+
+class Unfittable(LinearCalibrator):
+    def fit(self, presses: Any, reference: Any) -> Any:
+        raise CalibrationError("too few presses")
+
+
+class Unseeded(LinearCalibrator):
+    def fit(self, presses: Any, reference: Any) -> Any:
+        fitted = super().fit(presses, reference)
+        fitted.weights += np.random.default_rng().normal(0, 1e-3, fitted.weights.shape)
+        return fitted
+
+
+def calibrator_of(model: type[Linear]) -> type[LinearCalibrator]:
+    """A calibrator that fits this model."""
+    base = DeepCalibrator if issubclass(model, Deep) else LinearCalibrator
+    return type(f"{model.__name__}Calibrator", (base,), {"model": model})
+
+
+DoublesCalibrator = calibrator_of(Doubles)
+GapsCalibrator = calibrator_of(Gaps)
+DentedCalibrator = calibrator_of(Dented)
+ExchangedCalibrator = calibrator_of(Exchanged)
+DegreesCalibrator = calibrator_of(Degrees)
+TiltedCalibrator = calibrator_of(Tilted)
+RoundedCalibrator = calibrator_of(Rounded)
+LoadsNothingCalibrator = calibrator_of(LoadsNothing)
+AnySizeCalibrator = calibrator_of(AnySize)
+ChangesFrameCalibrator = calibrator_of(ChangesFrame)
+LockedCalibrator = calibrator_of(Locked)
+NamelessCalibrator = calibrator_of(Nameless)
+UncompensatedCalibrator = calibrator_of(Uncompensated)
+SunkenCalibrator = calibrator_of(Sunken)
+MetresCalibrator = calibrator_of(Metres)

@@ -9,7 +9,10 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of ``cameras``, ``lights``, ``drivers`` … or ``estimators`` as ``x``."""
+    """Registers a class of ``cameras``, ``lights``, ``drivers`` … or ``estimators`` as ``x``.
+
+    A model of ``calibrations`` comes with its calibrator, unless another one is named.
+    """
 
     def __init__(
         self,
@@ -18,13 +21,16 @@ class Hooks:
         lights: str = "",
         drivers: str = "",
         calibrations: str = "",
+        calibrator: str = "",
         estimators: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
         self._lights = _listed("lights", lights)
         self._drivers = _listed("drivers", drivers)
-        self._calibrations = _listed("calibrations", calibrations)
+        self._artefacts = _listed("calibrations", calibrations)
+        calibrator = calibrator or (calibrations and f"{calibrations}Calibrator")
+        self._calibrators = _listed("calibrations", calibrator)
         self._estimators = _listed("estimators", estimators)
         self._profiles = profiles
 
@@ -41,8 +47,12 @@ class Hooks:
         return self._drivers
 
     @hookimpl
-    def tactile_calibrations(self) -> dict[str, str]:
-        return self._calibrations
+    def tactile_calibrators(self) -> dict[str, str]:
+        return self._calibrators
+
+    @hookimpl
+    def tactile_artefacts(self) -> dict[str, str]:
+        return self._artefacts
 
     @hookimpl
     def tactile_estimators(self) -> dict[str, str]:

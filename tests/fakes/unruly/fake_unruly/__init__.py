@@ -23,7 +23,12 @@ def tactile_light_drivers() -> Mapping[str, str]:
 
 
 @hookimpl
-def tactile_calibrations() -> Mapping[str, str]:
+def tactile_calibrators() -> Mapping[str, str]:
+    return {"calibration": "fake_unruly.parts:UnrulyCalibrator"}
+
+
+@hookimpl
+def tactile_artefacts() -> Mapping[str, str]:
     return {"calibration": "fake_unruly.parts:UnrulyCalibration"}
 
 

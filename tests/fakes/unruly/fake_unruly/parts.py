@@ -11,11 +11,12 @@ import numpy as np
 from pydantic import BaseModel, field_validator
 
 from fake_unruly.deeds import do
-from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, Quantity, Reference
 
@@ -108,18 +109,6 @@ class UnrulyCalibration(_Unruly, Calibration):
     def __init__(self, options: BaseModel) -> None:
         self.options = options
 
-    @classmethod
-    def fit(cls, samples: Sequence[Press], reference: Reference, options: BaseModel) -> Calibration:
-        cls(options).at("fit")
-        return cls(options)
-
-    @classmethod
-    def from_lights(
-        cls, options: BaseModel, azimuth_deg: Sequence[float], elevation_deg: Sequence[float]
-    ) -> Calibration | None:
-        cls(options).at("from_lights")
-        return cls(options)
-
     def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:
         deed = self.at("measure")
         flat = np.zeros(frame.pixels.shape[:2], np.float32)
@@ -134,6 +123,19 @@ class UnrulyCalibration(_Unruly, Calibration):
     @classmethod
     def load(cls, directory: Path) -> Self:
         return cls(Deed())
+
+
+class UnrulyCalibrator(_Unruly, Calibrator):
+    def fit(self, presses: Sequence[Press], reference: Reference) -> Calibration:
+        self.at("fit")
+        return UnrulyCalibration(self.options)
+
+    def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
+        self.at("from_lights")
+        return UnrulyCalibration(self.options)
+
+    def smoothing_px(self, mm_per_px: float) -> float:
+        return float("nan") if self.at("smoothing") == "nan" else 0.0
 
 
 @dataclass(frozen=True, eq=False)

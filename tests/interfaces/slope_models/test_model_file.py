@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tactile_core.builtin.model_file import arrays_of, part_from, stored_model, write_model
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces.slope_models.model_file import (
+    arrays_of,
+    part_from,
+    stored_model,
+    write_model,
+)
 
 SHAPE = (9, 12, 3)
 
@@ -27,7 +32,7 @@ LINE = Line(np.array([1, 2], np.float32), 0.1)
 
 def test_a_part_comes_back_with_its_arrays_and_numbers(tmp_path: Path) -> None:
     write_model(tmp_path, SHAPE, arrays_of(LINE))
-    with stored_model(tmp_path, "lab.line") as (shape, arrays):
+    with stored_model(tmp_path) as (shape, arrays):
         line = part_from(Line, arrays)
     assert shape == SHAPE
     np.testing.assert_array_equal(line.slope, LINE.slope)
@@ -41,14 +46,14 @@ def test_a_part_of_another_form_is_refused(
 ) -> None:
     arrays = {name: array for name, array in arrays_of(LINE).items() if name != "level"}
     write_model(tmp_path, SHAPE, arrays if level is None else arrays | {"level": level})
-    refusal = pytest.raises(CalibrationError, match=r"hold a lab\.line model; calibrate again")
-    with refusal, stored_model(tmp_path, "lab.line") as (_, read):
+    refusal = pytest.raises(CalibrationError, match=r"hold such a model; calibrate again")
+    with refusal, stored_model(tmp_path) as (_, read):
         part_from(Line, read)
 
 
 @pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3), (9, 9)])
 def test_a_shape_that_no_image_has_is_refused(tmp_path: Path, shape: Any) -> None:
     write_model(tmp_path, shape, arrays_of(LINE))
-    refusal = pytest.raises(CalibrationError, match=r"hold a lab\.line model; calibrate again")
-    with refusal, stored_model(tmp_path, "lab.line"):
+    refusal = pytest.raises(CalibrationError, match=r"hold such a model; calibrate again")
+    with refusal, stored_model(tmp_path):
         pass

@@ -1,4 +1,4 @@
-"""``model.npz`` in a bundle: the arrays of a fitted model, beside the shape of its images."""
+"""``model.npz``: the arrays of a fitted model, beside the shape of its images."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.builtin.image_shape import ImageShape
+from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
+from tactile_core.interfaces.slope_models.image_shape import ImageShape
 
 FILE = "model.npz"
 
@@ -24,20 +25,14 @@ T = TypeVar("T")
 def write_model(
     folder: Path, shape: ImageShape, arrays: Arrays, *, compressed: bool = False
 ) -> None:
-    """Write the arrays of a model that was fitted on images of this shape into a bundle."""
+    """Write the arrays of a model that was fitted on images of this shape."""
     save: Any = np.savez_compressed if compressed else np.savez
     save(folder / FILE, shape=np.array(shape), **arrays)
 
 
 @contextmanager
-def stored_model(folder: Path, use: str) -> Iterator[tuple[ImageShape, Arrays]]:
-    """Lend shape and arrays of a bundle's model to a ``with`` block that rebuilds it from them.
-
-    Parameters
-    ----------
-    folder : Path
-    use : str
-        Name of the model.
+def stored_model(folder: Path) -> Iterator[tuple[ImageShape, Arrays]]:
+    """Lend shape and arrays of a stored model to a ``with`` block that rebuilds it from them.
 
     Raises
     ------
@@ -53,7 +48,21 @@ def stored_model(folder: Path, use: str) -> Iterator[tuple[ImageShape, Arrays]]:
             raise ValueError("no image has such a size")
         yield (height, width, channels), arrays
     except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
-        raise CalibrationError(f"{path} does not hold a {use} model; calibrate again") from error
+        raise CalibrationError(f"{path} does not hold such a model; calibrate again") from error
+
+
+def blur_from(arrays: Arrays, shape: ImageShape) -> float:
+    """Standard deviation in px of a model's smoothing, of the array ``blur_px``.
+
+    Raises
+    ------
+    LookupError, TypeError, ValueError
+        There is none, or no image of this shape is smoothed so.
+    """
+    blur_px = float(arrays["blur_px"])
+    if not 0 <= blur_px <= max(shape[:2]):
+        raise ValueError("no image is smoothed so")
+    return blur_px
 
 
 def arrays_of(part: Any) -> dict[str, NDArray[Any]]:
@@ -77,3 +86,28 @@ def part_from(kind: type[T], arrays: Arrays) -> T:
             for field in fields(described)
         }
     )
+
+
+def table_arrays(table: ColourTable) -> dict[str, NDArray[Any]]:
+    """Arrays of a table, by names that no model uses."""
+    return {
+        "table": table.sines,
+        "table_axis": np.array([table.axis.per_unit, table.axis.first]),
+        "table_points": np.array(table.points),
+    }
+
+
+def table_from(arrays: Arrays) -> ColourTable:
+    """Rebuild a table from its arrays.
+
+    Raises
+    ------
+    LookupError, ValueError
+        They are missing, or no table.
+    """
+    per_unit, first = arrays["table_axis"]
+    sines = np.asarray(arrays["table"], np.complex64)
+    if sines.ndim != 3 or len(set(sines.shape)) != 1:
+        raise ValueError("a table is a cube")
+    axis = Axis(float(per_unit), int(first), len(sines))
+    return ColourTable(axis, sines, int(arrays["table_points"]))

@@ -1,0 +1,137 @@
+"""A fitted function from change and place to slope, as a value that a calibration holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Protocol, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.colour_table import ColourTable
+from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.photometric import skin_of
+from tactile_core.algorithms.slope_field import SlopeField
+from tactile_core.algorithms.validity import two_within
+from tactile_core.interfaces.slope_models.fields import slope_field
+from tactile_core.interfaces.slope_models.for_reference import ForReference
+from tactile_core.interfaces.slope_models.image_shape import ImageShape, check_fitting
+from tactile_core.interfaces.slope_models.model_file import (
+    Arrays,
+    blur_from,
+    stored_model,
+    table_arrays,
+    table_from,
+    write_model,
+)
+from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
+
+
+class SlopeFunction(Protocol):
+    """What was fitted: a function that is made again from its arrays."""
+
+    def __call__(self, features: Float32) -> Float32:
+        """Map (N, K + 2) relative changes and places to (N, 2) sines of the slope."""
+        ...
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return all that was fitted, by name."""
+        ...
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> Self:
+        """Make it again; a LookupError, TypeError or ValueError where that cannot be done."""
+        ...
+
+
+F = TypeVar("F", bound=SlopeFunction)
+
+
+@dataclass(frozen=True, eq=False)
+class SlopeModel(Generic[F]):
+    """A fitted function and all that it takes to measure frames with it; pickles.
+
+    Attributes
+    ----------
+    function : SlopeFunction
+    shape : (H, W, K)
+        Of the images that it was fitted on.
+    blur_px : float
+        Standard deviation of the smoothing of the images.
+    table : ColourTable or None
+        A faster way over large images; see :mod:`tactile_core.interfaces.slope_models.tables`.
+    """
+
+    function: F
+    shape: ImageShape
+    blur_px: float
+    table: ColourTable | None = None
+    _field: ForReference[SlopeField] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_field", ForReference(self.field))
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of one frame.
+
+        A slope is valid where no marker hides the gel surface and two channels are neither
+        saturated nor dark: it has two components, and such a channel only bounds them.
+
+        Raises
+        ------
+        CalibrationError
+            The frame or the reference has another size or number of channels than the presses had,
+            or they have another full scale than each other.
+        """
+        check_fitting(frame, reference, self.shape)
+        gx, gy, _ = self._field(reference).measure(frame.pixels, frame.marks)
+        return slopes_of(frame, gx, gy)
+
+    def field(self, reference: Reference) -> SlopeField:
+        """Prepare the function for one reference."""
+        return slope_field(self.function, self.table, reference, self.blur_px)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        arrays = {"blur_px": np.array(self.blur_px), **self.function.arrays()}
+        if self.table is not None:
+            arrays |= table_arrays(self.table)
+        write_model(directory, self.shape, arrays)
+
+    @classmethod
+    def load(cls, directory: Path, function: type[F]) -> Self:
+        """Read ``model.npz``, with a function of this class.
+
+        Raises
+        ------
+        CalibrationError
+            It is missing, broken or of another model.
+        """
+        with stored_model(directory) as (shape, arrays):
+            blur_px = blur_from(arrays, shape)
+            table = table_from(arrays) if "table" in arrays else None
+            made = function.from_arrays(arrays)
+            if not np.isfinite(made(np.zeros((1, shape[2] + 2), np.float32))).all():
+                raise ValueError("the model gives no numbers")
+        return cls(made, shape, blur_px, table)
+
+
+def slopes_of(frame: Frame, gx: Float32, gy: Float32, sure: Bool | None = None) -> Gradients:
+    """Return the slopes of a frame, valid where they can be measured and are sure.
+
+    Parameters
+    ----------
+    frame : Frame
+    gx, gy : (H, W) float32
+        ∂z/∂x and ∂z/∂y.
+    sure : (H, W) bool, optional
+        Where the model vouches for them.
+    """
+    valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
+    if frame.marks is not None:
+        valid &= skin_of(frame.marks)
+    measurable: Bool = valid.view(np.bool_)
+    if sure is not None:
+        measurable &= sure
+    return Gradients(gx, gy, measurable, frame.mm_per_px, frame.timestamp_s)

@@ -1,0 +1,67 @@
+"""The calibrator that a profile names, made and used; refused where its interface is not kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.illumination import Light
+from tactile_core.plugins.blame import blame, fault
+from tactile_core.plugins.options import options_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.quantities import Reference
+
+_PART = "the calibration"
+
+
+def calibrator_of(component: Component) -> Calibrator:
+    """Make the calibrator that a profile names.
+
+    Raises
+    ------
+    PluginError, ProfileError
+        There is no such calibrator, or its options are others.
+    """
+    cls = resolve("calibrator", component.use)
+    options = options_of(cls, component)
+    with blame(_PART, cls):
+        return cls(options)
+
+
+def fitted_by(
+    calibrator: Calibrator, presses: Sequence[Press], reference: Reference
+) -> Calibration:
+    """Fit a calibration, and refuse what the interface does not allow."""
+    with blame(_PART, calibrator):
+        fitted = calibrator.fit(presses, reference)
+    if not isinstance(fitted, Calibration):
+        raise fault(_PART, calibrator, f"fitted {type(fitted).__name__}, no Calibration")
+    if fitted.compensation != calibrator.compensation:
+        raise fault(
+            _PART,
+            calibrator,
+            f"is fitted with compensation {calibrator.compensation!r} and its model "
+            f"{type(fitted).__name__} measures with {fitted.compensation!r}",
+        )
+    return fitted
+
+
+def uncalibrated_by(calibrator: Calibrator, lights: Sequence[Light]) -> Calibration | None:
+    """Return what measures with no bundle, and refuse what the interface does not allow."""
+    with blame(_PART, calibrator):
+        given = calibrator.from_lights(lights)
+    if not isinstance(given, Calibration | None):
+        raise fault(_PART, calibrator, f"gave {type(given).__name__} for lights, no Calibration")
+    return given
+
+
+def smoothing_px_of(calibrator: Calibrator, mm_per_px: float) -> float:
+    """Return how much the calibrator's models smooth their images, px, if it is a number."""
+    with blame(_PART, calibrator):
+        smoothing_px = float(calibrator.smoothing_px(mm_per_px))
+    if not (math.isfinite(smoothing_px) and smoothing_px >= 0):
+        raise fault(_PART, calibrator, f"smooths images by {smoothing_px} px")
+    return smoothing_px

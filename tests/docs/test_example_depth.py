@@ -1,0 +1,161 @@
+"""A package outside the core's tree calibrates straight to depth; every command takes it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command_line import tactile
+from support.dist_info import write_dist_info
+from support.height_lab import make_height_lab
+from support.virtual_lab import BALL_MM, VirtualLab
+
+from tactile_core.sim.analytic_ball import BallPress
+
+PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-depth"
+MODULE = "tactile_example_depth"
+MODEL = "example_depth.ridge"
+UNSEEN = BallPress((88.0, 66.0), BALL_MM, 0.8)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Path]]:
+    """The example as if pip had installed it; the folders that it is found in."""
+    site = tmp_path_factory.mktemp("site")
+    write_dist_info(PROJECT, site)
+    folders = [PROJECT, site]
+    with pytest.MonkeyPatch.context() as patch:
+        for folder in folders:
+            patch.syspath_prepend(folder)
+        yield folders
+    for name in [name for name in sys.modules if name.partition(".")[0] == MODULE]:
+        del sys.modules[name]
+
+
+@pytest.fixture(scope="module")
+def profile(
+    installed: list[Path], lab: VirtualLab, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The virtual sensor with this calibration, and no step that integrates slopes."""
+    path = tmp_path_factory.mktemp("profile") / "deep.yaml"
+    path.write_text(
+        f"extends: {lab.profile_path}\nname: deep\ncalibration: {{use: {MODEL}}}\n"
+        f"estimators: {{height: null}}\n"
+    )
+    return path
+
+
+@pytest.fixture(scope="module")
+def calibrated(profile: Path, lab: VirtualLab) -> tuple[Path, dict[str, Any]]:
+    """A bundle, and what the command says of it."""
+    bundle = profile.parent / "bundle"
+    done = tactile(
+        *("calibrate", profile, "--presses", lab.presses, "--reference", lab.reference),
+        *("--ball-diameter-mm", BALL_MM, "--out", bundle, "--json"),
+    )
+    assert done.returncode == 0, done.stderr
+    return bundle, json.loads(done.stdout)
+
+
+def test_circles_are_found_and_the_held_out_score_has_normals_and_height(
+    calibrated: tuple[Path, dict[str, Any]],
+) -> None:
+    _, said = calibrated
+    assert said["model"] == MODEL
+    assert sum(press["used"] for press in said["presses"]) == 10
+    held_out = said["held_out"]
+    assert held_out["presses"] == 10
+    assert held_out["normal_error_deg"]["mean"] < 0.3 * held_out["predict_flat_deg"]
+    assert held_out["height_rmse_mm"] < 0.1 * UNSEEN.depth_mm
+
+
+def test_the_report_shows_measured_against_true_normals(
+    calibrated: tuple[Path, dict[str, Any]],
+) -> None:
+    report = (calibrated[0] / "report.html").read_text(encoding="utf-8")
+    assert MODEL in report
+    assert "pitch: measured (up) against true (right)" in report
+
+
+def test_a_bundle_measures_an_unseen_press_and_every_format_is_written(
+    calibrated: tuple[Path, dict[str, Any]], profile: Path, lab: VirtualLab, tmp_path: Path
+) -> None:
+    image = lab.save(tmp_path / "unseen.png", UNSEEN)
+    done = tactile(
+        *("run", profile, "--bundle", calibrated[0], "--input", image, "--out", tmp_path / "out"),
+        *("--save", "npz,tmd,png,ply", "--json"),
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["warnings"] == []
+    section = lab.profile.image
+    true = UNSEEN.height_mm((section.height_px, section.width_px), section.mm_per_px)
+    with np.load(tmp_path / "out" / "unseen.npz") as data:
+        height, contact = data["height_mm"], data["contact"]
+    on_ball = true > true.max() - UNSEEN.depth_mm
+    off = (height - true)[on_ball]
+    assert off.std() < 0.15 * UNSEEN.depth_mm
+    # the analytic skin stands higher around a contact than a layer of gel, from which heights are
+    # known, so that both cannot be met at once
+    assert np.abs(height[true < 0.01]).mean() < 0.2 * UNSEEN.depth_mm
+    assert contact[66, 88]
+    assert not contact[:10].any()
+    written = {path.suffix for path in (tmp_path / "out").glob("unseen*")}
+    assert written == {".npz", ".tmd", ".png", ".ply"}
+
+
+def test_a_step_that_needs_slopes_is_left_out_with_a_word(
+    calibrated: tuple[Path, dict[str, Any]], profile: Path, lab: VirtualLab, tmp_path: Path
+) -> None:
+    image = lab.save(tmp_path / "unseen.png", UNSEEN)
+    integrating = tmp_path / "deep.yaml"
+    said = profile.read_text().replace("{height: null}", "{height: {use: core.poisson}}")
+    integrating.write_text(said)
+    done = tactile("run", integrating, "--bundle", calibrated[0], "--input", image, "--json")
+    assert done.returncode == 0, done.stderr
+    reading = json.loads(done.stdout)
+    assert reading["max_height_mm"] > 0.5
+    assert reading["warnings"] == [
+        "step 'height' needs Gradients and this calibration gives a HeightMap directly, so it is "
+        "left out"
+    ]
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_height_map_is_a_target_for_depth_too(tmp_path: Path) -> None:
+    relief = make_height_lab(tmp_path)
+    done = tactile(
+        *("calibrate", relief.profile, "--model", MODEL, "--presses", relief.press),
+        *("--reference", relief.untouched, "--target", relief.tmd, "--out", tmp_path / "bundle"),
+        "--json",
+    )
+    assert done.returncode == 0, done.stderr
+    held_out = json.loads(done.stdout)["held_out"]
+    assert held_out["normal_error_deg"]["mean"] < held_out["predict_flat_deg"]
+    assert held_out["height_rmse_mm"] < 0.5 * relief.height_mm.std()
+
+
+def test_what_a_frame_costs_is_timed(profile: Path) -> None:
+    done = tactile("bench", profile, "--json")
+    assert done.returncode == 0, done.stderr
+    (bench,) = json.loads(done.stdout)["benches"]
+    assert bench["model"] == MODEL
+    assert [stage["stage"] for stage in bench["stages"]][:2] == ["acquire", "slopes"]
+
+
+def test_its_own_tests_pass(installed: list[Path]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"],
+        cwd=PROJECT,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([*map(str, installed), *sys.path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

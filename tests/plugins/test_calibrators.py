@@ -1,0 +1,97 @@
+"""A calibrator that does not keep to its interface is named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import pytest
+
+from tactile_core.errors import PluginFault
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.illumination import Light
+from tactile_core.plugins.calibrators import (
+    calibrator_of,
+    fitted_by,
+    smoothing_px_of,
+    uncalibrated_by,
+)
+from tactile_core.quantities import Frame, Gradients, Reference
+
+REFERENCE = Reference(np.ones((4, 6, 3), np.float32), ("red", "green", "blue"))
+
+
+class Own(Calibration):
+    compensation = "none"
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        raise NotImplementedError
+
+    def save(self, directory: Path) -> None:
+        raise NotImplementedError
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        raise NotImplementedError
+
+
+class Careless(Calibrator):
+    """Returns what it is told to."""
+
+    returned: Any = None
+
+    def fit(self, presses: Sequence[Press], reference: Reference) -> Calibration:
+        return self.returned  # type: ignore[no-any-return]
+
+    def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
+        return self.returned  # type: ignore[no-any-return]
+
+    def smoothing_px(self, mm_per_px: float) -> float:
+        return self.returned  # type: ignore[no-any-return]
+
+
+@pytest.fixture
+def careless() -> Careless:
+    return Careless(Careless.Options())
+
+
+def test_a_model_that_is_none_is_refused(careless: Careless) -> None:
+    careless.returned = "a model"
+    with pytest.raises(PluginFault, match=r"Careless.* fitted str, no Calibration"):
+        fitted_by(careless, [], REFERENCE)
+    with pytest.raises(PluginFault, match="gave str for lights, no Calibration"):
+        uncalibrated_by(careless, [])
+
+
+def test_a_model_that_measures_other_pixels_than_it_was_fitted_on_is_refused(
+    careless: Careless,
+) -> None:
+    careless.returned = Own()
+    with pytest.raises(PluginFault, match="'channel' and its model Own measures with 'none'"):
+        fitted_by(careless, [], REFERENCE)
+
+
+@pytest.mark.parametrize("smoothing", [np.nan, np.inf, -1.0, "wide"])
+def test_a_smoothing_that_is_no_width_is_refused(careless: Careless, smoothing: object) -> None:
+    careless.returned = smoothing
+    with pytest.raises(PluginFault):
+        smoothing_px_of(careless, 0.1)
+
+
+def test_nothing_need_be_declared_of_a_model_that_does_not_smooth() -> None:
+    class Plain(Calibrator):
+        def fit(self, presses: Sequence[Press], reference: Reference) -> Calibration:
+            return Own()
+
+    plain = Plain(Plain.Options())
+    assert smoothing_px_of(plain, 0.1) == 0
+    assert uncalibrated_by(plain, []) is None
+
+
+def test_a_calibrator_is_made_with_the_options_of_the_profile() -> None:
+    made = calibrator_of(Component.model_validate({"use": "core.polynomial", "blur_mm": 0.3}))
+    assert made.smoothing_px(0.1) == pytest.approx(3.0)

@@ -25,9 +25,9 @@ from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
+from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients

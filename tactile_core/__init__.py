@@ -30,15 +30,19 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.illumination import Illumination as Illumination
     from tactile_core.interfaces.illumination import Light as Light
     from tactile_core.interfaces.light_driver import LightDriver as LightDriver
+    from tactile_core.interfaces.reading import Reading as Reading
+    from tactile_core.interfaces.sink import Session as Session
+    from tactile_core.interfaces.sink import Sink as Sink
     from tactile_core.interfaces.slope_models.options import SlopeOptions as SlopeOptions
     from tactile_core.interfaces.slope_models.slope_model import SlopeModel as SlopeModel
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
-    from tactile_core.pipeline.reading import Reading as Reading
     from tactile_core.pipeline.sensor import Sensor as Sensor
     from tactile_core.pipeline.sensor import open_sensor as open_sensor
+    from tactile_core.pipeline.sinks import Sinks as Sinks
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
     from tactile_core.quantities import DisplacementField as DisplacementField
+    from tactile_core.quantities import FieldSpec as FieldSpec
     from tactile_core.quantities import Frame as Frame
     from tactile_core.quantities import Gradients as Gradients
     from tactile_core.quantities import HeightMap as HeightMap
@@ -68,6 +72,8 @@ _HOMES = {
     "interfaces.estimator": ("Estimator", "External", "SensorContext"),
     "interfaces.illumination": ("Exposure", "Illumination", "Light"),
     "interfaces.light_driver": ("LightDriver",),
+    "interfaces.reading": ("Reading",),
+    "interfaces.sink": ("Session", "Sink"),
     "interfaces.slope_models.options": ("SlopeOptions",),
     "interfaces.slope_models.slope_model": ("SlopeModel",),
     "pipeline.pipeline": ("Pipeline",),
@@ -75,6 +81,7 @@ _HOMES = {
     "quantities": (
         "ContactMask",
         "DisplacementField",
+        "FieldSpec",
         "Frame",
         "Gradients",
         "HeightMap",
@@ -85,8 +92,8 @@ _HOMES = {
         "Reference",
         "SlipState",
     ),
-    "pipeline.reading": ("Reading",),
     "pipeline.sensor": ("Sensor", "open_sensor"),
+    "pipeline.sinks": ("Sinks",),
 }
 _MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import settings
 from support.kernel_paths import kernels_or_numpy  # noqa: F401
+from support.own_plugins import install  # noqa: F401
 
 if TYPE_CHECKING:
     from support.virtual_lab import VirtualLab

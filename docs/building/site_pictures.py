@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import HeightMap
+from tactile_core.quantities.layers import Surface
 from tactile_core.sim.analytic_ball import BallPress, render
-from tactile_core.views.pictures import relief, side_by_side
+from tactile_core.views.maps import relief
+from tactile_core.views.pictures import side_by_side
 
 RIGS = ("hex_fingertip", "baxter_fingertip", "desktop_six_led", "desktop_three_colour")
 
@@ -33,7 +34,7 @@ def _rig(profile: Profile) -> NDArray[np.uint8]:
     height = _skin(profile, [(0.45, 0.5)], ball_mm)
     pixels = render(profile, height, seed=1)
     scale = profile.image.mm_per_px
-    drawn = relief(HeightMap(height.astype(np.float32), np.ones(height.shape, bool), scale), None)
+    drawn = relief(Surface(height.astype(np.float32), scale))
     if pixels.shape[2] == _COLOURS:
         return side_by_side([pixels, drawn], ["what the camera sees", "height of the skin"])
     lamps = [np.repeat(pixels[..., k : k + 1], _COLOURS, axis=2) for k in range(pixels.shape[2])]

@@ -62,3 +62,14 @@ def tactile_estimators() -> Mapping[str, str]:
         "slip": "tactile_core.builtin.slip:Slip",
         "tracking": "tactile_core.builtin.tracking:Tracking",
     }
+
+
+@hookimpl
+def tactile_sinks() -> Mapping[str, str]:
+    """Sinks of the core."""
+    return {
+        "npz": "tactile_core.builtin.result_files:Arrays",
+        "tmd": "tactile_core.builtin.result_files:Heights",
+        "png": "tactile_core.builtin.result_files:Pictures",
+        "ply": "tactile_core.builtin.result_files:Mesh",
+    }

@@ -30,7 +30,7 @@ class Displacement(Estimator):
         """Return the field; valid within a pitch of a mark that is seen."""
         skin = self._skin_of(markers)
         return DisplacementField(
-            skin.displacement(markers.px, markers.seen, None if contact is None else contact.mask),
+            skin.cells(markers.px, markers.seen, None if contact is None else contact.mask),
             skin.supported(markers.px, markers.seen),
             markers.mm_per_px,
             markers.timestamp_s,

@@ -53,7 +53,7 @@ class OpticalFlow(Estimator):
         """Measure from where the imprint is now."""
         self._key = self._now
         self._key_px = self._since_px = np.zeros_like(self._key_px)
-        return replace(result, mm=np.zeros_like(result.mm))
+        return replace(result, cells_mm=np.zeros_like(result.cells_mm))
 
     def estimate(self, frame: Frame, reference: Reference) -> DisplacementField:
         """Return the field; 0 far from everything that can be followed."""
@@ -65,7 +65,7 @@ class OpticalFlow(Estimator):
         scale = np.float32(factor * frame.mm_per_px)
         weight = cv2.resize(now.weight, size, interpolation=cv2.INTER_LINEAR)
         return DisplacementField(
-            np.asarray(cv2.resize(moved_px * scale, size, interpolation=cv2.INTER_LINEAR)),
+            moved_px * scale,
             np.asarray(weight > 0.5),
             frame.mm_per_px,
             frame.timestamp_s,

@@ -12,7 +12,7 @@ import typer
 from tactile_core.cli.output import say, say_json, tell
 
 if TYPE_CHECKING:
-    from tactile_core.pipeline.reading import Reading
+    from tactile_core.interfaces.reading import Reading
 
 
 def run(
@@ -36,27 +36,37 @@ def run(
     workers: Annotated[
         int, typer.Option(min=1, max=256, help="Processes that measure; 1 keeps to this one.")
     ] = 1,
+    external: Annotated[
+        Path | None,
+        typer.Option(help="Folder of NAME.npz with what comes from outside with each frame."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
-    save: Annotated[str, typer.Option(help="What to write: npz,tmd,png,ply.")] = "npz",
+    save: Annotated[
+        str | None,
+        typer.Option(
+            help="Where readings go: npz,tmd,png,ply, a name of the profile's sinks, or "
+            "plugin.name; npz if there is a folder."
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
 ) -> None:
     """Measure: height, contact and all that the profile's steps give."""
     from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
-    from tactile_core.pipeline.outputs import FORMATS, check_names, write_reading
     from tactile_core.pipeline.playback import observation_names
     from tactile_core.pipeline.sensor import FIRST, open_sensor
+    from tactile_core.pipeline.sinks import Sinks
+    from tactile_core.plugins.blame import blame_of
     from tactile_core.recordings.inputs import PROFILE, Inputs
     from tactile_core.recordings.output_folder import OutputFolder
+    from tactile_core.recordings.saved_inputs import SavedInputs
 
     if frames is not None and frames > sys.maxsize:
         raise InputError(f"--frames {frames}: no sensor delivers so many; leave the option out")
-    formats = [word for word in save.split(",") if word]
-    unknown = sorted(set(formats) - set(FORMATS))
-    if unknown:
-        raise InputError(f"--save {unknown[0]}: choose among {', '.join(FORMATS)}")
-    if not formats:
-        raise InputError(f"--save names nothing to write; choose among {', '.join(FORMATS)}")
+    names = ["npz"] if save is None and out is not None else (save or "").split(",")
+    names = [name for name in names if name]
+    if save is not None and not names:
+        raise InputError("--save names nothing to write; give it npz, tmd, png, ply or a sink")
     if input is not None and sim:
         raise InputError("--input is measured in place of the camera that --sim opens; give one")
     given = {
@@ -65,6 +75,7 @@ def run(
         "--reference": None if reference == FIRST else reference,
         "--bundle": bundle,
         "--script": script,
+        "--external": external,
     }
     results = None if out is None else OutputFolder(out, Inputs.of(given))
     with open_sensor(
@@ -76,25 +87,28 @@ def run(
         sim=sim,
         script=script,
     ) as sensor:
+        sinks = Sinks(sensor.profile, names)
         if results is not None:
             if bundle is None:
                 place = default_place(sensor.profile, serial)
                 Inputs.of({"the bundle": place}).refuse_shared(results.path)
             if input is not None:
-                check_names(results, observation_names(sensor.profile, input), formats)
+                sources = observation_names(sensor.profile, input)
+                results.check_for(sources, sinks.endings)
         for note in sensor.notes:
             tell(f"note: {note}")
         tared = tare_frame is None
-        stream = sensor.stream(tare_frame=tare_frame, workers=workers)
-        for reading in islice(stream, frames):
-            tared |= reading.frame.sequence == tare_frame
-            if results is not None:
-                write_reading(reading, results, formats)
-            line = reading.summary()
-            if as_json:
-                say_json(line)
-            else:
-                say(_words(reading, line))
+        inputs = None if external is None else SavedInputs(external, sensor.pipeline.takes)
+        stream = sensor.stream(tare_frame=tare_frame, workers=workers, inputs=inputs)
+        with sinks.open(sensor.pipeline, results):
+            for reading in islice(stream, frames):
+                tared |= reading.frame.sequence == tare_frame
+                sinks.write(reading)
+                line = reading.summary(blame_of)
+                if as_json:
+                    say_json(line)
+                else:
+                    say(_words(reading, line))
     if not tared:
         raise InputError(
             f"--tare-frame {tare_frame}: no frame of this number was measured, so nothing was "

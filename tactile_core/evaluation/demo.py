@@ -19,11 +19,12 @@ from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
+from tactile_core.quantities.layers import Outline, Surface
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
 from tactile_core.views import html
 from tactile_core.views.arrows import arrows
-from tactile_core.views.pictures import deviation, relief
+from tactile_core.views.maps import Over, deviation, relief
 
 CALIBRATION_PRESSES = 12
 BALL_SHARE = 0.22
@@ -158,18 +159,15 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[Demo
         float(height.mm.max()),
     )
     near, scale = _around(inside), height.mm_per_px
-    true_map = HeightMap(truth.height_mm, np.ones_like(inside), height.mm_per_px)
     touched = reading.get(ContactMask)
-    found, real = _cut(height, near), _cut(true_map, near)
+    found, real = (Surface(mm[near], scale) for mm in (height.mm, truth.height_mm))
+    measured_contact = None if touched is None else _outlined(touched.mask, near)
     span_mm = (min(0.0, float(real.mm.min())), float(max(real.mm.max(), found.mm.max())))
     most_mm = float(np.percentile(np.abs(found.mm - real.mm), 99.5))
     drawn = [
         (_shown(frame)[near], f"{words}: what the camera sees"),
-        (
-            relief(found, touched and _outlined(touched.mask, near, scale), span_mm=span_mm),
-            "measured",
-        ),
-        (relief(real, _outlined(inside, near, scale), span_mm=span_mm), "true"),
+        (relief(found, measured_contact, span_mm=span_mm), "measured"),
+        (relief(real, _outlined(inside, near), span_mm=span_mm), "true"),
         (
             deviation(found, real, most_mm=most_mm),
             f"measured less true, red is too high: normals {row.normal_error_deg:.1f}° off",
@@ -219,17 +217,11 @@ def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
     return slice(start, start + round(length))
 
 
-def _cut(height: HeightMap, near: tuple[slice, slice]) -> HeightMap:
-    return HeightMap(height.mm[near], height.valid[near], height.mm_per_px)
-
-
-def _outlined(
-    contact: NDArray[np.bool_], near: tuple[slice, slice], mm_per_px: float
-) -> ContactMask:
-    """The contact with a smooth border: a fast skin tells it by whole nodes."""
+def _outlined(contact: NDArray[np.bool_], near: tuple[slice, slice]) -> Over:
+    """The contact with a smooth border: a fast simulation gives it by whole nodes."""
     blur_px = _NODES_BLUR * np.sqrt(contact.sum())
     smooth = cv2.GaussianBlur(contact.astype(np.float32), (0, 0), blur_px)
-    return ContactMask(smooth[near] > 0.5, mm_per_px)
+    return Over([Outline(smooth[near] > 0.5)])
 
 
 def _ball_mm(profile: Profile) -> float:

@@ -2,7 +2,8 @@
 
 A plugin is a module or object named by an entry point in the group ``tactile_core.v1``. Each hook
 takes no arguments and returns a mapping from a component's short name to ``"module:Class"``, so
-that naming one component imports one module. Profiles name components ``plugin.name``.
+that naming one component imports one module. Profiles name components ``plugin.name``, and bundles
+name artefacts so.
 """
 
 from __future__ import annotations
@@ -51,6 +52,12 @@ def tactile_artefacts() -> Mapping[str, str]:
 @hookspec
 def tactile_estimators() -> Mapping[str, str]:
     """Estimators: subclasses of :class:`tactile_core.interfaces.estimator.Estimator`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_sinks() -> Mapping[str, str]:
+    """Sinks: subclasses of :class:`tactile_core.interfaces.sink.Sink`."""
     raise NotImplementedError
 
 

@@ -19,11 +19,11 @@ from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Chain, Step, without_marks
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.pipeline.reading import Reading
 from tactile_core.pipeline.workers import shared_out
-from tactile_core.plugins.blame import blame
+from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
@@ -88,7 +88,7 @@ class Pipeline:
     ) -> None:
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
         self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
-        self._serial = serial
+        self.serial = serial
         notes: list[str] = []
         if self.bundle is not None:
             notes += self.bundle.check(self.profile, serial)
@@ -193,7 +193,7 @@ class Pipeline:
                     f"directly, so it is left out"
                 )
         for quantity in measured_only.values():
-            with blame(f"the quantity {type(quantity).__name__}", quantity):
+            with blame_of(quantity):
                 warnings += quantity.warnings()
         if plain and kernels.ready() is not None and latency_ms > _COMPILING_MS:
             warnings.append(
@@ -204,6 +204,7 @@ class Pipeline:
             frame=frame,
             quantities=measured_only,
             steps=result.steps,
+            inputs={type(value): value for value in inputs},
             latency_ms=latency_ms,
             relative=self.reference is not None and self.reference.relative,
             warnings=tuple(warnings),
@@ -247,13 +248,30 @@ class Pipeline:
         """The steps of the profile's chain, in order."""
         return self._chain.steps
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of a frame's light channels, in order."""
+        return tuple(make_lights(self.profile).channels)
+
+    @property
+    def gives(self) -> tuple[type[Quantity], ...]:
+        """What a reading may hold."""
+        measured = () if self._calibration is None else (Gradients, HeightMap)
+        of_steps = (kind for step in self.steps for kind in step.gives)
+        return tuple(dict.fromkeys([*measured, *of_steps]))
+
+    @property
+    def takes(self) -> frozenset[type[Quantity]]:
+        """What has to come from outside with each frame, so that every step can run."""
+        return self._chain.external
+
     def with_reference(self, reference: Reference) -> Pipeline:
         """Return the same pipeline measured against another untouched state.
 
         Its steps are those of this one: they keep what they were tared to and the markers that they
         track.
         """
-        other = Pipeline(self.profile, self.bundle, reference, serial=self._serial)
+        other = Pipeline(self.profile, self.bundle, reference, serial=self.serial)
         other._chain, other._tares = self._chain, self._tares
         return other
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -11,13 +11,13 @@ from typing import Self
 from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, average
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
+from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_devices, played_back, read_reference
-from tactile_core.pipeline.reading import Reading
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Reference
+from tactile_core.quantities import Frame, Quantity, Reference
 
 FIRST = "first"
 """As ``reference``: take the first frame, and mark every reading relative."""
@@ -197,7 +197,12 @@ class Sensor:
         return self.pipeline.process(frame)
 
     def stream(
-        self, timeout_s: float = 1.0, *, tare_frame: int | None = None, workers: int = 1
+        self,
+        timeout_s: float = 1.0,
+        *,
+        tare_frame: int | None = None,
+        workers: int = 1,
+        inputs: Callable[[Frame], Iterable[Quantity]] | None = None,
     ) -> Iterator[Reading]:
         """Yield readings until the recording ends; without end on a live camera.
 
@@ -210,20 +215,27 @@ class Sensor:
         workers : int
             How many processes measure; see :meth:`Pipeline.map
             <tactile_core.pipeline.pipeline.Pipeline.map>`.
+        inputs : callable, optional
+            Gives what comes from outside with a frame, such as
+            :class:`~tactile_core.recordings.saved_inputs.SavedInputs`.
 
         Raises
         ------
         InputError
-            There are several workers and a tare, or a step that depends on the frames before.
+            There are several workers and a tare, inputs from outside, or a step that depends on the
+            frames before.
         """
         if workers > 1:
             if tare_frame is not None:
                 raise InputError("a tare needs the frames in order; take one worker")
+            if inputs is not None:
+                raise InputError("inputs from outside are given frame by frame; take one worker")
             frames = iter(partial(self._next, timeout_s), None)
             yield from self.pipeline.map(frames, workers=workers)
             return
         while (frame := self._next(timeout_s)) is not None:
-            yield self.pipeline.process(frame, tare=frame.sequence == tare_frame)
+            given = () if inputs is None else inputs(frame)
+            yield self.pipeline.process(frame, *given, tare=frame.sequence == tare_frame)
 
     def tare(self) -> None:
         """Take the load of the next reading for zero: it and later ones tell the change since."""

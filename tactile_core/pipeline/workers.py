@@ -12,7 +12,7 @@ from itertools import islice
 from multiprocessing import get_context
 from typing import Protocol
 
-from tactile_core.pipeline.reading import Reading
+from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Frame
 
 _WAITING_EACH = 2

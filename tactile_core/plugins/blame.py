@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from tactile_core.errors import PluginFault, TactileError, words_of
 
@@ -64,3 +64,8 @@ def fault(part: str, component: object, what: str) -> PluginFault:
     origin = origin_of(component if isinstance(component, type) else type(component))
     whose = "tactile-core, so please report it" if origin.is_core else "that plugin"
     return PluginFault(f"{part} ({origin}) {what}; this is a fault of {whose}")
+
+
+def blame_of(quantity: object) -> AbstractContextManager[None]:
+    """:func:`blame` for the code of a quantity's class."""
+    return blame(f"the quantity {type(quantity).__name__}", quantity)

@@ -18,7 +18,7 @@ from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer
 
 ComponentKind = Literal[
-    "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator"
+    "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"
 ]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 

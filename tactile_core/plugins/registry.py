@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.light_driver import LightDriver
+    from tactile_core.interfaces.sink import Sink
 
 # Known without metadata, so that the core works from a source tree, and first, so that no other
 # distribution can take its place.
@@ -103,6 +104,8 @@ def resolve(kind: Literal["calibrator"], name: str) -> type[Calibrator]: ...
 def resolve(kind: Literal["artefact"], name: str) -> type[Artefact]: ...
 @overload
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
+@overload
+def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
@@ -110,7 +113,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "light_driver", "calibrator", "artefact", "estimator"}
+    kind : {"camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"}
         The interface that the class must implement.
     name : str
         E.g. ``"core.replay"``.

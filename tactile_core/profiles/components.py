@@ -121,11 +121,16 @@ def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
         node = tree.at(keys)
         if node is not None and _names_a_component(node):
             yield keys, kind, node
-    steps = tree.get("estimators")
-    if steps is not None and steps.is_mapping:
-        for name, node in steps.value.items():
-            if _names_a_component(node):
-                yield ("estimators", name), "estimator", node
+    several: tuple[tuple[str, ComponentKind], ...] = (
+        ("estimators", "estimator"),
+        ("sinks", "sink"),
+    )
+    for key, kind in several:
+        named = tree.get(key)
+        if named is not None and named.is_mapping:
+            for name, node in named.value.items():
+                if _names_a_component(node):
+                    yield (key, name), kind, node
 
 
 def _names_a_component(node: Node | None) -> bool:

@@ -56,6 +56,10 @@ class Profile(Section):
     estimators: dict[str, Component] = Field(
         default_factory=dict, description="The steps after the calibration, in order."
     )
+    sinks: dict[str, Component] = Field(
+        default_factory=dict,
+        description="Where readings may go, with options; 'tactile run --save' names them.",
+    )
     optics: Optics = Field(
         default_factory=Optics, description="Light beyond the lamps' places, for the virtual twin."
     )
@@ -77,10 +81,12 @@ class Profile(Section):
         """Every component by the key that names it: ``camera``, …, ``estimators.height``."""
         driver = self.illumination.driver
         steps = {f"estimators.{name}": step for name, step in self.estimators.items()}
+        sinks = {f"sinks.{name}": sink for name, sink in self.sinks.items()}
         return {
             "camera": self.camera,
             "illumination": self.illumination,
             **({} if driver is None else {"illumination.driver": driver}),
             "calibration": self.calibration,
             **steps,
+            **sinks,
         }

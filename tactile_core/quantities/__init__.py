@@ -1,6 +1,6 @@
 """What is measured: each quantity's type fixes its unit, its frame and its sign.
 
-May import errors.
+May import algorithms and errors.
 
 Sensor frame: origin at the image centre, x right, y down, z away from the camera towards the
 object (right-handed), millimetres. Arrays are read-only; every value is frozen.
@@ -8,6 +8,7 @@ object (right-handed), millimetres. Arrays are read-only; every value is frozen.
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.quantities.displacement import DisplacementField
+from tactile_core.quantities.fields import Field, FieldSpec, MmPerPx, TimestampS
 from tactile_core.quantities.markers import MarkerDetections, MarkerField
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
@@ -18,6 +19,8 @@ __all__ = [
     "Bool",
     "ContactMask",
     "DisplacementField",
+    "Field",
+    "FieldSpec",
     "Float32",
     "Frame",
     "Gradients",
@@ -25,8 +28,10 @@ __all__ = [
     "Image",
     "MarkerDetections",
     "MarkerField",
+    "MmPerPx",
     "Pixels",
     "Quantity",
     "Reference",
     "SlipState",
+    "TimestampS",
 ]

@@ -2,73 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import zip_longest
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from tactile_core.quantities import (
-    ContactMask,
-    DisplacementField,
-    Float32,
-    Gradients,
-    HeightMap,
-    Image,
-    MarkerDetections,
-    MarkerField,
-    Quantity,
-    SlipState,
-)
+from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.quantities.fields import Field, fields_of
+from tactile_core.quantities.observation import Image
+from tactile_core.quantities.quantity import Quantity
 
-_F, _I, _B = np.float32, np.int32, np.bool_
-
-ARRAYS: Mapping[type[Quantity], Mapping[str, tuple[Any, tuple[Any, ...]]]] = {
-    Gradients: {"x": (_F, ("H", "W")), "y": (_F, ("H", "W")), "valid": (_B, ("H", "W"))},
-    HeightMap: {"mm": (_F, ("H", "W")), "valid": (_B, ("H", "W"))},
-    ContactMask: {"mask": (_B, ("H", "W"))},
-    DisplacementField: {"mm": (_F, ("H", "W", 2)), "valid": (_B, ("H", "W"))},
-    MarkerDetections: {"centres_px": (_F, ("N", 2)), "cut": (_B, ("N",))},
-    MarkerField: {
-        "ids": (_I, ("N",)),
-        "reference_px": (_F, ("N", 2)),
-        "px": (_F, ("N", 2)),
-        "seen": (_B, ("N",)),
-    },
-}
-"""Dtype and shape of each quantity's arrays, as their docstrings say."""
+_COMPONENTS = {"xy": 2, "xyz": 3}
+"""Lengths of the axes that every quantity means alike."""
 
 
 def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:
-    """Say what is wrong with a quantity's form; empty where nothing is, or it is not the core's.
+    """Say what is wrong with a quantity's form; empty where it is as its fields are described.
 
     Parameters
     ----------
     quantity : Quantity
     image : (rows, columns), optional
         Of the image that it was measured in.
+
+    Raises
+    ------
+    PluginError
+        The annotations of its class cannot be read.
     """
-    kind = next((kind for kind in ARRAYS if isinstance(quantity, kind)), None)
-    if kind is None:
-        return _slip_fault(quantity) if isinstance(quantity, SlipState) else ""
-    name = type(quantity).__name__
-    sizes = {} if image is None else dict(zip("HW", image, strict=True))
-    for field, (dtype, dimensions) in ARRAYS[kind].items():
-        found = getattr(quantity, field)
-        if not isinstance(found, np.ndarray) or found.dtype != dtype:
-            said = getattr(found, "dtype", type(found).__name__)
-            return f"{name}.{field} is {said} where it must be {np.dtype(dtype)}"
-        # the first array of N markers says how many there are
-        wanted = tuple(
-            sizes.setdefault(size, given) if isinstance(size, str) else size
-            for size, given in zip_longest(dimensions, found.shape[: len(dimensions)])
+    lengths = dict(_COMPONENTS) if image is None else {**_COMPONENTS, "y": image[0], "x": image[1]}
+    for field in fields_of(type(quantity)):
+        value = getattr(quantity, field.name)
+        if value is None and field.optional:
+            continue
+        wrong = (
+            _array_fault(field, value, lengths) if field.is_array else _number_fault(field, value)
         )
-        if found.shape != wanted:
-            whose = "image" if "H" in dimensions else "quantity"
-            return f"{name}.{field} has the shape {found.shape} where the {whose} has {wanted}"
-        if dtype is _F and not _is_finite(found):
-            return f"{name}.{field} holds values that are no numbers"
+        if wrong:
+            return f"{type(quantity).__name__}.{field.name} {wrong}"
     return ""
+
+
+def _array_fault(field: Field, value: Any, lengths: dict[str, int]) -> str:
+    if not isinstance(value, np.ndarray) or field.dtype not in (None, value.dtype):
+        said = getattr(value, "dtype", type(value).__name__)
+        return f"is {said} where it must be {field.dtype or 'an array'}"
+    axes = field.spec.axes
+    if axes is not None:
+        if field.spec.coarse and value.ndim == len(axes) and _tiles(value.shape, axes, lengths):
+            axes, found = axes[2:], value.shape[2:]
+        else:
+            found = value.shape
+        # the first array of N markers says how many there are
+        given = (*found[: len(axes)], *(0,) * (len(axes) - len(found)))
+        wanted = tuple(lengths.setdefault(a, n) for a, n in zip(axes, given, strict=True))
+        if found != wanted:
+            whose = "image" if "y" in axes else "quantity"
+            return f"has the shape {value.shape} where the {whose} has {wanted}"
+    if value.dtype.kind == "f" and not _is_finite(value):
+        return "holds values that are no numbers"
+    return ""
+
+
+def _tiles(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int]) -> bool:
+    """Whether a grid has no more rows and columns than the image."""
+    return all(0 < n <= lengths.get(a, n) for a, n in zip(axes[:2], shape[:2], strict=True))
+
+
+def _number_fault(field: Field, value: Any) -> str:
+    if field.form is not float or (isinstance(value, Real) and np.isfinite(float(value))):
+        return ""
+    return f"is {value!r} where it must be a number"
 
 
 def image_fault(image: object) -> str:
@@ -89,9 +93,3 @@ def _is_finite(values: Float32) -> bool:
     with np.errstate(over="ignore", invalid="ignore"):
         total = values.sum()
     return bool(np.isfinite(total) or np.isfinite(values).all())
-
-
-def _slip_fault(slip: SlipState) -> str:
-    if not isinstance(slip.degree, float | int) or not np.isfinite(slip.degree):
-        return f"SlipState.degree is {slip.degree!r} where it must be a number"
-    return ""

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.quantities.fields import FieldSpec, MmPerPx, TimestampS
+from tactile_core.quantities.layers import Layer, Points
 from tactile_core.quantities.quantity import Quantity
 
 Int32 = NDArray[np.int32]
+_EACH, _PLACES = ("marker",), ("marker", "xy")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +30,9 @@ class MarkerDetections(Quantity):
         The image's border cuts the mark, so that its centre is an estimate, perhaps out of view.
     """
 
-    centres_px: Float32
-    cut: Bool
-    timestamp_s: float = 0.0
+    centres_px: Annotated[Float32, FieldSpec("px", _PLACES)]
+    cut: Annotated[Bool, FieldSpec(axes=_EACH)]
+    timestamp_s: TimestampS = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +61,17 @@ class MarkerField(Quantity):
         it is ``reference_px``.
     """
 
-    ids: Int32
-    reference_px: Float32
-    px: Float32
-    seen: Bool
-    mm_per_px: float
-    timestamp_s: float = 0.0
-    started_in_contact: bool = False
-    notes: tuple[str, ...] = ()
-    untouched_px: Float32 | None = None
+    ids: Annotated[Int32, FieldSpec(axes=_EACH, saved_as="marker_ids")]
+    reference_px: Annotated[Float32, FieldSpec("px", _PLACES, saved_as="marker_reference_px")]
+    px: Annotated[Float32, FieldSpec("px", _PLACES, saved_as="markers_px")]
+    seen: Annotated[Bool, FieldSpec(axes=_EACH, saved_as="marker_seen")]
+    mm_per_px: MmPerPx
+    timestamp_s: TimestampS = 0.0
+    started_in_contact: Annotated[bool, FieldSpec(saved_as="markers_started_in_contact")] = False
+    notes: Annotated[tuple[str, ...], FieldSpec(saved_as="marker_notes")] = ()
+    untouched_px: Annotated[
+        Float32 | None, FieldSpec("px", _PLACES, saved_as="marker_untouched_px")
+    ] = None
 
     @property
     def displacement_mm(self) -> Float32:
@@ -74,14 +79,12 @@ class MarkerField(Quantity):
         return (self.px - self.reference_px) * np.float32(self.mm_per_px)
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """Positions, identities and displacements, as ``marker_…``."""
-        return {
-            "markers_px": self.px,
-            "marker_ids": self.ids,
-            "marker_reference_px": self.reference_px,
-            "marker_displacement_mm": self.displacement_mm,
-            "marker_seen": self.seen,
-        }
+        """The fields, and ``marker_displacement_mm``."""
+        return {**super().arrays(), "marker_displacement_mm": self.displacement_mm}
+
+    def layers(self) -> tuple[Layer, ...]:
+        """Each marker, with an arrow from where it was; hollow where it is not seen."""
+        return (Points(self.px, "markers", self.reference_px, self.seen),)
 
     def summary(self) -> Mapping[str, Any]:
         """How many marks are seen, of how many."""

@@ -91,6 +91,11 @@ class Frame(Quantity):
     raw: tuple[Image, ...] = ()
     darkness: NDArray[np.uint8] | None = None
 
+    @property
+    def name(self) -> str:
+        """Name of the observation; its sequence number, six digits, when it is live."""
+        return self.source or f"{self.sequence:06d}"
+
     @cached_property
     def saturated(self) -> Bool:
         """(H, W, K) bool: the intensity is at the sensor's ceiling and only a lower bound."""

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tactile_core.quantities.fields import FieldSpec, TimestampS
 from tactile_core.quantities.quantity import Quantity
 
 SlipName = Literal["none", "stick", "incipient", "slip"]
@@ -37,22 +35,17 @@ class SlipState(Quantity):
         Time at which the present incipient or gross slip began.
     """
 
-    state: SlipName
-    degree: float
-    kind: SlipKind | None = None
-    entropy_bits: float | None = None
-    rotation_deg: float | None = None
-    onset_s: float | None = None
-    timestamp_s: float = 0.0
-
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """``slip_state``, ``slip_degree``, ``slip_entropy_bits`` and ``rotation_deg``."""
-        return {
-            "slip_state": np.asarray(self.state),
-            "slip_degree": np.asarray(self.degree),
-            "slip_entropy_bits": np.asarray(self.entropy_bits or 0.0),
-            "rotation_deg": np.asarray(self.rotation_deg or 0.0),
-        }
+    state: Annotated[SlipName, FieldSpec(saved_as="slip_state")]
+    degree: Annotated[float, FieldSpec(saved_as="slip_degree")]
+    kind: Annotated[SlipKind | None, FieldSpec(saved_as="slip_kind")] = None
+    entropy_bits: Annotated[
+        float | None, FieldSpec("bit", saved_as="slip_entropy_bits", if_none=0.0)
+    ] = None
+    rotation_deg: Annotated[
+        float | None, FieldSpec("deg", saved_as="rotation_deg", if_none=0.0)
+    ] = None
+    onset_s: Annotated[float | None, FieldSpec("s", saved_as="slip_onset_s")] = None
+    timestamp_s: TimestampS = 0.0
 
     def summary(self) -> Mapping[str, Any]:
         """The entry ``slip``."""

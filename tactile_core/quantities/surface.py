@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.quantities.fields import FieldSpec, MmPerPx, TimestampS
+from tactile_core.quantities.layers import Layer, Outline, Surface
 from tactile_core.quantities.quantity import Quantity
+
+_YX = ("y", "x")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +32,11 @@ class Gradients(Quantity):
         False where the value was filled in (a marker, saturation).
     """
 
-    x: Float32
-    y: Float32
-    valid: Bool
-    mm_per_px: float
-    timestamp_s: float = 0.0
+    x: Annotated[Float32, FieldSpec("mm/mm", _YX, saved_as="gradients")]
+    y: Annotated[Float32, FieldSpec("mm/mm", _YX, saved_as="gradients")]
+    valid: Annotated[Bool, FieldSpec(axes=_YX, saved_as="gradients_valid", validity=True)]
+    mm_per_px: MmPerPx
+    timestamp_s: TimestampS = 0.0
 
     @property
     def normals(self) -> Float32:
@@ -41,9 +44,9 @@ class Gradients(Quantity):
         n = np.dstack([-self.x, -self.y, np.ones_like(self.x)])
         return np.asarray(n / np.linalg.norm(n, axis=2, keepdims=True), np.float32)
 
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """``gradients (H, W, 2)``; ``valid`` belongs to the height map where there is one."""
-        return {"gradients": np.dstack([self.x, self.y]), "valid": self.valid}
+    def layers(self) -> tuple[Layer, ...]:
+        """None: slopes are seen in the shade of the height map."""
+        return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +63,11 @@ class HeightMap(Quantity):
         z of the rest surface in the sensor frame, 0 at a dome's apex; None where it is flat.
     """
 
-    mm: Float32
-    valid: Bool
-    mm_per_px: float
-    timestamp_s: float = 0.0
-    rest_mm: Float32 | None = None
+    mm: Annotated[Float32, FieldSpec("mm", _YX, saved_as="height_mm")]
+    valid: Annotated[Bool, FieldSpec(axes=_YX, saved_as="valid", validity=True)]
+    mm_per_px: MmPerPx
+    timestamp_s: TimestampS = 0.0
+    rest_mm: Annotated[Float32 | None, FieldSpec("mm", _YX, saved_as="rest_mm")] = None
 
     @property
     def points_mm(self) -> Float32:
@@ -76,14 +79,9 @@ class HeightMap(Quantity):
         points[..., 2] = -self.mm if self.rest_mm is None else self.rest_mm - self.mm
         return points
 
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """``height_mm``, ``valid``, the scale ``mm_per_px`` and, of a dome, ``rest_mm``."""
-        arrays = {
-            "height_mm": self.mm,
-            "valid": self.valid,
-            "mm_per_px": np.asarray(self.mm_per_px),
-        }
-        return arrays if self.rest_mm is None else arrays | {"rest_mm": self.rest_mm}
+    def layers(self) -> tuple[Layer, ...]:
+        """The surface."""
+        return (Surface(self.mm, self.mm_per_px),)
 
     def summary(self) -> Mapping[str, Any]:
         """The largest height."""
@@ -103,18 +101,18 @@ class ContactMask(Quantity):
     mask : (H, W) bool
     """
 
-    mask: Bool
-    mm_per_px: float
-    timestamp_s: float = 0.0
+    mask: Annotated[Bool, FieldSpec(axes=_YX, saved_as="contact")]
+    mm_per_px: MmPerPx
+    timestamp_s: TimestampS = 0.0
 
     @property
     def area_mm2(self) -> float:
         """Area in contact."""
         return float(np.count_nonzero(self.mask)) * self.mm_per_px**2
 
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """``contact (H, W) bool``."""
-        return {"contact": self.mask}
+    def layers(self) -> tuple[Layer, ...]:
+        """The outline of the contact."""
+        return (Outline(self.mask, "contact"),)
 
     def summary(self) -> Mapping[str, Any]:
         """The area in contact."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import os
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,9 @@ WRITTEN = ".tactile-outputs"
 REPORT = "report.html"
 
 _HEADER = '{"written_by": "tactile-core"}'
+
+_LONGEST_STEM = 200
+_UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f-\x9f]")
 
 _Stamp = tuple[int, int]
 
@@ -65,6 +70,31 @@ class OutputFolder:
         """
         for name in names:
             self._refuse_foreign(name, "")
+
+    def check_for(self, sources: Iterable[str], endings: Collection[str]) -> None:
+        """Refuse now what :meth:`write_for` would refuse in the end.
+
+        Raises
+        ------
+        InputError
+            Results of two observations would have one name, or a file of such a name is there that
+            no command wrote.
+        """
+        owners: dict[str, str] = {}
+        for source in sources:
+            for name in (safe_stem(source) + ending for ending in endings):
+                if name in owners:
+                    raise InputError(
+                        f"results of {printable(owners[name])} and of {printable(source)} would "
+                        f"both be {printable(name)}; rename one of these inputs, or measure them "
+                        f"apart"
+                    )
+                owners[name] = source
+        self.check(owners)
+
+    def write_for(self, source: str, ending: str, writer: Callable[[Path], None]) -> Path:
+        """Write one file of an observation, under its name; as :meth:`write`."""
+        return self.write(safe_stem(source) + ending, writer, of=source)
 
     def write(self, name: str, writer: Callable[[Path], None], *, of: str = "") -> Path:
         """Write one file whole or not at all, and return its path.
@@ -156,6 +186,20 @@ class OutputFolder:
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
         finally:
             os.close(number)
+
+
+def safe_stem(source: str) -> str:
+    """Return the name of an observation as a name of files; changed ones get a fingerprint."""
+    stem = _UNSAFE.sub("_", source)
+    try:
+        short = os.fsencode(stem)[:_LONGEST_STEM].decode("utf-8", "ignore")
+        stem = stem if len(os.fsencode(stem)) <= _LONGEST_STEM else short
+    except UnicodeEncodeError:  # no file can be called so
+        stem = stem.encode("ascii", "replace").decode().replace("?", "_")[:_LONGEST_STEM]
+    if stem == source and stem not in ("", ".", ".."):
+        return stem
+    mark = hashlib.sha256(source.encode("utf-8", "surrogatepass")).hexdigest()[:8]
+    return f"{stem.strip('.')}-{mark}"
 
 
 def _put(fresh: Path, path: Path) -> None:

@@ -87,16 +87,16 @@ _ESTIMATOR = '''\
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
-from tactile_core.quantities import HeightMap, Quantity
+from tactile_core.quantities import FieldSpec, HeightMap, Quantity, TimestampS
+
+_DEEPEST = FieldSpec("mm", saved_as="deepest_mm")
 
 
 @dataclass(frozen=True)
@@ -111,17 +111,10 @@ class Deepest(Quantity):
         How far the skin is pressed there, 0 where nothing touches.
     """
 
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    depth_mm: float = 0.0
-
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """What is saved in the .npz."""
-        return {{"deepest_mm": np.array([self.x_mm, self.y_mm, self.depth_mm])}}
-
-    def summary(self) -> Mapping[str, Any]:
-        """What a line of ``tactile run --json`` says."""
-        return {{"deepest_mm": [self.x_mm, self.y_mm, self.depth_mm]}}
+    x_mm: Annotated[float, _DEEPEST]
+    y_mm: Annotated[float, _DEEPEST]
+    depth_mm: Annotated[float, _DEEPEST]
+    timestamp_s: TimestampS = 0.0
 
 
 class DeepestOptions(Options):
@@ -147,10 +140,10 @@ class DeepestPoint(Estimator):
         row, column = np.unravel_index(int(np.argmax(height.mm)), height.mm.shape)
         depth_mm = float(height.mm[row, column])
         if depth_mm < self.options.min_depth_mm:
-            return Deepest()
+            return Deepest(0.0, 0.0, 0.0, height.timestamp_s)
         x_mm = (float(column) - (columns - 1) / 2) * height.mm_per_px
         y_mm = (float(row) - (rows - 1) / 2) * height.mm_per_px
-        return Deepest(x_mm, y_mm, depth_mm)
+        return Deepest(x_mm, y_mm, depth_mm, height.timestamp_s)
 '''
 
 _TEST = """\

@@ -15,6 +15,7 @@ from tactile_core.testing.imports import ImportChecks
 from tactile_core.testing.light_drivers import LightDriverChecks
 from tactile_core.testing.profiles import ProfileChecks
 from tactile_core.testing.registration import RegistrationChecks
+from tactile_core.testing.sinks import SinkChecks
 
 
 class PluginConformance(
@@ -26,6 +27,7 @@ class PluginConformance(
     LightDriverChecks,
     CalibrationChecks,
     EstimatorChecks,
+    SinkChecks,
     ProfileChecks,
 ):
     """Every check, for everything that a plugin registers; see docs/conformance.md.

@@ -7,9 +7,8 @@ import pickle
 from collections.abc import Mapping
 from copy import deepcopy
 
-import numpy as np
-
 from tactile_core.errors import PluginError
+from tactile_core.formats.saved_quantities import arrays_of, quantities_in
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
@@ -20,6 +19,7 @@ from tactile_core.testing.needed_quantities import completed
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import VirtualPress
+from tactile_core.views.pictures import picture_of
 
 GivenQuantities = Mapping[type[Quantity], Quantity]
 _STATE = "set stateful: ClassVar[bool] = True and forget everything in reset(), or keep nothing"
@@ -95,21 +95,27 @@ class EstimatorChecks(Suite):
 
     @check(Registered.estimators)
     def test_export(self, part: Part) -> None:
-        """``arrays()`` can be stored without pickles and ``summary()`` as JSON."""
-        results = self._results(part)[0]
+        """Each quantity is JSON, arrays from which it is made again, and what can be drawn."""
+        results, scene = self._results(part)[0], self._scenes(part)[0]
         try:
             json.dumps([dict(result.summary()) for result in results], allow_nan=True)
-            arrays = [item for result in results for item in result.arrays().items()]
-            objects = [n for n, a in arrays if np.asarray(a).dtype == object]
+            [picture_of(scene.frame, result.layers()) for result in results]
+            arrays = arrays_of(results, mm_per_px=1.0)
+            objects = [n for n, a in arrays.items() if a.dtype == object]
             found = f"arrays() holds objects in {', '.join(objects)}" if objects else ""
+            if not found:
+                again = quantities_in(arrays, *map(type, results)).values()
+                found = difference(arrays, arrays_of(again, mm_per_px=1.0))
+                found = found and f"from_arrays() does not make what arrays() gave: {found}"
         except Exception as error:
-            found = f"summary() or arrays() fails ({type(error).__name__}: {error})"
+            found = f"summary(), arrays() or layers() fails ({type(error).__name__}: {error})"
         if found:
             raise Fault(
                 part,
                 found,
-                why="'tactile run' stores and prints every quantity by these two",
-                do="float(…) and int(…) in summary(), numeric arrays in arrays()",
+                why="every quantity is printed, saved, read back and drawn by these",
+                do="annotate each field with what it holds, FieldSpec(unit, axes); float(…) and "
+                "int(…) in summary(), numeric arrays in arrays()",
             )
 
     @check(Registered.estimators)

@@ -112,9 +112,15 @@ class Registered:
         """The plugin's estimators."""
         return self.parts("estimator")
 
+    def sinks(self) -> list[Part]:
+        """The plugin's sinks."""
+        return self.parts("sink")
+
     def makeable(self) -> list[Part]:
         """What is made from its options."""
-        return self.parts("camera", "illumination", "light_driver", "calibrator", "estimator")
+        return self.parts(
+            "camera", "illumination", "light_driver", "calibrator", "estimator", "sink"
+        )
 
     def profiles(self) -> list[ProfileFile]:
         """The plugin's profiles, and the shipped ones that use it."""

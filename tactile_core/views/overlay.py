@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
+from tactile_core.quantities.layers import Outline, Points, VectorMap
 from tactile_core.views.drawing import Colour, Rgb, round_length
 from tactile_core.views.sheet import unit_of
 
@@ -21,11 +21,11 @@ _FINE = 4
 """Fractional bits of OpenCV's coordinates."""
 
 
-def outline(picture: Rgb, contact: ContactMask) -> None:
-    """Draw the border of the contact."""
+def outline(picture: Rgb, region: Outline) -> None:
+    """Draw the border of a region."""
     h, w = picture.shape[:2]
-    smooth = cv2.resize(contact.mask.astype(np.float32), (w, h), interpolation=cv2.INTER_LINEAR)
-    scale = w / contact.mask.shape[1]
+    smooth = cv2.resize(region.mask.astype(np.float32), (w, h), interpolation=cv2.INTER_LINEAR)
+    scale = w / region.mask.shape[1]
     if scale > 1:
         smooth = cv2.GaussianBlur(smooth, (0, 0), _OUTLINE_BLUR_PX * scale)
     curves, _ = cv2.findContours(
@@ -36,24 +36,17 @@ def outline(picture: Rgb, contact: ContactMask) -> None:
         cv2.drawContours(picture, curves, -1, colour, width, cv2.LINE_AA)
 
 
-def drag(
-    picture: Rgb,
-    markers: MarkerField | None,
-    field: DisplacementField | None,
-    *,
-    scale: float = 1.0,
-) -> str:
-    """Draw where the marks are and how the skin was dragged.
-
-    Marks are dots, hollow where they are not seen but inferred; arrows point from where each was on
-    the untouched skin. Without marks, arrows stand on a grid where the field is valid.
+def points(picture: Rgb, at: Points, *, mm_per_px: float, scale: float = 1.0) -> str:
+    """Draw points as dots, hollow where they are not sure, with arrows from where they were.
 
     Parameters
     ----------
     picture : (H, W, 3) uint8
         Drawn upon.
-    markers, field : quantity or None
+    at : Points
         In the image of which ``picture`` is an enlargement.
+    mm_per_px : float
+        Of that image.
     scale : float
         Size of a pixel of the image in the picture.
 
@@ -62,22 +55,36 @@ def drag(
     str
         How the arrows are enlarged: "arrows ×5"; empty where none are drawn.
     """
-    if markers is not None:
-        keep = np.isfinite(markers.px).all(axis=1)
-        now, was = markers.px[keep], markers.reference_px[keep]
-        spacing = _spacing(markers.reference_px)
-        words = _arrows(picture, was, now - was, spacing, markers.mm_per_px, scale)
-        radius = _MARK_PX * unit_of(picture)
-        for place, seen in zip(_pixels(now, scale), markers.seen[keep], strict=True):
-            _dot(picture, place, radius, hollow=not seen)
-        return words
-    if field is None:
-        return ""
-    step = max(1, field.mm.shape[1] // _ACROSS)
-    y, x = np.mgrid[step // 2 : field.mm.shape[0] : step, step // 2 : field.mm.shape[1] : step]
-    kept = field.valid[y, x]
-    moved = field.mm[y, x][kept] / field.mm_per_px
-    return _arrows(picture, np.stack([x, y], -1)[kept], moved, float(step), field.mm_per_px, scale)
+    keep = np.isfinite(at.px).all(axis=1)
+    now, words = at.px[keep], ""
+    if at.from_px is not None:
+        was, spacing = at.from_px[keep], _spacing(at.from_px)
+        words = _arrows(picture, was, now - was, spacing, mm_per_px, scale)
+    radius = _MARK_PX * unit_of(picture)
+    sure = np.ones(len(now), bool) if at.sure is None else at.sure[keep]
+    for place, is_sure in zip(_pixels(now, scale), sure, strict=True):
+        _dot(picture, place, radius, hollow=not is_sure)
+    return words
+
+
+def vectors(picture: Rgb, field: VectorMap, *, mm_per_px: float, scale: float = 1.0) -> str:
+    """Draw arrows on a grid where a field is valid.
+
+    Parameters and the result are those of :func:`points`. Arrows of another unit than mm are
+    drawn as long as fits, and no scale is given.
+    """
+    height, width = field.values.shape[:2]
+    step = max(1, width // _ACROSS)
+    y, x = np.mgrid[step // 2 : height : step, step // 2 : width : step]
+    kept = np.ones(y.shape, bool) if field.valid is None else field.valid[y, x]
+    values = field.values[y, x][kept]
+    is_length = field.unit == "mm"
+    if not is_length:
+        longest = float(np.linalg.norm(values, axis=1).max(initial=0.0)) or 1.0
+        values = values * (mm_per_px * step * _LONGEST_SPACINGS / longest)
+    at = np.stack([x, y], -1)[kept]
+    words = _arrows(picture, at, values / mm_per_px, float(step), mm_per_px, scale)
+    return words if is_length else ""
 
 
 def _arrows(

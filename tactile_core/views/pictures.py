@@ -1,129 +1,76 @@
-"""Pictures of measurements, made to be looked at."""
+"""Pictures of what was measured, side by side on one sheet."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.quantities import ContactMask, DisplacementField, Frame, HeightMap, MarkerField
+from tactile_core.quantities import Frame
+from tactile_core.quantities.layers import (
+    Layer,
+    Outline,
+    Points,
+    ScalarMap,
+    Surface,
+    VectorMap,
+)
 from tactile_core.views.drawing import Rgb, blank, text_size, write
-from tactile_core.views.overlay import drag, outline
-from tactile_core.views.shading import colours, painted, shaded, signed
-from tactile_core.views.sheet import FOOT, GAP, SMALLEST_PX, framed
+from tactile_core.views.maps import Over, coloured, listed, magnitude, relief
+from tactile_core.views.sheet import FOOT, GAP, SMALLEST_PX
 
-_ENLARGED_BLUR_PX = 0.6
 _DIMMED = 0.55
 
 
-def relief(
-    height: HeightMap,
-    contact: ContactMask | None,
-    *,
-    markers: MarkerField | None = None,
-    field: DisplacementField | None = None,
-    title: str = "",
-    span_mm: tuple[float, float] | None = None,
-) -> Rgb:
-    """Draw a height map as shaded relief with a scale bar, a colour bar in mm and the contact.
-
-    The larger side is at least 640 px, so that small sensors' words are legible too. Noise is not
-    stretched over all colours: the bar spans at least the size of one pixel on the gel.
+def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb | None:
+    """Draw what a frame's quantities have to show, side by side.
 
     Parameters
     ----------
-    height : HeightMap
-        Finite; all zero gives an even surface.
-    contact : ContactMask or None
-        Outlined where given.
-    markers, field : MarkerField or DisplacementField, optional
-        How the skin is dragged, as arrows; marks that are not seen are hollow.
+    frame : Frame
+        Shown beneath points where nothing else is drawn.
+    layers : sequence of Layer
+        What the quantities' ``layers()`` gave.
     title : str
         Begins the line above the picture, e.g. the name of the observation.
-    span_mm : (lowest, highest), optional
-        Heights of the first and the last colour, the same for pictures that are to be compared.
 
     Returns
     -------
-    (H', W', 3) uint8
-        R, G, B.
+    (H', W', 3) uint8 or None
+        R, G, B; None where there is nothing to show.
     """
-    surface, scale = _enlarged(height)
-    low, high = span_mm or (min(0.0, float(height.mm.min())), float(height.mm.max()))
-    high = max(high, low + height.mm_per_px)
-    picture = shaded(surface, height.mm_per_px / scale, low, high)
-    if contact is not None:
-        outline(picture, contact)
-    magnified = drag(picture, markers, field, scale=scale)
-    return framed(
-        picture,
-        mm_per_px=height.mm_per_px / scale,
-        bar=colours(picture.shape[0]),
-        span_mm=(low, high),
-        title=title,
-        facts=", ".join(part for part in (_facts(height, contact), magnified) if part),
+    fields = [layer for layer in layers if isinstance(layer, VectorMap)]
+    over = Over(
+        [layer for layer in layers if isinstance(layer, Outline)],
+        [layer for layer in layers if isinstance(layer, Points)],
+        fields[0] if fields else None,
     )
+    sheets: list[tuple[str, Rgb]] = []
+    for layer in layers:
+        line = "" if sheets else title
+        if isinstance(layer, Surface):
+            sheets.append((layer.title, relief(layer, over, title=line)))
+        elif isinstance(layer, VectorMap):
+            sheets.append((layer.title, magnitude(layer, over, frame.mm_per_px, title=line)))
+        elif isinstance(layer, ScalarMap):
+            sheets.append((layer.title, coloured(layer, over, frame.mm_per_px, title=line)))
+    if len(sheets) > 1:
+        return side_by_side([sheet for _, sheet in sheets], [name for name, _ in sheets])
+    if not sheets and over.points:
+        return marked(frame, over.points, title=title)
+    return sheets[0][1] if sheets else None
 
 
-def dragged(
-    field: DisplacementField,
-    contact: ContactMask | None = None,
-    *,
-    markers: MarkerField | None = None,
-    title: str = "",
-) -> Rgb:
-    """Draw how far the skin is dragged as a map of the magnitude, with arrows for the direction.
-
-    Where the field is not valid the map is paler. The bar spans at least the size of one pixel on
-    the gel.
-
-    Parameters
-    ----------
-    field : DisplacementField
-        Finite.
-    contact : ContactMask, optional
-        Outlined where given.
-    markers : MarkerField, optional
-        Arrows stand at the marks, else on a grid.
-    title : str
-        Begins the line above the picture.
-
-    Returns
-    -------
-    (H', W', 3) uint8
-        R, G, B, as large as the :func:`relief` of the same image.
-    """
-    size = HeightMap(np.hypot(field.mm[..., 0], field.mm[..., 1]), field.valid, field.mm_per_px)
-    surface, scale = _enlarged(size)
-    high = max(float(size.mm.max()), field.mm_per_px)
-    picture = painted(surface / np.float32(high))
-    sure = cv2.resize(field.valid.view(np.uint8), surface.shape[::-1])[..., None] > 0
-    picture = np.where(sure, picture, picture // 2 + 127).astype(np.uint8)
-    if contact is not None:
-        outline(picture, contact)
-    magnified = drag(picture, markers, field, scale=scale)
-    return framed(
-        picture,
-        mm_per_px=field.mm_per_px / scale,
-        bar=colours(picture.shape[0]),
-        span_mm=(0.0, high),
-        title=title,
-        facts=", ".join(part for part in (f"max {size.mm.max():.3f} mm", magnified) if part),
-    )
-
-
-def marked(frame: Frame, markers: MarkerField, *, title: str = "") -> Rgb:
-    """Draw the marks and where they went over the frame that shows them.
+def marked(frame: Frame, points: Sequence[Points], *, title: str = "") -> Rgb:
+    """Draw points, and where they went, over the frame that shows them.
 
     Parameters
     ----------
     frame : Frame
         Of any number of channels.
-    markers : MarkerField
-        Those that are not seen are hollow.
+    points : sequence of Points
+        Those that are not sure are hollow.
     title : str
         Written beneath, e.g. the name of the observation.
 
@@ -138,45 +85,15 @@ def marked(frame: Frame, markers: MarkerField, *, title: str = "") -> Rgb:
     height, width = light.shape[:2]
     scale = max(1.0, SMALLEST_PX / max(height, width))
     large = round(width * scale), round(height * scale)
-    picture = cv2.resize(shown.astype(np.uint8), large, interpolation=cv2.INTER_LINEAR)
-    magnified = drag(np.asarray(picture), markers, None, scale=scale)
-    words = f"{int(markers.seen.sum())} of {len(markers.ids)} marks seen"
-    return side_by_side(
-        [np.asarray(picture, np.uint8)],
-        [", ".join(part for part in (title, words, magnified) if part)],
+    picture = np.asarray(
+        cv2.resize(shown.astype(np.uint8), large, interpolation=cv2.INTER_LINEAR), np.uint8
     )
-
-
-def deviation(measured: HeightMap, truth: HeightMap, *, most_mm: float, title: str = "") -> Rgb:
-    """Draw measured less true height: red where too high, blue where too low, white where right.
-
-    Parameters
-    ----------
-    measured, truth : HeightMap
-        Finite, of one size and scale.
-    most_mm : float
-        Deviation that gets the strongest colour; the same for pictures that are to be compared.
-    title : str
-        Begins the line above the picture.
-
-    Returns
-    -------
-    (H', W', 3) uint8
-        R, G, B, as large as the :func:`relief` of the same map.
-    """
-    error = replace(measured, mm=measured.mm - truth.mm)
-    most = max(most_mm, 1e-6)
-    surface, scale = _enlarged(error)
-    rms = float(np.sqrt(np.mean(np.square(error.mm))))
-    picture = signed(surface / np.float32(most))
-    return framed(
-        picture,
-        mm_per_px=error.mm_per_px / scale,
-        bar=signed(np.linspace(-1, 1, picture.shape[0], dtype=np.float32)),
-        span_mm=(-most, most),
-        title=title,
-        facts=f"RMS {rms:.4f} mm",
-    )
+    arrows = Over(points=points).draw(picture, mm_per_px=frame.mm_per_px, scale=scale)
+    counts = [
+        f"{len(at.px) if at.sure is None else int(at.sure.sum())} of {len(at.px)} {at.title} seen"
+        for at in points
+    ]
+    return side_by_side([picture], [listed([title, *counts, arrows])])
 
 
 def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
@@ -211,27 +128,9 @@ def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
     return sheet
 
 
-def _enlarged(height: HeightMap) -> tuple[NDArray[np.float32], float]:
-    h, w = height.mm.shape
-    scale = max(1.0, SMALLEST_PX / max(h, w))
-    if scale == 1.0:
-        return height.mm, scale
-    size = (max(1, round(w * scale)), max(1, round(h * scale)))
-    large = cv2.resize(height.mm, size, interpolation=cv2.INTER_CUBIC)
-    # the slopes of an interpolated surface show the pixels' grid; half a pixel of blur hides it
-    return np.asarray(cv2.GaussianBlur(large, (0, 0), _ENLARGED_BLUR_PX * scale)), scale
-
-
 def _of_height(image: Rgb, height_px: int) -> Rgb:
     h, w = image.shape[:2]
     if h == height_px:
         return image
     size = (max(1, round(w * height_px / h)), height_px)
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), np.uint8)
-
-
-def _facts(height: HeightMap, contact: ContactMask | None) -> str:
-    facts = [f"max {float(height.mm.max()):.3f} mm"]
-    if contact is not None:
-        facts.append(f"contact {contact.area_mm2:.2f} mm²")
-    return ", ".join(facts)

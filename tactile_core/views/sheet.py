@@ -31,7 +31,8 @@ def framed(
     *,
     mm_per_px: float,
     bar: Rgb,
-    span_mm: tuple[float, float],
+    span: tuple[float, float],
+    unit: str = "mm",
     title: str,
     facts: str,
 ) -> Rgb:
@@ -45,8 +46,10 @@ def framed(
         Size of one of its pixels on the gel.
     bar : (H, 3) uint8
         Colours from the lowest to the highest value.
-    span_mm : (lowest, highest)
+    span : (lowest, highest)
         The values of the first and the last colour.
+    unit : str
+        Of these values.
     title, facts : str
         The line above the picture, left and right.
 
@@ -56,17 +59,17 @@ def framed(
         R, G, B.
     """
     h, w = picture.shape[:2]
-    unit = unit_of(picture)
+    size = unit_of(picture)
     margin, head, foot, gap, wide, labels = (
-        round(part * unit) for part in (_MARGIN, _TITLE, FOOT, GAP, _BAR, _LABELS)
+        round(part * size) for part in (_MARGIN, _TITLE, FOOT, GAP, _BAR, _LABELS)
     )
     sheet = blank(head + h + foot, margin + w + gap + wide + labels)
     sheet[head : head + h, margin : margin + w] = picture
-    _title(sheet, (margin, head), unit, title, facts, w)
-    _scale_bar(sheet, (margin, head + h), unit, mm_per_px, w)
+    _title(sheet, (margin, head), size, title, facts, w)
+    _scale_bar(sheet, (margin, head + h), size, mm_per_px, w)
     left = margin + w + gap
     sheet[head : head + h, left : left + wide] = bar[::-1, None]
-    _bar_labels(sheet, left + wide, head, h, unit, *span_mm)
+    _bar_labels(sheet, (left + wide, head, h), size, span, unit)
     return sheet
 
 
@@ -98,13 +101,15 @@ def _scale_bar(
 
 
 def _bar_labels(
-    sheet: Rgb, left: int, top: int, length: int, unit: float, low: float, high: float
+    sheet: Rgb, place: tuple[int, int, int], size: float, span: tuple[float, float], unit: str
 ) -> None:
+    left, top, length = place
+    low, high = span
     marks = ticks(low, high)
     step = marks[1] - marks[0] if len(marks) > 1 else high - low
-    line = max(1, round(unit))
+    line = max(1, round(size))
     for value in marks:
         y = round(top + (length - 1) * (high - value) / (high - low))
-        cv2.line(sheet, (left, y), (round(left + 5 * unit), y), FAINT, line)
-        write(sheet, in_words(value, step), (left + 10 * unit, y + 5 * unit), unit)
-    write(sheet, "mm", (left + 10 * unit, top - 16 * unit), unit, FAINT)
+        cv2.line(sheet, (left, y), (round(left + 5 * size), y), FAINT, line)
+        write(sheet, in_words(value, step), (left + 10 * size, y + 5 * size), size)
+    write(sheet, unit, (left + 10 * size, top - 16 * size), size, FAINT)

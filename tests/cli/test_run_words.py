@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.cli.run import _words
-from tactile_core.pipeline.reading import Reading
+from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Frame, MarkerField, Quantity, SlipState
 
 

@@ -12,7 +12,7 @@ import pytest
 from support.unruly_sensor import FAKES, profile
 
 from tactile_core.cli.output import printable_lines
-from tactile_core.pipeline.reading import Reading
+from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import ContactMask, Frame, HeightMap
 
 COMMAND = [sys.executable, "-m", "tactile_core.cli"]

@@ -11,7 +11,7 @@ from tactile_core.errors import ProfileError
 from tactile_core.profiles.loader import load_profile
 
 if TYPE_CHECKING:
-    from profiles.conftest import Install
+    from support.own_plugins import Install
 
 ESTIMATOR = """\
 from pathlib import Path

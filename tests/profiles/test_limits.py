@@ -14,7 +14,7 @@ from tactile_core.interfaces.component import Component
 from tactile_core.profiles.loader import load_profile
 
 if TYPE_CHECKING:
-    from profiles.conftest import Install
+    from support.own_plugins import Install
 
 PROFILE = """\
 schema: 1

@@ -11,7 +11,7 @@ from tactile_core.errors import ProfileError
 from tactile_core.profiles.loader import list_profiles, load_profile
 
 if TYPE_CHECKING:
-    from profiles.conftest import Install
+    from support.own_plugins import Install
 
 FAKES = Path(__file__).parents[1] / "fakes" / "site_packages"
 SOUND = """\

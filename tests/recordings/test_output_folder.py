@@ -12,7 +12,7 @@ import pytest
 
 from tactile_core.errors import InputError
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.recordings.output_folder import WRITTEN, OutputFolder
+from tactile_core.recordings.output_folder import WRITTEN, OutputFolder, safe_stem
 
 
 def write(folder: OutputFolder, text: str, name: str = "a.txt") -> Path:
@@ -157,3 +157,28 @@ def test_the_folder_is_made_with_the_first_file_and_not_before(tmp_path: Path) -
             OutputFolder(path).check(["a.txt"])
         with pytest.raises(InputError, match="is a file; name a folder"):
             write(OutputFolder(path), "one")
+
+
+def test_names_that_had_to_be_changed_stay_apart() -> None:
+    sources = ["a/b", "a_b", "a\\b", "x" * 300, "x" * 301, "..", "."]
+    assert len({safe_stem(source) for source in sources}) == len(sources)
+    assert safe_stem("press.v1") == "press.v1"
+
+
+def test_results_of_two_observations_never_take_one_name(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path / "out")
+    pictures = [".png", "_normals.png"]
+    with pytest.raises(InputError, match=r"results of a and of a_normals would both be a_normals"):
+        folder.check_for(["a", "a_normals"], pictures)
+    with pytest.raises(InputError, match=r"results of twice and of twice would both be twice.npz"):
+        folder.check_for(["twice", "twice"], [".npz"])
+    folder.check_for(["a", "a_normals"], [".npz", ".tmd"])
+    assert not folder.path.exists()
+
+
+def test_a_file_that_no_command_wrote_is_refused_before_anything_is_measured(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "press.tmd").write_bytes(b"my own")
+    with pytest.raises(InputError, match=r"press\.tmd is there already"):
+        OutputFolder(tmp_path).check_for(["press"], [".tmd"])

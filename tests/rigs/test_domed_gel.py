@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.domed_gel import DomedPress, photograph, pixels_mm
+from support.readings import saved
 
 from tactile_core import ContactMask, Gradients, HeightMap, Pipeline
 from tactile_core.builtin.contact import Contact
@@ -17,8 +18,7 @@ from tactile_core.builtin.poisson import Poisson
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated
 from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.pipeline.outputs import write_reading
-from tactile_core.pipeline.reading import Reading
+from tactile_core.interfaces.reading import Reading
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
@@ -115,7 +115,7 @@ def test_the_mesh_of_an_imprint_has_the_radius_and_the_place_of_the_ball(
     exact: tuple[DomedPress, Reading], tmp_path: Path
 ) -> None:
     press, reading = exact
-    write_reading(reading, tmp_path, {"ply", "npz"})
+    saved(reading, tmp_path, ["ply", "npz"])
     body = (tmp_path / "press.ply").read_bytes().split(b"end_header\n", 1)[1]
     points = np.frombuffer(body, "<f4", 3 * 640 * 480).reshape(-1, 3).astype(float)
     on_ball = press.inside(points[:, 0], points[:, 1])

@@ -19,8 +19,8 @@ from tactile_core import ContactMask, DisplacementField, MarkerField, SlipState,
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.displacement import decomposed
 from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.reading import Reading
 from tactile_core.sim import VirtualStage
 
 Array = NDArray[np.float32]

@@ -115,6 +115,7 @@ ESTIMATORS: Mapping[str, tuple[str, str]] = {
     "in_metres": ("units", "it looks like metres in place of millimetres"),
     "upside_down": ("units", "negative where a ball presses"),
     "not_json": ("export", "float32 is not JSON serializable"),
+    "one_way": ("export", "values of Colour.rgb differ"),
     "random": ("reset", "after reset() the same frames give something else"),
     "never_forgets": ("reset", "after reset() the same frames give something else"),
     "undeclared": ("state", "depends on the frames before it"),
@@ -122,6 +123,12 @@ ESTIMATORS: Mapping[str, tuple[str, str]] = {
     "reused_buffer": ("own_result", "the next frame overwrites the result"),
     "changes_input": ("inputs", "values of x differ"),
     "locked": ("pickling", "when new it does not pickle"),
+}
+SINKS: Mapping[str, tuple[str, str]] = {
+    "expectant": ("readings", "this reading has no HeightMap"),
+    "exhausted": ("readings", "RuntimeError: closed before"),
+    "unnamed_files": ("files", "it writes 000000.depth, and its endings are ()"),
+    "careless": ("leftovers", "there is still the open file"),
 }
 PROFILES: Mapping[str, tuple[str, str]] = {
     "unknown_key": ("profile", "did you mean 'thickness_mm'?"),
@@ -133,7 +140,7 @@ PROFILES: Mapping[str, tuple[str, str]] = {
     "unpicklable": ("pipeline", "its pipeline does not pickle"),
     "failing": ("pipeline", "RuntimeError: the weights do not fit"),
 }
-FAULTS = {**REGISTERED, **DEVICES, **CALIBRATIONS, **ESTIMATORS, **PROFILES}
+FAULTS = {**REGISTERED, **DEVICES, **CALIBRATIONS, **ESTIMATORS, **SINKS, **PROFILES}
 ALSO = {
     "random": {"state", "instances", "pickling"},  # a random result breaks every comparison
     "shared": {"reset", "pickling"},  # what is in a class is neither reset nor pickled
@@ -188,7 +195,8 @@ def test_what_an_import_must_not_do_is_caught_and_named(name: str) -> None:
 
 
 def test_a_sound_plugin_passes() -> None:
-    assert failures(suite_of("sound", stall=stall), imports=True) == {}
+    for name in ("sound", "depths"):
+        assert failures(suite_of(name, stall=stall), imports=True) == {}
 
 
 def test_a_plugin_that_is_not_installed_fails() -> None:

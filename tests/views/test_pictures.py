@@ -7,28 +7,29 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.quantities.layers import Outline, Surface
 from tactile_core.views.arrows import arrows
 from tactile_core.views.drawing import blank, in_words, round_length, text_size, ticks, write
-from tactile_core.views.pictures import deviation, relief, side_by_side
+from tactile_core.views.maps import Over, deviation, relief
+from tactile_core.views.pictures import side_by_side
 from tactile_core.views.shading import colours, shaded, signed
 
 
-def bump(rows: int, columns: int, mm_per_px: float = 0.1, depth_mm: float = 1.0) -> HeightMap:
+def bump(rows: int, columns: int, mm_per_px: float = 0.1, depth_mm: float = 1.0) -> Surface:
     y, x = np.mgrid[:rows, :columns]
     square = ((x - columns / 2) ** 2 + (y - rows / 2) ** 2) / (0.15 * columns) ** 2
     height = (depth_mm * np.exp(-square)).astype(np.float32)
-    return HeightMap(height, np.ones((rows, columns), bool), mm_per_px)
+    return Surface(height, mm_per_px)
 
 
-def flat(rows: int = 48, columns: int = 64) -> HeightMap:
-    return HeightMap(np.zeros((rows, columns), np.float32), np.ones((rows, columns), bool), 0.1)
+def flat(rows: int = 48, columns: int = 64) -> Surface:
+    return Surface(np.zeros((rows, columns), np.float32), 0.1)
 
 
 @pytest.mark.parametrize("shape", [(120, 160), (320, 240), (480, 640), (1080, 1920), (2, 2)])
 def test_every_sensor_s_picture_is_large_enough_to_read(shape: tuple[int, int]) -> None:
     height = bump(*shape)
-    contact = ContactMask(height.mm > 0.5, height.mm_per_px)
+    contact = Over([Outline(height.mm > 0.5)])
     picture = relief(height, contact, title="press_04")
     assert picture.dtype == np.uint8
     assert picture.shape[2] == 3
@@ -38,14 +39,14 @@ def test_every_sensor_s_picture_is_large_enough_to_read(shape: tuple[int, int]) 
 
 
 def test_an_untouched_gel_is_one_even_colour() -> None:
-    picture = relief(flat(), None)
+    picture = relief(flat())
     inside = picture[200:400, 200:500].reshape(-1, 3)
     assert np.ptp(inside, axis=0).max() == 0
 
 
 def test_faint_noise_is_not_stretched_over_all_colours() -> None:
     noise = np.random.default_rng(0).normal(0, 1e-3, (480, 640)).astype(np.float32)
-    inside = relief(HeightMap(noise, noise == noise, 0.1), None)[100:400, 100:600].astype(float)
+    inside = relief(Surface(noise, 0.1))[100:400, 100:600].astype(float)
     assert inside.reshape(-1, 3).std(0).max() < 25
 
 
@@ -66,9 +67,9 @@ def test_higher_is_brighter_and_every_step_alike() -> None:
 
 def test_the_contact_is_outlined_and_an_empty_one_is_not() -> None:
     height = bump(120, 160)
-    empty = ContactMask(np.zeros((120, 160), bool), 0.1)
-    touched = ContactMask(height.mm > 0.5, 0.1)
-    plain = relief(height, None)[60:500]
+    empty = Over([Outline(np.zeros((120, 160), bool))])
+    touched = Over([Outline(height.mm > 0.5)])
+    plain = relief(height)[60:500]
     assert np.array_equal(relief(height, empty)[60:500], plain)
     changed = (relief(height, touched)[60:500] != plain).any(2)
     assert 0 < changed.mean() < 0.05
@@ -100,7 +101,7 @@ def test_a_tick_s_words_have_the_decimals_that_its_step_needs() -> None:
 
 
 def test_pictures_stand_side_by_side_at_one_height() -> None:
-    small, large = relief(flat(48, 64), None), np.zeros((900, 300, 3), np.uint8)
+    small, large = relief(flat(48, 64)), np.zeros((900, 300, 3), np.uint8)
     sheet = side_by_side([small, large], ["measured", "true"])
     assert sheet.shape[0] > 900
     assert sheet.shape[1] > 300 + small.shape[1] * 900 / small.shape[0]
@@ -110,8 +111,8 @@ def test_pictures_stand_side_by_side_at_one_height() -> None:
 
 def test_a_long_title_gives_way_to_the_numbers() -> None:
     height = bump(120, 160)
-    long = relief(height, None, title="n" * 300)
-    assert long.shape == relief(height, None, title="n").shape
+    long = relief(height, title="n" * 300)
+    assert long.shape == relief(height, title="n").shape
     assert (long[:20, -60:] == long[0, 0]).all()
 
 
@@ -134,16 +135,16 @@ def test_deviations_of_either_sign_are_equally_strong_and_none_is_white() -> Non
 
 def test_a_map_without_error_is_white_and_one_that_is_too_high_is_red() -> None:
     truth = bump(48, 64)
-    raised = HeightMap(truth.mm + np.float32(0.2), truth.valid, truth.mm_per_px)
+    raised = Surface(truth.mm + np.float32(0.2), truth.mm_per_px)
     right, wrong = (deviation(m, truth, most_mm=0.2) for m in (truth, raised))
-    assert right.shape == wrong.shape == relief(truth, None).shape
+    assert right.shape == wrong.shape == relief(truth).shape
     middle = (slice(200, 300), slice(200, 300))
     assert right[middle].min() > 240
     assert wrong[middle][..., 0].mean() > wrong[middle][..., 2].mean() + 60
 
 
 def test_pictures_to_be_compared_have_one_scale() -> None:
-    half, whole = (relief(bump(60, 80, depth_mm=d), None, span_mm=(0.0, 1.0)) for d in (0.5, 1.0))
+    half, whole = (relief(bump(60, 80, depth_mm=d), span_mm=(0.0, 1.0)) for d in (0.5, 1.0))
     bar = np.s_[60:-60, -85:-75]
     assert np.array_equal(half[bar], whole[bar])
     middle = np.s_[half.shape[0] // 2 - 20 : half.shape[0] // 2, 320:340]

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.quantities import ContactMask, DisplacementField, Frame, HeightMap, MarkerField
-from tactile_core.views.overlay import drag
-from tactile_core.views.pictures import dragged, marked, relief
+from tactile_core.quantities import Frame
+from tactile_core.quantities.layers import Outline, Points, ScalarMap, Surface, VectorMap
+from tactile_core.views import overlay
+from tactile_core.views.drawing import Rgb
+from tactile_core.views.maps import Over, coloured, magnitude, relief
+from tactile_core.views.pictures import marked, picture_of
 from tactile_core.views.shading import colours, painted
 
 SHAPE, SCALE_MM = (480, 640), 0.03
@@ -15,19 +18,19 @@ Y, X = np.mgrid[: SHAPE[0], : SHAPE[1]]
 ALL = np.ones(SHAPE, np.bool_)
 
 
-def field(size_mm: float = 0.4) -> DisplacementField:
-    magnitude = size_mm * np.exp(-(((X - 320) ** 2 + (Y - 240) ** 2) / (2 * 80**2)))
-    mm = np.stack([magnitude, 0 * magnitude], -1).astype(np.float32)
-    return DisplacementField(mm, ALL, SCALE_MM)
+def field(size_mm: float = 0.4, unit: str = "mm") -> VectorMap:
+    size = size_mm * np.exp(-(((X - 320) ** 2 + (Y - 240) ** 2) / (2 * 80**2)))
+    return VectorMap(np.stack([size, 0 * size], -1).astype(np.float32), ALL, unit, "displacement")
 
 
-def marks(size_px: float = 0.0, *, seen: bool = True) -> MarkerField:
+def marks(size_px: float = 0.0, *, seen: bool = True) -> Points:
     at = np.stack(np.meshgrid(np.arange(20, 640, 40.0), np.arange(20, 480, 40.0)), -1)
     at = at.reshape(-1, 2).astype(np.float32)
-    now = at + np.float32([size_px, 0])
-    return MarkerField(
-        np.arange(len(at), dtype=np.int32), at, now, np.full(len(at), seen), SCALE_MM
-    )
+    return Points(at + np.float32([size_px, 0]), "markers", at, np.full(len(at), seen))
+
+
+def drag(picture: Rgb, points: Points) -> str:
+    return overlay.points(picture, points, mm_per_px=SCALE_MM)
 
 
 def canvas() -> np.ndarray:
@@ -40,14 +43,7 @@ def red(picture: np.ndarray) -> np.ndarray:
 
 def test_arrows_point_where_the_skin_went() -> None:
     picture = canvas()
-    one = MarkerField(
-        np.zeros(1, np.int32),
-        np.float32([[200, 100]]),
-        np.float32([[240, 100]]),
-        np.ones(1, np.bool_),
-        SCALE_MM,
-    )
-    drag(picture, one, None)
+    drag(picture, Points(np.float32([[240, 100]]), from_px=np.float32([[200, 100]])))
     drawn = np.argwhere(red(picture))
     assert abs(drawn[:, 0].mean() - 100) < 2
     assert drawn[:, 1].min() > 195
@@ -58,53 +54,78 @@ def test_arrows_point_where_the_skin_went() -> None:
 def test_small_motions_are_magnified_by_a_round_number_that_is_told(
     size_px: float, words: str
 ) -> None:
-    assert drag(canvas(), marks(size_px), None).endswith(words)
+    assert drag(canvas(), marks(size_px)).endswith(words)
 
 
 def test_noise_of_the_marks_gives_no_arrows() -> None:
     picture = canvas()
-    assert drag(picture, marks(0.1), None) == ""
+    assert drag(picture, marks(0.1)) == ""
     assert not red(picture).any()
 
 
 def test_marks_that_are_not_seen_are_hollow() -> None:
     seen, unseen = canvas(), canvas()
-    drag(seen, marks(), None)
-    drag(unseen, marks(seen=False), None)
+    drag(seen, marks())
+    drag(unseen, marks(seen=False))
     assert seen[20, 20].max() < 70
     assert unseen[20, 20].min() > 200
 
 
-def test_the_map_of_the_magnitude_is_as_large_as_the_relief() -> None:
-    height = HeightMap(np.zeros(SHAPE, np.float32), ALL, SCALE_MM)
-    contact = ContactMask(np.hypot(X - 320, Y - 240) < 60, SCALE_MM)
-    plain = relief(height, contact, title="press")
-    assert relief(height, contact, markers=marks(9), field=field()).shape == plain.shape
-    assert dragged(field(), contact, markers=marks(9)).shape == plain.shape
+def test_every_map_of_an_image_is_as_large_as_its_relief() -> None:
+    height = Surface(np.zeros(SHAPE, np.float32), SCALE_MM)
+    over = Over([Outline(np.hypot(X - 320, Y - 240) < 60)], [marks(9)], field())
+    plain = relief(height, title="press")
+    assert relief(height, over).shape == plain.shape
+    assert magnitude(field(), over, SCALE_MM).shape == plain.shape
+    assert coloured(ScalarMap(X, "px"), over, SCALE_MM).shape == plain.shape
 
 
-def test_skin_at_rest_is_one_even_colour() -> None:
-    inside = dragged(field(0.0))[200:400, 200:500].reshape(-1, 3)
+def test_a_surface_at_rest_is_one_even_colour() -> None:
+    inside = magnitude(field(0.0), Over(), SCALE_MM)[200:400, 200:500].reshape(-1, 3)
     assert np.ptp(inside, axis=0).max() == 0
 
 
 def test_where_the_field_is_not_valid_the_map_is_paler() -> None:
-    half = DisplacementField(field(0.0).mm, X < 320, SCALE_MM)
-    picture = dragged(half).astype(int)
+    half = VectorMap(field(0.0).values, X < 320, "mm")
+    picture = magnitude(half, Over(), SCALE_MM).astype(int)
     assert (picture[250, 550] > picture[250, 100] + 30).any()
 
 
-def test_without_marks_the_arrows_stand_on_a_grid() -> None:
+def test_without_points_the_arrows_stand_on_a_grid() -> None:
     picture = canvas()
-    assert drag(picture, None, field()).startswith("arrows")
+    assert overlay.vectors(picture, field(), mm_per_px=SCALE_MM).startswith("arrows")
     assert red(picture).any()
+
+
+def test_arrows_of_another_unit_than_mm_have_no_scale() -> None:
+    small, large = canvas(), canvas()
+    for size, picture in ((1e-3, small), (1e3, large)):
+        assert overlay.vectors(picture, field(size, "N/mm²"), mm_per_px=SCALE_MM) == ""
+    assert red(small).any()
+    np.testing.assert_array_equal(small, large)
+
+
+@pytest.mark.parametrize("values", [0 * X, X < 300, X.astype(np.int32), -1e-6 * X, 1e9 + X])
+def test_a_map_of_any_numbers_is_drawn(values: np.ndarray) -> None:
+    picture = coloured(ScalarMap(values, "K", "temperature"), Over(), SCALE_MM)
+    assert picture.dtype == np.uint8
+
+
+def test_a_picture_shows_each_map_beside_the_others_and_points_alone_over_the_frame() -> None:
+    frame = Frame(np.zeros((*SHAPE, 3), np.uint8), ("r", "g", "b"), SCALE_MM)
+    assert picture_of(frame, ()) is None
+    assert picture_of(frame, [Outline(ALL)]) is None
+    maps = [Surface(0 * field().values[..., 0], SCALE_MM), field(), ScalarMap(X, "px", "place")]
+    sheets = [picture_of(frame, [*maps[:count], marks(9)]) for count in range(4)]
+    widths = [0 if sheet is None else sheet.shape[1] for sheet in sheets]
+    assert widths == sorted(set(widths))
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 6])
 def test_marks_are_shown_over_a_frame_of_any_kind(channels: int) -> None:
     pixels = np.full((120, 160, channels), 30000, np.uint16)
     frame = Frame(pixels, tuple("abcdef"[:channels]), 0.1, 65535)
-    picture = marked(frame, marks(8.0), title="press")
+    picture = marked(frame, [marks(8.0)], title="press")
     assert picture.dtype == np.uint8
     assert max(picture.shape) >= 640
 

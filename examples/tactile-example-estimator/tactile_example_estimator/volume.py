@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
-from tactile_core.quantities import HeightMap, Quantity
+from tactile_core.quantities import FieldSpec, HeightMap, Quantity, TimestampS
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,16 +23,8 @@ class Volume(Quantity):
         Cubic millimetres, never negative.
     """
 
-    mm3: float
-    timestamp_s: float = 0.0
-
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """``pressed_volume_mm3``, a single number."""
-        return {"pressed_volume_mm3": np.asarray(self.mm3)}
-
-    def summary(self) -> Mapping[str, Any]:
-        """The volume."""
-        return {"pressed_volume_mm3": self.mm3}
+    mm3: Annotated[float, FieldSpec("mm³", saved_as="pressed_volume_mm3")]
+    timestamp_s: TimestampS = 0.0
 
 
 class VolumeOptions(Options):

@@ -1,4 +1,4 @@
-"""Images made smaller by the mean over an area, with as many channels as there are lamps."""
+"""Images made smaller by the mean over an area, and larger between the middles of cells."""
 
 from __future__ import annotations
 
@@ -53,3 +53,14 @@ def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uin
     # much faster than any interpolation: channels that are all alike are pixels side by side
     wide = np.asarray(cv2.merge([image] * times), np.uint8).reshape(len(image), -1)
     return np.repeat(wide, times, axis=0)
+
+
+def enlarged(cells: Array, shape: tuple[int, ...]) -> Array:
+    """Enlarge an (h, w, …) grid of cells that tile an image to its (H, W, …), by linear steps.
+
+    A grid of that size is returned as it is.
+    """
+    if cells.shape[:2] == tuple(shape[:2]):
+        return cells
+    large = cv2.resize(cells, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(large).reshape(*shape[:2], *cells.shape[2:])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import nodes
-from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.shrinking import enlarged, repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 _MOST_NODES = 64
@@ -83,5 +83,4 @@ class CoarseGrid:
 
     def enlarged(self, field: Float32) -> Float32:
         """(H, W, 2) of a field (rows, columns, 2)."""
-        size = self.image_shape[::-1]
-        return np.asarray(cv2.resize(field, size, interpolation=cv2.INTER_LINEAR))
+        return enlarged(field, self.image_shape)

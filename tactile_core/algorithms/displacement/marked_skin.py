@@ -80,7 +80,11 @@ class MarkedSkin:
         self._drag = ContactDrag(grid, mm_per_px=mm_per_px, elastomer=elastomer)
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
-        """Return the displacement of the skin that is now at each pixel.
+        """(H, W, 2) float32: :meth:`cells` at every pixel, linear between their middles."""
+        return self._grid.enlarged(self.cells(px, seen, contact))
+
+    def cells(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
+        """Return the displacement of the gel surface that is now in each cell of a coarse grid.
 
         Parameters
         ----------
@@ -94,8 +98,8 @@ class MarkedSkin:
 
         Returns
         -------
-        (H, W, 2) float32
-            +x right, +y down, mm; 0 where no mark is seen at all.
+        (rows, columns, 2) float32
+            +x right, +y down, mm; 0 where no mark is seen at all. The cells tile the image.
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
@@ -107,7 +111,7 @@ class MarkedSkin:
             moved_mm, strength = self._without(moved_mm, pulled, grid.in_cells(px), seen)
             dragged = (pulled @ strength.astype(np.complex64))[..., None].view(np.float32)
         rest = grid.refined(self._kriging.field(moved_mm).reshape(*self._rough.shape, 2))
-        return grid.enlarged(self._carried(rest, dragged))
+        return self._carried(rest, dragged)
 
     def supported(self, px: Array, seen: Bool) -> Bool:
         """(H, W) bool: within a pitch of a mark that is seen."""

@@ -15,9 +15,10 @@ from tactile_core.evaluation.comparison.results import Scored as Scored
 from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
 from tactile_core.evaluation.fresh_process import one_thread
+from tactile_core.formats.saved_quantities import arrays_of
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.pipeline.outputs import merged_arrays
 from tactile_core.pipeline.playback import images_per_observation
+from tactile_core.plugins.blame import blame_of
 from tactile_core.recordings.recording import open_recording
 
 
@@ -78,7 +79,10 @@ def compare(
         for readings in interleaved([sensor.stream() for sensor in sensors]):
             name = readings[0].source
             true = folder.of(name)
-            arrays = tuple(merged_arrays(reading) for reading in readings)
+            arrays = tuple(
+                arrays_of(r.quantities.values(), mm_per_px=r.frame.mm_per_px, guard=blame_of)
+                for r in readings
+            )
             names = [common_names(measured, true, folder.path(name)) for measured in arrays]
             if not any(names):
                 raise InputError(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.reading import Reading
 from tactile_core.quantities import Frame
 
 LEAST_FRAMES = 20

@@ -8,9 +8,9 @@ import numpy as np
 
 from tactile_core.evaluation.comparison.results import Comparison
 from tactile_core.evaluation.comparison.truth import Arrays
-from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.quantities.layers import Outline, Surface
 from tactile_core.views import html
-from tactile_core.views.pictures import deviation, relief
+from tactile_core.views.maps import Over, deviation, relief
 
 NOTHING = "–"
 
@@ -66,25 +66,24 @@ def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
     errors = [np.abs(h.mm - true_map.mm) for h in heights if h is not None]
     # one scale for all; single pixels do not set it
     most_mm = max((float(np.percentile(error, 99.5)) for error in errors), default=0.0)
-    figures = [html.figure(relief(true_map, _contact(truth, mm_per_px)), "truth")]
+    figures = [html.figure(relief(true_map, _contact(truth)), "truth")]
     for variant, height, arrays in zip(comparison.variants, heights, shown, strict=True):
         figures.append(html.heading(variant.name))
         if height is None:
             figures.append(html.paragraph("No height was measured."))
             continue
-        figures.append(html.figure(relief(height, _contact(arrays, mm_per_px)), "measured"))
+        figures.append(html.figure(relief(height, _contact(arrays)), "measured"))
         error = deviation(height, true_map, most_mm=most_mm)
         figures.append(html.figure(error, "measured less true: red is too high"))
     return figures
 
 
-def _map(height_mm: np.ndarray, mm_per_px: float) -> HeightMap:
-    mm = np.asarray(height_mm, np.float32)
-    return HeightMap(mm, np.ones(mm.shape, bool), mm_per_px)
+def _map(height_mm: np.ndarray, mm_per_px: float) -> Surface:
+    return Surface(np.asarray(height_mm, np.float32), mm_per_px)
 
 
-def _contact(arrays: Arrays, mm_per_px: float) -> ContactMask | None:
-    return ContactMask(arrays["contact"], mm_per_px) if "contact" in arrays else None
+def _contact(arrays: Arrays) -> Over:
+    return Over([Outline(arrays["contact"])] if "contact" in arrays else ())
 
 
 def _row(summary: dict[str, Any], extra: list[str]) -> list[str]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from tactile_core.builtin.poisson import Poisson
 from tactile_core.interfaces.estimator import Estimator
-from tactile_core.quantities import Gradients, HeightMap, Quantity
+from tactile_core.quantities import FieldSpec, Float32, Gradients, HeightMap, Quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +94,19 @@ class UpsideDown(Poisson):
 class NotJson(Estimator):
     def estimate(self, height: HeightMap) -> Temperature:
         return Temperature(height.mm.max() + np.float32(300))
+
+
+@dataclass(frozen=True, eq=False)
+class Colour(Quantity):
+    rgb: Annotated[Float32, FieldSpec(axes=("channel",))]
+
+    def arrays(self) -> dict[str, Float32]:
+        return {name: array[::-1] for name, array in super().arrays().items()}
+
+
+class OneWay(Estimator):
+    def estimate(self, height: HeightMap) -> Colour:
+        return Colour(np.arange(3, dtype=np.float32))
 
 
 class Random(Poisson):

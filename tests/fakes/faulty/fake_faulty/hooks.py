@@ -9,7 +9,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of ``cameras``, ``lights``, ``drivers`` … or ``estimators`` as ``x``.
+    """Registers a class of cameras, lights, drivers, calibrations, estimators or sinks as ``x``.
 
     A model of ``calibrations`` comes with its calibrator, unless another one is named.
     """
@@ -23,6 +23,7 @@ class Hooks:
         calibrations: str = "",
         calibrator: str = "",
         estimators: str = "",
+        sinks: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
@@ -32,6 +33,7 @@ class Hooks:
         calibrator = calibrator or (calibrations and f"{calibrations}Calibrator")
         self._calibrators = _listed("calibrations", calibrator)
         self._estimators = _listed("estimators", estimators)
+        self._sinks = _listed("sinks", sinks)
         self._profiles = profiles
 
     @hookimpl
@@ -57,6 +59,10 @@ class Hooks:
     @hookimpl
     def tactile_estimators(self) -> dict[str, str]:
         return self._estimators
+
+    @hookimpl
+    def tactile_sinks(self) -> dict[str, str]:
+        return self._sinks
 
     @hookimpl
     def tactile_profiles(self) -> Path | None:

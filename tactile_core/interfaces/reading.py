@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar, overload
 
 from tactile_core.formats.json import plain
-from tactile_core.plugins.blame import blame
 from tactile_core.quantities import Frame, Quantity
+from tactile_core.quantities.quantity import Guard, unguarded
 
 Q = TypeVar("Q", bound=Quantity)
 
@@ -27,6 +27,8 @@ class Reading:
         One per quantity type.
     steps : mapping of step name to Quantity
         The result of each step of the profile's chain.
+    inputs : mapping of type to Quantity
+        What came from outside with the frame, such as the pose of a robot.
     latency_ms : float
         Time from the frame to this reading.
     relative : bool
@@ -38,6 +40,7 @@ class Reading:
     frame: Frame
     quantities: Mapping[type[Quantity], Quantity]
     steps: Mapping[str, Quantity]
+    inputs: Mapping[type[Quantity], Quantity] = field(default_factory=dict)
     latency_ms: float = 0.0
     relative: bool = False
     warnings: tuple[str, ...] = field(default=())
@@ -45,7 +48,7 @@ class Reading:
     @property
     def source(self) -> str:
         """Name of the observation; its sequence number, six digits, when it is live."""
-        return self.frame.source or f"{self.frame.sequence:06d}"
+        return self.frame.name
 
     @overload
     def __getitem__(self, wanted: type[Q]) -> Q: ...
@@ -77,8 +80,14 @@ class Reading:
         found = self.quantities.get(wanted)
         return found if isinstance(found, wanted) else None
 
-    def summary(self) -> dict[str, Any]:
-        """One line of strict JSON, as ``tactile run --json`` prints it: None for NaN."""
+    def summary(self, guard: Guard = unguarded) -> dict[str, Any]:
+        """One line of strict JSON, as ``tactile run --json`` prints it: None for NaN.
+
+        Parameters
+        ----------
+        guard : callable, optional
+            Gives a context for the summary of a quantity, in which its own code may fail.
+        """
         line: dict[str, Any] = {
             "sequence": self.frame.sequence,
             "timestamp_s": self.frame.timestamp_s,
@@ -90,9 +99,10 @@ class Reading:
             "wrench": None,
             "slip": None,
             "markers": None,
+            "load": None,
         }
         for quantity in self.quantities.values():
-            with blame(f"the quantity {type(quantity).__name__}", quantity):
+            with guard(quantity):
                 line.update(plain(quantity.summary()))
         line["source"] = self.source
         line["warnings"] = list(self.warnings)

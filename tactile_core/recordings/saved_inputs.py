@@ -1,0 +1,45 @@
+"""What came from outside with each frame of an earlier run, to be given again."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from tactile_core.errors import InputError
+from tactile_core.formats.saved_quantities import read_quantities
+from tactile_core.quantities import Frame, Quantity
+from tactile_core.recordings.output_folder import safe_stem
+
+
+class SavedInputs:
+    """Reads the inputs of a frame from the ``NAME.npz`` of its observation.
+
+    Parameters
+    ----------
+    folder : Path
+        What an earlier run wrote, or files made by
+        :func:`tactile_core.formats.saved_quantities.arrays_of`.
+    kinds : collection of types
+        Which quantities are given.
+
+    Raises
+    ------
+    InputError
+        It is no folder.
+    """
+
+    def __init__(self, folder: Path, kinds: Collection[type[Quantity]]) -> None:
+        if not folder.is_dir():
+            raise InputError(f"{folder} is no folder; name one that an earlier run wrote")
+        self._folder, self._kinds = folder, tuple(kinds)
+
+    def __call__(self, frame: Frame) -> tuple[Quantity, ...]:
+        """Return what is there for a frame; nothing where its file is absent.
+
+        Raises
+        ------
+        InputError
+            Its file is corrupt or of another kind.
+        """
+        path = self._folder / f"{safe_stem(frame.name)}.npz"
+        return tuple(read_quantities(path, *self._kinds).values()) if path.is_file() else ()

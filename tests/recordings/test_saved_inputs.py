@@ -1,0 +1,56 @@
+"""What came from outside is given again from what a run saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pytest
+from support.readings import height, reading, saved
+
+from tactile_core.errors import InputError
+from tactile_core.interfaces.reading import Reading
+from tactile_core.quantities import FieldSpec, Float32, Frame, Quantity
+from tactile_core.recordings.saved_inputs import SavedInputs
+
+
+@dataclass(frozen=True, eq=False)
+class Pose(Quantity):
+    """Where the gripper is."""
+
+    xyz_mm: Annotated[Float32, FieldSpec("mm", ("xyz",))]
+
+
+def posed(source: str, x_mm: float) -> Reading:
+    pose = Pose(np.float32([x_mm, 0, 0]))
+    return Reading(reading(source=source).frame, {}, {}, {Pose: pose})
+
+
+def test_each_frame_is_given_what_came_with_it(tmp_path: Path) -> None:
+    for number in (3, 5):
+        saved(posed(f"press_{number}", number), tmp_path, ["npz"])
+    inputs = SavedInputs(tmp_path, {Pose})
+    for number in (5, 3):
+        (pose,) = inputs(reading(source=f"press_{number}").frame)
+        assert isinstance(pose, Pose)
+        assert pose.xyz_mm.tolist() == [number, 0, 0]
+
+
+def test_a_frame_without_a_file_or_without_the_quantity_is_given_nothing(tmp_path: Path) -> None:
+    saved(reading(height(), source="a"), tmp_path, ["npz"])
+    inputs = SavedInputs(tmp_path, {Pose})
+    for source in ("a", "b"):
+        frame: Frame = reading(source=source).frame
+        assert inputs(frame) == ()
+
+
+def test_a_folder_that_is_not_there_and_a_file_of_something_else_are_refused(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(InputError, match="is no folder; name one that an earlier run wrote"):
+        SavedInputs(tmp_path / "nowhere", {Pose})
+    np.savez(tmp_path / "a.npz", pose=np.zeros(3))
+    with pytest.raises(InputError, match=r"a\.npz: these are not the arrays of a reading"):
+        SavedInputs(tmp_path, {Pose})(reading(source="a").frame)

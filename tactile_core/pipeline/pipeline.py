@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.assembly import Assembly, lights_of
 from tactile_core.algorithms import kernels
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
@@ -325,7 +325,7 @@ class Pipeline:
     def _uncalibrated(self) -> Calibration | None:
         component = self.profile.calibration
         cls: type[Calibration] = resolve("calibration", component.use)
-        lights = make_lights(self.profile).lights
+        lights = lights_of(make_lights(self.profile))
         azimuths = [light.azimuth_deg for light in lights]
         elevations = [light.elevation_deg for light in lights]
         with blame("the calibration", cls):

@@ -15,7 +15,7 @@ from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, Quantity, Reference
 
@@ -77,6 +77,11 @@ class UnrulyLights(_Unruly, Illumination):
     @property
     def channels(self) -> tuple[str, ...]:
         return ("red", "green", "blue")
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        deed = self.at("lights")
+        return ("above", "below") if deed == "words" else ()  # type: ignore[return-value]
 
     def exposures(self) -> tuple[Exposure, ...]:
         if self.options.does == "no exposure":

@@ -9,7 +9,7 @@ import numpy as np
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.algorithms.intensity import CEILING
 from tactile_core.errors import InputError
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Image, Pixels
@@ -123,3 +123,18 @@ def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
     if not measured == len(channels) > 0:
         raise fault(LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}")
     return exposures
+
+
+def lights_of(illumination: Illumination) -> tuple[Light, ...]:
+    """Return where the lights stand; empty where nobody says.
+
+    Raises
+    ------
+    PluginFault
+        They are something else.
+    """
+    with blame(LIGHTS, illumination):
+        lights = tuple(illumination.lights)
+    if not all(isinstance(light, Light) for light in lights):
+        raise fault(LIGHTS, illumination, f"are said to stand at {lights!r}, which is no Light")
+    return lights

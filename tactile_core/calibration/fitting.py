@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core import __version__
+from tactile_core.acquisition.assembly import lights_of
 from tactile_core.bundles.bundle import Bundle, check_serial, names_of, now
 from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.calibration.height_target import is_height_map
@@ -187,7 +188,7 @@ def _misplaced(
     profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
 ) -> tuple[str, ...]:
     """Warn of lamps that shine from elsewhere than the profile says."""
-    said = {light.name: light.azimuth_deg for light in make_lights(profile).lights}
+    said = {light.name: light.azimuth_deg for light in lights_of(make_lights(profile))}
     pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in said]
 
     def off_deg(name: str, azimuth_deg: float) -> float:

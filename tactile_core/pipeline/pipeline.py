@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.assembly import Assembly, lights_of
 from tactile_core.algorithms import kernels
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
@@ -338,8 +338,8 @@ class Pipeline:
         return SensorContext(self.profile.image, self.profile.gel).rest_mm
 
     def _uncalibrated(self) -> Calibration | None:
-        calibrator = calibrator_of(self.profile.calibration)
-        return uncalibrated_by(calibrator, make_lights(self.profile).lights)
+        lights = lights_of(make_lights(self.profile))
+        return uncalibrated_by(calibrator_of(self.profile.calibration), lights)
 
     def _notes_of_left_out(self) -> list[str]:
         left_out = self._left_out()

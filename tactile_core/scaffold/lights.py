@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tactile_core.acquisition.assembly import lights_of
 from tactile_core.calibration.fitting import AZIMUTH_TOLERANCE_DEG, channel_azimuths
 from tactile_core.calibration.targets import balls
 from tactile_core.conditioning.conditioning import Conditioning
@@ -77,7 +78,7 @@ def find_lights(
 
 
 def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis: str) -> Finding:
-    lights = make_lights(profile).lights
+    lights = lights_of(make_lights(profile))
     found = "light comes from " + ", ".join(f"{round(a)}° ({name})" for name, a in learned.items())
     if {light.name for light in lights} != set(learned):
         text = (

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.acquisition.assembly import exposures_of, lights_of
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
@@ -161,7 +162,7 @@ def lamps_of(profile: SensorBuild, illumination: Illumination) -> tuple[Lamp, ..
 
 
 def _placed(illumination: Illumination) -> tuple[Light, ...]:
-    exposures, lights = illumination.exposures(), illumination.lights
+    exposures, lights = exposures_of(illumination), lights_of(illumination)
     names = list(dict.fromkeys(name for exposure in exposures for name in exposure.levels))
     if lights and {light.name for light in lights} >= set(names):
         return lights

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.acquisition.assembly import exposures_of
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
@@ -79,7 +80,7 @@ class RigOptics:
         self._shape = (profile.image.height_px, profile.image.width_px)
         illumination = make_lights(profile)
         self.channels = illumination.channels
-        self.exposures: tuple[Exposure, ...] = illumination.exposures()
+        self.exposures: tuple[Exposure, ...] = exposures_of(illumination)
         self._shots = tuple(e for e in self.exposures if e.channels)
         # One camera takes every exposure: all show as many colours.
         self._colours = self._shots[0].channels

@@ -79,6 +79,11 @@ class UnrulyLights(_Unruly, Illumination):
     def channels(self) -> tuple[str, ...]:
         return ("red", "green", "blue")
 
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        deed = self.at("lights")
+        return ("above", "below") if deed == "words" else ()  # type: ignore[return-value]
+
     def exposures(self) -> tuple[Exposure, ...]:
         if self.options.does == "no exposure":
             return ()

@@ -22,7 +22,6 @@ from tactile_core.calibration.targets import Known, balls, rows_of_map, untouche
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
-from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, played_back, read_frames
 from tactile_core.plugins.calibrators import calibrator_of, fitted_by, smoothing_px_of
@@ -95,7 +94,7 @@ def calibrate(
     base, notes = played_back(base, presses)
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
-    calibrator = calibrator_of(base.calibration if model is None else Component(use=model))
+    calibrator = calibrator_of(base.calibration, model)
     condition = Conditioning.of(base, untouched, compensates=calibrator.compensation == "channel")
     untouched = condition.undeformed
     # Any model may smooth its images; the truth has to be as smooth as what it sees.

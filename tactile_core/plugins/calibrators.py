@@ -17,16 +17,23 @@ from tactile_core.quantities import Reference
 _PART = "the calibration"
 
 
-def calibrator_of(component: Component) -> Calibrator:
-    """Make the calibrator that a profile names.
+def calibrator_of(component: Component, instead: str | None = None) -> Calibrator:
+    """Make the calibrator that a profile names, or another one with its defaults.
+
+    Parameters
+    ----------
+    component : Component
+        As the profile has it.
+    instead : str, optional
+        ``plugin.name`` of the other one.
 
     Raises
     ------
     PluginError, ProfileError
         There is no such calibrator, or its options are others.
     """
-    cls = resolve("calibrator", component.use)
-    options = options_of(cls, component)
+    cls = resolve("calibrator", component.use if instead is None else instead)
+    options = options_of(cls, component if instead is None else Component(use=instead))
     with blame(_PART, cls):
         return cls(options)
 

@@ -15,7 +15,6 @@ from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.evaluation.timing.still import StillCamera
-from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.playback import make_lights
@@ -73,7 +72,7 @@ def virtual_unit(
         The presses do not determine the model.
     """
     profile = profile if size_px is None else _resized(profile, size_px)
-    calibrator = calibrator_of(profile.calibration if model is None else Component(use=model))
+    calibrator = calibrator_of(profile.calibration, model)
     image = profile.image
     lights = make_lights(profile)
     take = partial(_frame, RigOptics(profile), lights)

@@ -1,8 +1,7 @@
 """What is written here beside what a library has: ``python benchmarks/bench_libraries.py``.
 
 A row for each: milliseconds at 640 × 480, and the largest difference of the results as a share of
-the largest value. With the extra ``fast`` ours are the kernels where there are some; with
-TACTILE_FAST=0 they are not.
+the largest value. Ours are by numpy, without compiled loops.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
 from scipy.spatial import KDTree
 from skimage import feature, measure, morphology, restoration, transform
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.filling import filled
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.regression import fit_polynomial, scaling, terms
@@ -44,7 +42,6 @@ RNG = np.random.default_rng(0)
 
 def main() -> None:
     """Print the table."""
-    kernels.load()
     cv2.setNumThreads(1)
     print(f"{'thing: ours | library':64}{'ours ms':>9}{'lib ms':>9}{'difference':>12}")
     for rows in (spots, regions, gaps, samples, integration, fields, tracking, fits):

@@ -45,13 +45,14 @@ def parts_ms(name: str, frames: int) -> list[float]:
 
     from tactile_core.profiles.loader import load_profile
     from tactile_core.sim.indenters import make_indenter
-    from tactile_core.sim.kernels import load_for
+    from tactile_core.sim.kernels import chosen, load
     from tactile_core.sim.optics import RigOptics
     from tactile_core.sim.skin import Skin
 
     one_thread()
     profile = load_profile(name, sim=True)
-    skin, optics = Skin(profile, "fast"), RigOptics(profile)
+    compiled = load() is not None
+    skin, optics = Skin(profile, "fast"), RigOptics(profile, compiled=compiled)
     skin.indent_with(make_indenter("sphere", diameter_mm=6.0), x_mm=-1.5)
     skin.press(depth_mm=0.4)
     spent = []
@@ -59,7 +60,7 @@ def parts_ms(name: str, frames: int) -> list[float]:
         clock = [time.process_time()]
         skin.shear(dx_mm)
         clock.append(time.process_time())
-        height, moved = skin.seen(load_for(number))
+        height, moved = skin.seen(chosen(compiled))
         marks = skin.carried_px(optics.markers_px) if len(optics.markers_px) else None
         clock.append(time.process_time())
         pixels = optics.expose(height, moved, marks, frame=number)

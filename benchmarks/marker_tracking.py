@@ -30,7 +30,6 @@ from experiments.marker_recordings import (
 )
 from experiments.sheared_markers import Drag, counted
 from tactile_core import MarkerDetections
-from tactile_core.algorithms import kernels
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -49,7 +48,6 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=1000, help="of each virtual row")
     parser.add_argument("--seed", type=int, default=0, help="of the first virtual stroke")
     options = parser.parse_args()
-    kernels.load()
     if options.data.is_dir():
         mini(options.data)
         kept = through(followed(options.data / IRREGULAR, IRREGULAR_SIZE))

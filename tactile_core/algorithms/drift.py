@@ -10,7 +10,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array
@@ -143,10 +142,6 @@ def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
 def _resting_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (K, N) logarithms, and the share of them that agrees with it."""
     gain = _modes(logs)
-    compiled = kernels.ready()
-    if compiled is not None:
-        gain, share = compiled.resting_gain(logs, gain, _NEAR, _ROUNDS)
-        return gain, share
     for _ in range(_ROUNDS):
         square = np.square(logs - gain[:, None]).sum(axis=0)
         weight = np.square(np.maximum(1 - square / (2 * len(logs) * _NEAR**2), 0))

@@ -36,10 +36,6 @@ class RestPlane(NamedTuple):
         down = self.slope_y * mm_per_px * from_middle(rows)
         across = self.slope_x * mm_per_px * from_middle(columns)
         levels = (self.level_mm + down[:, None]).astype(height_mm.dtype)
-        compiled = kernels.ready()
-        if compiled is not None and out is height_mm and out.dtype == np.float32:
-            compiled.lower(out, levels[:, 0], across.astype(np.float32))
-            return out
         above = np.subtract(height_mm, levels, out=out)
         if self.slope_x:
             above -= across.astype(height_mm.dtype)
@@ -47,7 +43,13 @@ class RestPlane(NamedTuple):
 
 
 def rest_plane(
-    height_mm: Array, gx: Array, gy: Array, *, mm_per_px: float, drift_slope: float = 0.05
+    height_mm: Array,
+    gx: Array,
+    gy: Array,
+    *,
+    mm_per_px: float,
+    drift_slope: float = 0.05,
+    compiled: bool = False,
 ) -> RestPlane:
     """Find the surface of the skin out of contact.
 
@@ -73,18 +75,18 @@ def rest_plane(
         Scale of the image.
     drift_slope : float
         The largest tilt that is taken for drift; 0 finds the level alone.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
     rows, columns = height_mm.shape
     step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
-    compiled = kernels.ready()
-    if compiled is not None:
+    loops = kernels.chosen(compiled)
+    if loops is not None:
         regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
         levels = _BULGE, _LEAST_BELOW
         images = height_mm, gx, gy
         return RestPlane(
-            *compiled.rest_plane(
-                images, step, mm_per_px, drift_slope, _LEAST_CALM, levels, regression
-            )
+            *loops.rest_plane(images, step, mm_per_px, drift_slope, _LEAST_CALM, levels, regression)
         )
     z, p, q = (
         a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)

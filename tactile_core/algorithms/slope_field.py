@@ -60,6 +60,8 @@ class SlopeField:
     full_scale : float
     blur_px : float
         Standard deviation of the smoothing.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     def __init__(
@@ -71,7 +73,9 @@ class SlopeField:
         *,
         full_scale: float = 255.0,
         blur_px: float = 2.0,
+        compiled: bool = False,
     ) -> None:
+        self._compiled = compiled
         self._model = model
         self._full_scale = full_scale
         h, w, k = reference.shape
@@ -126,12 +130,12 @@ class SlopeField:
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], sines: Float32) -> None:
         """Write the (2, h, w) sines of each pixel's entry."""
         h, w = smoothed.shape[:2]
-        compiled = kernels.ready()
-        if compiled is not None and smoothed.dtype == np.uint8:
+        loops = kernels.chosen(self._compiled)
+        if loops is not None and smoothed.dtype == np.uint8:
             rows = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
             axis = table.axis.per_unit, table.axis.first, table.axis.count
             pairs = table.sines.view(np.int64).reshape(-1)
-            compiled.sines_of_bytes(*rows, pairs, axis, *sines)
+            loops.sines_of_bytes(*rows, pairs, axis, *sines)
             return
         with borrowed((h, w, 4), np.uint8) as entries, borrowed((h, w), np.complex64) as found:
             cv2.cvtColor(self._bins(table, smoothed), cv2.COLOR_RGB2RGBA, dst=entries)
@@ -161,15 +165,15 @@ class SlopeField:
 
     def _slopes(self, sines: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
         """Slopes at every pixel of an (H, W) image from sines on the grid of the smoothing."""
-        compiled = kernels.ready()
-        if compiled is None:
+        loops = kernels.chosen(self._compiled)
+        if loops is None:
             gx, gy = (self._sampling.enlarged(plane, shape) for plane in sines)
             with borrowed(shape, np.float32) as spare:
                 planes_to_gradient(gx, gy, spare)
         else:
             gx, gy = np.empty(shape, np.float32), np.empty(shape, np.float32)
             wide = (self._sampling.widened(plane) for plane in sines)
-            compiled.to_slopes(*wide, self._sampling.step, STEEPEST_SINE, gx, gy)
+            loops.to_slopes(*wide, self._sampling.step, STEEPEST_SINE, gx, gy)
         return gx, gy
 
 

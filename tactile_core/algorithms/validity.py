@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.photometric import planes_of
 
@@ -28,12 +26,6 @@ def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np
     (H, W) uint8
         0 or 1.
     """
-    compiled = kernels.ready()
-    if compiled is not None and _interleaved_bytes(pixels):
-        first, last = math.floor(floor) + 1, math.ceil(ceiling) - 1
-        return np.asarray(
-            compiled.two_of_three_within(pixels.reshape(len(pixels), -1), first, last)
-        )
     rows, columns, channels = pixels.shape
     below = float(np.nextafter(np.float32(ceiling), np.float32(0)))
     with (
@@ -55,7 +47,3 @@ def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np
         valid = np.asarray(cv2.compare(outside, spared, cv2.CMP_LE), np.uint8)
     valid &= 1
     return valid
-
-
-def _interleaved_bytes(pixels: NDArray[Any]) -> bool:
-    return pixels.dtype == np.uint8 and pixels.shape[2] == 3 and pixels.flags.c_contiguous

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -66,6 +66,10 @@ class LookupTable(Calibration):
 
     def __init__(self, slopes: SlopeModel[TableModel]) -> None:
         self.slopes = slopes
+
+    def prepared(self, *, compiled: bool) -> Self:
+        """Return the model with or without compiled loops."""
+        return type(self)(replace(self.slopes, compiled=compiled))
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame; see :meth:`SlopeModel.measure`."""

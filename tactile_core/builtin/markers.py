@@ -36,4 +36,4 @@ class MarkerDetection(Estimator):
         if self._finder is None:
             nothing = np.zeros((0, 2), np.float32), np.zeros(0, np.bool_)
             return MarkerDetections(*nothing, frame.timestamp_s)
-        return self._finder.detect(frame)
+        return self._finder.detect(frame, compiled=self.context.compiled)

@@ -47,10 +47,15 @@ class Poisson(Estimator):
     def estimate(self, gradients: Gradients) -> HeightMap:
         """Return the height, 0 at rest and positive where pressed."""
         gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
-        solver = PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=self._boundary)
+        solver = PoissonSolver(
+            gx.shape,
+            mm_per_px=mm_per_px,
+            boundary=self._boundary,
+            compiled=self.context.compiled,
+        )
         height_mm = solver.solve(gx, gy)
         if self._boundary == "neumann":
-            set_to_rest(height_mm, gradients, self._drift_slope)
+            set_to_rest(height_mm, gradients, self._drift_slope, self.context.compiled)
         return height_map(height_mm, gradients, self.context)
 
 
@@ -61,13 +66,20 @@ def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext)
     )
 
 
-def set_to_rest(height_mm: Float32, gradients: Gradients, drift_slope: float) -> None:
+def set_to_rest(
+    height_mm: Float32, gradients: Gradients, drift_slope: float, compiled: bool
+) -> None:
     """Shift the height that was integrated from these slopes; the untouched skin is then at 0.
 
     See :func:`tactile_core.algorithms.rest_surface.rest_plane`.
     """
     scale = gradients.mm_per_px
     plane = rest_plane(
-        height_mm, gradients.x, gradients.y, mm_per_px=scale, drift_slope=drift_slope
+        height_mm,
+        gradients.x,
+        gradients.y,
+        mm_per_px=scale,
+        drift_slope=drift_slope,
+        compiled=compiled,
     )
     plane.removed_from(height_mm, scale, out=height_mm)

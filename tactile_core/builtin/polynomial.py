@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Self
 
@@ -31,6 +32,10 @@ class Polynomial(Calibration):
 
     def __init__(self, slopes: SlopeModel[PolynomialFit]) -> None:
         self.slopes = slopes
+
+    def prepared(self, *, compiled: bool) -> Self:
+        """Return the model with or without compiled loops."""
+        return type(self)(replace(self.slopes, compiled=compiled))
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame; see :meth:`SlopeModel.measure`."""

@@ -51,6 +51,7 @@ class RobustPoisson(Estimator):
             valid=gradients.valid,
             outlier_slope=self._outlier_slope,
             rounds=self._rounds,
+            compiled=self.context.compiled,
         )
-        set_to_rest(height_mm, gradients, self._drift_slope)
+        set_to_rest(height_mm, gradients, self._drift_slope, self.context.compiled)
         return height_map(height_mm, gradients, self.context)

@@ -90,7 +90,7 @@ class Tracking(Estimator):
                 f"the reference shows {count} marks, too few to follow; take it of the untouched "
                 f"skin in focus and evenly lit, or say 'gel.markers: null' for a gel without marks"
             )
-        self._tracker = MarkTracker(untouched.centres_px)
+        self._tracker = MarkTracker(untouched.centres_px, compiled=self.context.compiled)
         self._reported = np.flatnonzero(~untouched.cut)
         self._zero_px = self._untouched_px = self._places_px()
         self._contact_in_reference = shows_contact(untouched.centres_px)

@@ -58,7 +58,7 @@ class MarkFinder:
         marks = mask_of(darkness, frame.pixels.shape[:2])
         return replace(frame, marks=marks, darkness=darkness)
 
-    def detect(self, frame: Frame | Reference) -> MarkerDetections:
+    def detect(self, frame: Frame | Reference, *, compiled: bool = False) -> MarkerDetections:
         """Return where each mark is, from a frame's darkness if :meth:`marked` has put it there."""
         darkness, timestamp_s = None, 0.0
         if isinstance(frame, Frame):
@@ -70,6 +70,7 @@ class MarkFinder:
             frame.pixels.shape[:2],
             diameter_px=self.diameter_px,
             pitch_px=self.pitch_px,
+            compiled=compiled,
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
 

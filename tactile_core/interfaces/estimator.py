@@ -35,10 +35,13 @@ class SensorContext:
         Size and scale of the image in which every quantity lives.
     gel : Gel
         Thickness, stiffness, coating and markers, as far as the profile gives them.
+    compiled : bool
+        Whether the pipeline uses compiled loops, for a step that has some.
     """
 
     image: ImageSection
     gel: Gel
+    compiled: bool = False
 
     @cached_property
     def rest_mm(self) -> Float32 | None:

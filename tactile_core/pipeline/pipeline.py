@@ -67,6 +67,10 @@ class Pipeline:
         The untouched sensor; the bundle's own where it is not given.
     serial : str, optional
         The unit's serial; a bundle of another unit is refused.
+    compiled : bool, optional
+        Whether steps and calibration use compiled loops, where they have some: the same but for
+        rounding, and sooner. By default where the extra ``fast`` is installed; loading it takes as
+        long as hundreds of frames save.
 
     Raises
     ------
@@ -85,7 +89,9 @@ class Pipeline:
         reference: Reference | None = None,
         *,
         serial: str | None = None,
+        compiled: bool | None = None,
     ) -> None:
+        self.compiled = kernels.load() is not None if compiled is None else compiled
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
         self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
         self.serial = serial
@@ -93,7 +99,7 @@ class Pipeline:
         if self.bundle is not None:
             notes += self.bundle.check(self.profile, serial)
             reference = reference if reference is not None else self.bundle.reference
-        self._calibration = self._uncalibrated() if self.bundle is None else self.bundle.calibration
+        self._calibration = self._prepared_calibration()
         if self._calibration is not None and self.bundle is None:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
         if reference is not None:
@@ -158,10 +164,6 @@ class Pipeline:
         InputError
             The frame's size or channels are not the profile's.
         """
-        plain = kernels.ready() is None
-        if self._used:
-            # who measures a second frame will measure more of them
-            kernels.load()
         first, self._used = not self._used, True
         tare, self._tares = tare or self._tares, False
         start = perf_counter()
@@ -195,7 +197,7 @@ class Pipeline:
         for quantity in measured_only.values():
             with blame_of(quantity):
                 warnings += quantity.warnings()
-        if plain and kernels.ready() is not None and latency_ms > _COMPILING_MS:
+        if first and self.compiled and latency_ms > _COMPILING_MS:
             warnings.append(
                 f"this frame took {latency_ms / 1e3:.0f} s, in which the extra 'fast' compiled its "
                 f"kernels, once for this installation"
@@ -271,7 +273,9 @@ class Pipeline:
         Its steps are those of this one: they keep what they were tared to and the markers that they
         track.
         """
-        other = Pipeline(self.profile, self.bundle, reference, serial=self.serial)
+        other = Pipeline(
+            self.profile, self.bundle, reference, serial=self.serial, compiled=self.compiled
+        )
         other._chain, other._tares = self._chain, self._tares
         return other
 
@@ -293,7 +297,7 @@ class Pipeline:
         image, gel = self.profile.image, self.profile.gel
         if self.conditioning.finder is not None:
             gel = self.conditioning.finder.told(gel, image.mm_per_px)
-        context = SensorContext(image, gel)
+        context = SensorContext(image, gel, self.compiled)
         steps = {}
         for name, component in self.profile.estimators.items():
             kind = resolve("estimator", component.use)
@@ -340,6 +344,13 @@ class Pipeline:
     def _uncalibrated(self) -> Calibration | None:
         lights = lights_of(make_lights(self.profile))
         return uncalibrated_by(calibrator_of(self.profile.calibration), lights)
+
+    def _prepared_calibration(self) -> Calibration | None:
+        found = self._uncalibrated() if self.bundle is None else self.bundle.calibration
+        if found is None:
+            return None
+        with blame("the calibration", found):
+            return found.prepared(compiled=self.compiled)
 
     def _notes_of_left_out(self) -> list[str]:
         left_out = self._left_out()

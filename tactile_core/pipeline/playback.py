@@ -95,6 +95,11 @@ def observation_names(profile: Profile, path: Path) -> list[str]:
     return [observation.name for observation in recording.files]
 
 
+def observation_count(profile: Profile, path: Path) -> int | None:
+    """How many observations a recording holds; None where only reading it to the end would say."""
+    return open_recording(path, images_per_observation=images_per_observation(profile)).count
+
+
 def images_per_observation(profile: Profile) -> int:
     """How many exposures the profile's lights take for one frame, a dark one included."""
     return len(exposures_of(make_lights(profile)))

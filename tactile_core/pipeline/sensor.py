@@ -13,11 +13,18 @@ from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import make_devices, played_back, read_reference
+from tactile_core.pipeline.playback import (
+    make_devices,
+    observation_count,
+    played_back,
+    read_reference,
+)
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
+
+_MANY_FRAMES = 250
 
 FIRST = "first"
 """As ``reference``: take the first frame, and mark every reading relative."""
@@ -104,6 +111,9 @@ class Sensor:
         self._serial = serial
         self._bundle = bundle
         self._given_reference = reference
+        # loading compiled loops takes as long as they save on so many frames
+        count = None if input is None else observation_count(profile, Path(input))
+        self._compiled = False if count is not None and count < _MANY_FRAMES else None
         self._camera, illumination, self._driver = make_devices(profile)
         self._acquisition = Acquisition(self._camera, illumination, profile.image, self._driver)
         self._pipeline: Pipeline | None = None
@@ -127,7 +137,13 @@ class Sensor:
                 self._camera.open()
             self._acquisition.arm()
             reference = self._reference()
-            self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
+            self._pipeline = Pipeline(
+                self.profile,
+                self._bundle,
+                reference,
+                serial=self._serial,
+                compiled=self._compiled,
+            )
             self.notes += self._pipeline.notes
         except BaseException as error:
             try:

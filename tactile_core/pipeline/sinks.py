@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Self
 
@@ -46,7 +46,7 @@ class Sinks:
             kind: type[Sink] = resolve("sink", component.use)
             with blame(f"the sink {name!r}", kind):
                 self._sinks[name] = kind(options_of(kind, component))
-        self._open = ExitStack()
+        self._open: list[str] = []
 
     @property
     def endings(self) -> tuple[str, ...]:
@@ -73,14 +73,20 @@ class Sinks:
         session = Session(
             pipeline.profile, pipeline.serial, pipeline.channels, pipeline.gives, folder, blame_of
         )
-        with ExitStack() as opening:
+        for name, sink in self._sinks.items():
+            if sink.endings and folder is None:
+                raise InputError(f"the sink {name!r} writes files; name a folder for them")
+        try:
             for name, sink in self._sinks.items():
-                if sink.endings and folder is None:
-                    raise InputError(f"the sink {name!r} writes files; name a folder for them")
-                opening.callback(self._close, name)
+                self._open.append(name)
                 with self._blamed(name):
                     sink.open(session)
-            self._open = opening.pop_all()
+        except BaseException as error:
+            try:
+                self.close()
+            except Exception as second:  # it must not hide why opening failed
+                error.add_note(f"closing failed as well: {second}")
+            raise
         return self
 
     def write(self, reading: Reading) -> None:
@@ -98,8 +104,14 @@ class Sinks:
                 sink.write(reading)
 
     def close(self) -> None:
-        """Close each sink, also where another one fails; may be called twice."""
-        self._open.close()
+        """Close each sink, the last one first, also where another fails; may be called twice."""
+        if self._open:
+            name = self._open.pop()
+            try:
+                with self._blamed(name):
+                    self._sinks[name].close()
+            finally:
+                self.close()
 
     def __enter__(self) -> Self:
         return self
@@ -111,10 +123,6 @@ class Sinks:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
-
-    def _close(self, name: str) -> None:
-        with self._blamed(name):
-            self._sinks[name].close()
 
     def _blamed(self, name: str) -> AbstractContextManager[None]:
         return blame(f"the sink {name!r}", self._sinks[name])

@@ -37,6 +37,9 @@ class VirtualStage(Skin):
         Laid over the profile: ``{"gel": {"friction": 0.3}}``. Only with a name or a path.
     faults : Faults, optional
         Of the rig.
+    compiled : bool, optional
+        Whether frames come from compiled loops: the same but for rounding, and sooner. By default
+        where the extra ``fast`` is installed; loading it takes as long as some ten frames.
 
     Attributes
     ----------
@@ -58,6 +61,8 @@ class VirtualStage(Skin):
         mode: Mode = "fast",
         overrides: Mapping[str, Any] | None = None,
         faults: Faults | None = None,
+        *,
+        compiled: bool | None = None,
     ) -> None:
         if isinstance(profile, str | Path):
             profile = load_profile(profile, sim=True, overrides=overrides)
@@ -67,7 +72,10 @@ class VirtualStage(Skin):
             raise InputError(f"seed should be 0 or more, not {seed}")
         super().__init__(profile, mode)
         self.profile = profile
-        self._optics = RigOptics(profile, seed=seed, faults=faults, mode=mode)
+        self._compiled = kernels.load() is not None if compiled is None else compiled
+        self._optics = RigOptics(
+            profile, seed=seed, faults=faults, mode=mode, compiled=self._compiled
+        )
         self.markers_px = self._optics.markers_px
 
     def reset(self) -> None:
@@ -108,7 +116,7 @@ class VirtualStage(Skin):
 
     def frame(self) -> Frame:
         """Take a frame, every exposure of the rig's sequence."""
-        height_mm, displacement_mm = self.seen(kernels.load_for(self._shot))
+        height_mm, displacement_mm = self.seen(kernels.chosen(self._compiled))
         markers_px = self.carried_px(self.markers_px) if len(self.markers_px) else None
         pixels = self._optics.expose(height_mm, displacement_mm, markers_px, frame=self._shot)
         channels = self._optics.channels

@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.colour_table import Axis, ColourTable
-from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.drift import channel_gains
-from tactile_core.algorithms.markers.darkness import brightness_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slope_field import SlopeField
+from tactile_core.algorithms.tracking import MarkTracker
+from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.tracking.pairing import paired
 
 MM_PER_PX = 0.05
 AGREES = 1e-5
@@ -31,20 +31,12 @@ needs_kernels = pytest.mark.skipif(
 )
 seeds = st.integers(0, 2**32 - 1)
 shapes = st.tuples(st.integers(1, 40), st.integers(1, 40))
-several = settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+several = settings(max_examples=15)
 
 
-@pytest.fixture
-def both_ways(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], tuple[Any, Any]]:
+def both_ways(function: Callable[[bool], Any]) -> tuple[Any, Any]:
     """What a function returns with the kernels, and without."""
-
-    def call(function: Callable[[], Any]) -> tuple[Any, Any]:
-        compiled = function()
-        with monkeypatch.context() as patch:
-            patch.setattr(kernels, "ready", lambda: None)
-            return compiled, function()
-
-    return call
+    return function(True), function(False)
 
 
 def press(shape: tuple[int, int], radius_mm: float = 1.5) -> np.ndarray:
@@ -57,39 +49,40 @@ def press(shape: tuple[int, int], radius_mm: float = 1.5) -> np.ndarray:
 @needs_kernels
 @given(shape=shapes, seed=seeds)
 @several
-def test_heights_agree_on_images_of_any_size(
-    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int
-) -> None:
+def test_heights_agree_on_images_of_any_size(shape: tuple[int, int], seed: int) -> None:
     gx, gy = np.random.default_rng(seed).standard_normal((2, *shape)).astype(np.float32)
-    fast, plain = both_ways(lambda: PoissonSolver(shape, mm_per_px=MM_PER_PX).solve(gx, gy))
+    fast, plain = both_ways(
+        lambda compiled: PoissonSolver(shape, mm_per_px=MM_PER_PX, compiled=compiled).solve(gx, gy)
+    )
     assert fast == pytest.approx(plain, abs=AGREES * max(float(np.ptp(plain)), 1e-3))
 
 
 @needs_kernels
 @pytest.mark.parametrize("shape", [(240, 320), (480, 640), (243, 251), (720, 1280)])
-def test_heights_agree_on_a_press(both_ways: Callable[..., Any], shape: tuple[int, int]) -> None:
+def test_heights_agree_on_a_press(shape: tuple[int, int]) -> None:
     gy, gx = (g.astype(np.float32) for g in np.gradient(press(shape, 4.0), MM_PER_PX))
-    fast, plain = both_ways(lambda: PoissonSolver(shape, mm_per_px=MM_PER_PX).solve(gx, gy))
+    fast, plain = both_ways(
+        lambda compiled: PoissonSolver(shape, mm_per_px=MM_PER_PX, compiled=compiled).solve(gx, gy)
+    )
     assert fast == pytest.approx(plain, abs=AGREES * float(np.ptp(plain)))
 
 
 @needs_kernels
 @pytest.mark.parametrize("per_unit", [40.0, 80.0, 113.7])
-def test_every_pair_of_bytes_finds_the_same_entry(
-    both_ways: Callable[..., Any], per_unit: float
-) -> None:
+def test_every_pair_of_bytes_finds_the_same_entry(per_unit: float) -> None:
     levels = np.arange(256, dtype=np.uint8)
     pixels = np.stack([np.tile(levels, (246, 1))] * 3, axis=2)
     reference = np.stack([np.tile(np.arange(10, 256)[:, None], (1, 256))] * 3, axis=2)
     sines = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 80, 80, 80)).astype(np.float32)
     table = ColourTable(Axis(per_unit, first=25, count=80), sines[0] + 1j * sines[1])
 
-    def slopes() -> np.ndarray:
+    def slopes(compiled: bool) -> np.ndarray:
         nothing = SlopeField(
             lambda features: np.zeros((len(features), 2), np.float32),
             table,
             reference.astype(np.float32),
             blur_px=0,
+            compiled=compiled,
         )
         return np.stack(nothing.measure(pixels)[:2])
 
@@ -100,7 +93,7 @@ def test_every_pair_of_bytes_finds_the_same_entry(
 @needs_kernels
 @pytest.mark.parametrize("shape", [(240, 320), (241, 318)])
 @pytest.mark.parametrize("gain", [0.5, 4.0], ids=["gentle", "too steep"])
-def test_slopes_agree(both_ways: Callable[..., Any], shape: tuple[int, int], gain: float) -> None:
+def test_slopes_agree(shape: tuple[int, int], gain: float) -> None:
     rng = np.random.default_rng(0)
     reference = rng.uniform(90, 140, (*shape, 3)).astype(np.float32)
     y, x = np.mgrid[: shape[0], : shape[1]]
@@ -115,7 +108,9 @@ def test_slopes_agree(both_ways: Callable[..., Any], shape: tuple[int, int], gai
         return np.asarray(gain * features[:, :2] * (1 + 0.2 * features[:, 3:4]), np.float32)
 
     fast, plain = both_ways(
-        lambda: np.stack(SlopeField(model, table, reference).measure(pixels)[:2])
+        lambda compiled: np.stack(
+            SlopeField(model, table, reference, compiled=compiled).measure(pixels)[:2]
+        )
     )
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
 
@@ -123,46 +118,22 @@ def test_slopes_agree(both_ways: Callable[..., Any], shape: tuple[int, int], gai
 @needs_kernels
 @given(shape=shapes, seed=seeds, slope=st.floats(-0.08, 0.08))
 @several
-def test_rest_planes_agree(
-    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int, slope: float
-) -> None:
+def test_rest_planes_agree(shape: tuple[int, int], seed: int, slope: float) -> None:
     noise = np.random.default_rng(seed).normal(0, 1e-3, shape)
     x_mm = np.arange(shape[1]) * MM_PER_PX
     height = np.asarray(press(shape, 0.3) + noise + slope * x_mm, np.float32)
     gx, gy = np.full(shape, slope, np.float32), np.zeros(shape, np.float32)
 
-    def above() -> np.ndarray:
-        copy = height.copy()
-        plane = rest_plane(copy, gx, gy, mm_per_px=MM_PER_PX)
-        return plane.removed_from(copy, MM_PER_PX, out=copy)
+    def above(compiled: bool) -> np.ndarray:
+        plane = rest_plane(height, gx, gy, mm_per_px=MM_PER_PX, compiled=compiled)
+        return plane.removed_from(height, MM_PER_PX)
 
     fast, plain = both_ways(above)
     assert fast == pytest.approx(plain, abs=AGREES)
 
 
-@needs_kernels
-@pytest.mark.parametrize("shape", [(240, 320), (243, 251), (60, 80)])
-def test_contacts_agree(both_ways: Callable[..., Any], shape: tuple[int, int]) -> None:
-    noise = np.random.default_rng(0).normal(0, 2e-3, shape)
-    height = np.asarray(press(shape) + noise, np.float32)
-    fast, plain = both_ways(lambda: contact_mask(height, mm_per_px=MM_PER_PX))
-    np.testing.assert_array_equal(fast, plain)
-    assert plain.any()
-
-
-@needs_kernels
-@pytest.mark.parametrize("channels", [1, 3, 6])
-def test_gains_agree(both_ways: Callable[..., Any], channels: int) -> None:
-    rng = np.random.default_rng(0)
-    reference = rng.uniform(80, 140, (120, 160, channels)).astype(np.float32)
-    gains = np.linspace(0.95, 1.04, channels)
-    pixels = np.rint(reference * gains).astype(np.uint8)
-    fast, plain = both_ways(lambda: channel_gains(pixels, reference, 255))
-    assert fast == pytest.approx(plain, abs=AGREES)
-
-
-def ready_in_a_fresh_process(*, switch: str, before: str = "pass") -> bool:
-    code = f"from tactile_core.algorithms import kernels; {before}; print(kernels.ready())"
+def loaded_in_a_fresh_process(*, switch: str, compiled: bool) -> bool:
+    code = f"from tactile_core.algorithms import kernels; print(kernels.chosen({compiled}))"
     environment = {**os.environ, kernels.SWITCH: switch}
     command = [sys.executable, "-c", code]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
@@ -171,35 +142,62 @@ def ready_in_a_fresh_process(*, switch: str, before: str = "pass") -> bool:
 
 @needs_kernels
 def test_numba_is_imported_only_by_who_asks_for_it() -> None:
-    assert not ready_in_a_fresh_process(switch="")
-    assert ready_in_a_fresh_process(switch="", before="kernels.load()")
+    assert not loaded_in_a_fresh_process(switch="", compiled=False)
+    assert loaded_in_a_fresh_process(switch="", compiled=True)
 
 
 def test_the_environment_turns_the_kernels_off() -> None:
-    assert not ready_in_a_fresh_process(switch="0", before="kernels.load()")
+    assert not loaded_in_a_fresh_process(switch="0", compiled=True)
 
 
 @needs_kernels
 @given(shape=shapes, seed=seeds, share=st.floats(0, 1))
 @several
-def test_spots_agree(
-    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int, share: float
-) -> None:
+def test_spots_agree(shape: tuple[int, int], seed: int, share: float) -> None:
     rng = np.random.default_rng(seed)
     dark = (rng.random(shape) < share).astype(np.uint8)
     weight = rng.integers(0, 256, shape).astype(np.uint8)
-    fast, plain = both_ways(lambda: measured_spots(dark, weight, weight, faintest=20, rim=1))
+    fast, plain = both_ways(
+        lambda compiled: measured_spots(dark, weight, weight, faintest=20, rim=1, compiled=compiled)
+    )
     for name in ("ink", "centres", "spread", "peak", "cut"):
         a, b = getattr(fast, name), getattr(plain, name)
         assert a == pytest.approx(b, rel=AGREES, abs=AGREES)
 
 
 @needs_kernels
-@given(shape=shapes, seed=seeds)
+@given(seeds)
 @several
-def test_brightness_agrees_to_the_byte(
-    both_ways: Callable[..., Any], shape: tuple[int, int], seed: int
-) -> None:
-    image = np.random.default_rng(seed).integers(0, 256, (*shape, 3)).astype(np.uint8)
-    fast, plain = both_ways(lambda: brightness_of(image, 2))
+def test_neighbours_agree(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    places, found = rng.uniform(0, 300, (40, 2)), rng.uniform(0, 300, (35, 2))
+    values, trust = rng.normal(size=(40, 2)), rng.uniform(0, 1, 40)
+    gates = np.where(rng.random(40) < 0.2, -1.0, rng.uniform(5, 60, 40))
+    fast, plain = both_ways(lambda c: Neighbourhood.of(places, compiled=c).fit(values, trust))
+    assert fast == pytest.approx(plain, abs=1e-6)
+    fast, plain = both_ways(lambda c: paired(places, found, gates, compiled=c))
     np.testing.assert_array_equal(fast, plain)
+
+
+@needs_kernels
+@given(seeds, st.sampled_from([0.0, 0.05, 0.3]))
+@settings(max_examples=6)
+def test_tracks_agree(seed: int, missing: float) -> None:
+    rng = np.random.default_rng(seed)
+    rest = 30.0 * np.stack(np.meshgrid(np.arange(14), np.arange(11)), axis=-1).reshape(-1, 2)
+    far = np.square(rest - rest.mean(axis=0)).sum(axis=1, keepdims=True)
+    drag = np.exp(-far / 2e4) * [7.5, 3.0]
+    shown = [
+        (rest + drag * k + rng.normal(0, 0.2, rest.shape))[rng.random(len(rest)) >= missing]
+        for k in range(6)
+    ]
+
+    def followed(compiled: bool) -> list[np.ndarray]:
+        tracker, tracks = MarkTracker(rest, compiled=compiled), []
+        for found in shown:
+            tracker.follow(found)
+            tracks.append(np.column_stack([tracker.px, tracker.seen]))
+        return tracks
+
+    fast, plain = both_ways(followed)
+    np.testing.assert_allclose(fast, plain, rtol=0, atol=1e-6)

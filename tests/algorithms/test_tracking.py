@@ -10,10 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from experiments.sheared_markers import Drag, counted
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.tracking import MarkTracker, shows_contact
-from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import paired
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -137,48 +134,6 @@ def test_too_few_marks_are_never_told_apart() -> None:
     tracker.follow(grid()[:3])
     assert tracker.lost
     assert not tracker.seen.any()
-
-
-@pytest.mark.skipif(kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0")
-@given(seeds)
-@settings(max_examples=10)
-def test_kernels_and_numpy_find_the_same_neighbours(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    places, found = rng.uniform(0, 300, (40, 2)), rng.uniform(0, 300, (35, 2))
-    around = Neighbourhood.of(places)
-    values, trust = rng.normal(size=(40, 2)), rng.uniform(0, 1, 40)
-    gates = np.where(rng.random(40) < 0.2, -1.0, rng.uniform(5, 60, 40))
-
-    def everything() -> tuple[Any, Any]:
-        return around.fit(values, trust), paired(places, found, gates)
-
-    fast = everything()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernels, "ready", lambda: None)
-        plain = everything()
-    assert fast[0] == pytest.approx(plain[0], abs=1e-6)
-    np.testing.assert_array_equal(fast[1], plain[1])
-
-
-@pytest.mark.skipif(kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0")
-@given(seeds, st.sampled_from([0.0, 0.05, 0.3]))
-@settings(max_examples=6)
-def test_kernels_and_numpy_follow_alike(seed: int, missing: float) -> None:
-    rng, rest = np.random.default_rng(seed), grid()
-    drag = bump(rest) * PITCH * [0.25, 0.1]
-    shown = [thinned(rest + drag * k, rng, missing) for k in range(6)]
-
-    def everything() -> Any:
-        tracker = MarkTracker(rest)
-        for found in shown:
-            tracker.follow(found)
-            yield np.column_stack([tracker.px, tracker.seen])
-
-    fast = list(everything())
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernels, "ready", lambda: None)
-        plain = list(everything())
-    np.testing.assert_allclose(fast, plain, rtol=0, atol=1e-6)
 
 
 def test_skin_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None:

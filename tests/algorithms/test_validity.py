@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.validity import two_within
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -36,12 +35,3 @@ def test_two_channels_within_the_bounds_make_a_pixel_valid(
     valid = two_within(pixels, FLOOR, CEILING)
     assert valid.max() <= 1
     np.testing.assert_array_equal(valid.view(bool), by_definition(pixels))
-
-
-def test_numpy_and_the_kernels_agree(monkeypatch: pytest.MonkeyPatch) -> None:
-    kernels.load()
-    pixels = np.random.default_rng(0).integers(0, 256, (40, 50, 3)).astype(np.uint8)
-    for ready in (kernels.ready, lambda: None):
-        monkeypatch.setattr(kernels, "ready", ready)
-        valid = two_within(pixels, FLOOR, CEILING).view(bool)
-        np.testing.assert_array_equal(valid, by_definition(pixels))

@@ -97,27 +97,32 @@ def test_a_reading_is_not_touched_by_the_frames_after_it(lab: VirtualLab) -> Non
         np.testing.assert_array_equal(array, before[name], err_msg=name)
 
 
-def test_numpy_and_the_kernels_measure_the_same(
-    lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pipeline, frame = Pipeline(lab.profile, lab.bundle), frame_of(lab, PRESS)
-    fast = arrays_of(pipeline.process(frame))
-    monkeypatch.setattr(kernels, "ready", lambda: None)
-    plain = arrays_of(pipeline.process(frame))
+def test_numpy_and_the_kernels_measure_the_same(lab: VirtualLab) -> None:
+    fast, plain = (
+        arrays_of(Pipeline(lab.profile, lab.bundle, compiled=c).process(frame_of(lab, PRESS)))
+        for c in (True, False)
+    )
     for name in plain:
         np.testing.assert_allclose(fast[name], plain[name], atol=1e-5, err_msg=name)
 
 
-def test_kernels_are_loaded_for_a_second_frame_and_not_for_the_first(lab: VirtualLab) -> None:
+def test_a_pipeline_chooses_once_whether_it_uses_compiled_loops(lab: VirtualLab) -> None:
+    assert Pipeline(lab.profile, lab.bundle).compiled is (kernels.load() is not None)
+    for chosen in (True, False):
+        pipeline = Pipeline(lab.profile, lab.bundle, compiled=chosen)
+        copies = pickle.loads(pickle.dumps(pipeline)), pipeline.with_reference(pipeline.reference)
+        assert {copy.compiled for copy in copies} == {chosen}
+
+
+def test_measuring_a_few_pictures_does_not_load_numba(lab: VirtualLab) -> None:
     code = (
-        "import sys, pickle; from tactile_core.algorithms import kernels;"
-        "pipeline, frame = pickle.load(sys.stdin.buffer);"
-        "pipeline.process(frame); print(kernels.ready() is None);"
-        "pipeline.process(frame); print((kernels.ready() is None) == (kernels.load() is None))"
+        "import sys; from tactile_core import open_sensor\n"
+        f"with open_sensor({str(lab.profile_path)!r}, bundle={str(lab.bundle)!r},"
+        f" input={str(lab.presses)!r}) as sensor: list(sensor.stream())\n"
+        "print('numba' in sys.modules)"
     )
-    given = pickle.dumps((Pipeline(lab.profile, lab.bundle), frame_of(lab, PRESS)))
-    run = subprocess.run([sys.executable, "-c", code], input=given, capture_output=True, check=True)
-    assert run.stdout.split() == [b"True", b"True"]
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert run.stdout.split() == [b"False"]
 
 
 def test_without_a_bundle_the_steps_that_need_slopes_are_left_out(lab: VirtualLab) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib.util import find_spec
+from types import ModuleType
 
 import pytest
 
@@ -23,8 +24,12 @@ def kernels_or_numpy(request: pytest.FixtureRequest) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "numpy":
             patch.setenv(kernels.SWITCH, "0")
-            for module, name in ((kernels, "load"), (kernels, "ready"), (of_sim, "load")):
-                patch.setattr(module, name, lambda: None)
+            for module in (kernels, of_sim):
+                patch.setattr(module, "load", lambda: None)
+        else:
+            # also where a test makes a step or calls a function without saying which it wants
+            for module in (kernels, of_sim):
+                patch.setattr(module, "chosen", lambda compiled, load=module.load: load())
         yield request.param
 
 
@@ -39,9 +44,16 @@ def _no_kernel_without_its_numpy(request: pytest.FixtureRequest) -> Iterator[Non
         yield
         return
     asked: list[str] = []
-    ready = kernels.ready
+    chosen = kernels.chosen
+
+    def noted(compiled: bool) -> ModuleType | None:
+        loops = chosen(compiled)
+        if loops is not None:
+            asked.append("")
+        return loops
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernels, "ready", lambda: asked.append("") or ready())
+        patch.setattr(kernels, "chosen", noted)
         yield
     assert not asked, (
         "compiled kernels run here: mark the module as tests/support/kernel_paths.py says"

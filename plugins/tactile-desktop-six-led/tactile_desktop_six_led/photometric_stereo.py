@@ -72,9 +72,16 @@ class PhotometricStereo(Calibration):
 
     compensation: ClassVar[Compensation] = "none"
 
-    def __init__(self, model: StereoModel, shape: ImageShape, blur_px: float) -> None:
+    def __init__(
+        self, model: StereoModel, shape: ImageShape, blur_px: float, *, compiled: bool = False
+    ) -> None:
         self._model, self._shape, self._blur_px = model, shape, blur_px
+        self._compiled = compiled
         self._field = ForReference(self.field)
+
+    def prepared(self, *, compiled: bool) -> Self:
+        """Return the model with or without compiled loops."""
+        return type(self)(self._model, self._shape, self._blur_px, compiled=compiled)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Slopes of one frame; valid where the lights agree on them, too.
@@ -99,6 +106,7 @@ class PhotometricStereo(Calibration):
             reference.marks,
             full_scale=reference.full_scale,
             blur_px=self._blur_px,
+            compiled=self._compiled,
         )
 
     def save(self, directory: Path) -> None:

@@ -56,7 +56,9 @@ class StereoField:
         *,
         full_scale: float,
         blur_px: float,
+        compiled: bool = False,
     ) -> None:
+        self._compiled = compiled
         self._field, self._redundancy, self._drift = field, redundancy, drift
         self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marks, blur_px)
         base = np.stack(self._sampling.planes(reference, marks)).astype(np.float32)
@@ -118,7 +120,7 @@ class StereoField:
         self, planes: list[NDArray[Any]], gains: Float32, sides: Float32
     ) -> tuple[NDArray[np.intp], Float32]:
         """Write (2, H, W) slopes; return pixels whose lamps disagree, and their responses."""
-        if kernels.ready() is not None and planes[0].dtype == np.uint8:
+        if kernels.chosen(self._compiled) is not None and planes[0].dtype == np.uint8:
             return self._solve_compiled(planes, gains, sides)
         shape = self._untouched.shape
         with borrowed(shape, np.float32) as response, borrowed((3, *shape[1:]), np.float32) as b:

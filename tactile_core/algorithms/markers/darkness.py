@@ -7,7 +7,6 @@ from typing import Any
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, UInt8
 from tactile_core.errors import InputError
@@ -70,14 +69,9 @@ def check_image(pixels: Array) -> None:
 
 def brightness_of(pixels: Array, times: int) -> Array:
     """(h, w) mean of the channels, shrunk by a whole factor."""
-    compiled = kernels.ready()
-    height, width, *channels = pixels.shape
-    even = times == 2 and height % 2 == width % 2 == 0 and channels == [3]
-    if compiled is not None and even and pixels.dtype == np.uint8:
-        return np.asarray(compiled.halved_brightness(pixels.reshape(height, -1)))
     if times > 1:
-        size = max(1, width // times), max(1, height // times)
-        pixels = shrunk(pixels, size)
+        height, width = pixels.shape[:2]
+        pixels = shrunk(pixels, (max(1, width // times), max(1, height // times)))
     if pixels.ndim == 2:
         return pixels
     if pixels.shape[2] == 3 and pixels.dtype == np.uint8:

@@ -42,6 +42,7 @@ def find_markers(
     diameter_px: float,
     pitch_px: float,
     least: float = 0.08,
+    compiled: bool = False,
 ) -> tuple[Float32, Bool]:
     """Find the printed marks of one frame, of any compact shape.
 
@@ -63,6 +64,8 @@ def find_markers(
         Size of a mark, and distance of neighbours, in the image.
     least : float
         Share of light that marks take away, at least.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -84,7 +87,7 @@ def find_markers(
     background = cv2.convertScaleAbs(peaks, alpha=_BACKGROUND_SHARE)
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
     faintest, rim = max(_FAINTEST * level, least * FULL), max(1, round(_RIM * size))
-    spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim)
+    spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
     centres, cut = _marks(spots, pitch_px / scale[0], darkness.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), cut

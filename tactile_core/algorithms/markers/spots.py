@@ -64,7 +64,9 @@ class Spots:
         )
 
 
-def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float, rim: int) -> Spots:
+def measured_spots(
+    dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float, rim: int, compiled: bool = False
+) -> Spots:
     """Measure each connected spot with a rim, which holds the blurred outline.
 
     Parameters
@@ -79,11 +81,13 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float,
         Spots that are less dark anywhere are left out.
     rim : int
         Its width, px.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
     count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
     count = min(count, _MOST)
     wide = np.asarray(cv2.dilate(labels, np.ones((2 * rim + 1,) * 2, np.uint8)), np.uint16)
-    moments = _moments(wide, weight, count)
+    moments = _moments(wide, weight, count, compiled)
     cut = np.zeros((count, 4), np.bool_)
     for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):
         cut[border, side] = True
@@ -105,11 +109,11 @@ def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float,
     )
 
 
-def _moments(labels: UInt16, weight: UInt8, count: int) -> Float64:
+def _moments(labels: UInt16, weight: UInt8, count: int, compiled: bool) -> Float64:
     """(6, count) sums of w, wx, wy, wxx, wxy and wyy of each label."""
-    compiled = kernels.ready()
-    if compiled is not None:
-        return np.asarray(compiled.moments_of_labels(labels, weight, count))
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        return np.asarray(loops.moments_of_labels(labels, weight, count))
     y, x = np.nonzero(labels)
     of, w = labels[y, x].astype(np.intp), weight[y, x].astype(np.float64)
     wx, wy = w * x, w * y

@@ -21,6 +21,8 @@ class PoissonSolver:
     shape : (height, width) in px
     mm_per_px : float
     boundary : "neumann" or "dirichlet"
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Raises
     ------
@@ -29,12 +31,18 @@ class PoissonSolver:
     """
 
     def __init__(
-        self, shape: tuple[int, int], *, mm_per_px: float, boundary: Boundary = "neumann"
+        self,
+        shape: tuple[int, int],
+        *,
+        mm_per_px: float,
+        boundary: Boundary = "neumann",
+        compiled: bool = False,
     ) -> None:
         _check_arguments(shape, mm_per_px, boundary)
         self.shape = shape
         self.mm_per_px = mm_per_px
         self.boundary = boundary
+        self._compiled = compiled
 
     def solve(self, gx: Array, gy: Array) -> Float32:
         """Return the height in mm.
@@ -55,7 +63,7 @@ class PoissonSolver:
         """
         _check_shapes(self.shape, gx, gy)
         gx, gy = (np.ascontiguousarray(g, np.float32) for g in (gx, gy))
-        inverse = laplacian(self.shape, self.boundary)
+        inverse = laplacian(self.shape, self.boundary, compiled=self._compiled)
         if isinstance(inverse, TridiagonalLaplacian) and min(self.shape) > 1:
             return _checked(inverse.integrated(gx, gy, self.mm_per_px))
         rhs = double_divergence(gx, gy, self.boundary)

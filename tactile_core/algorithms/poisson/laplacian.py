@@ -43,12 +43,19 @@ class Laplacian(Protocol):
 
 
 def laplacian(
-    shape: tuple[int, int], boundary: Boundary, dtype: DTypeLike = np.float32
+    shape: tuple[int, int],
+    boundary: Boundary,
+    dtype: DTypeLike = np.float32,
+    *,
+    compiled: bool = False,
 ) -> Laplacian:
-    """Return the inverse for one image size, boundary and precision (float32 or float64)."""
+    """Return the inverse for one image size, boundary and precision (float32 or float64).
+
+    ``compiled`` uses :mod:`tactile_core.algorithms.kernels`, for float32 with a free border.
+    """
     dtype = np.dtype(dtype)
-    compiled = kernels.ready() is not None and boundary == "neumann" and dtype == np.float32
-    return _prepared(shape, boundary, dtype, compiled)
+    suits = boundary == "neumann" and dtype == np.float32
+    return _prepared(shape, boundary, dtype, suits and kernels.chosen(compiled) is not None)
 
 
 @lru_cache(maxsize=8)

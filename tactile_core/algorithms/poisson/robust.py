@@ -24,6 +24,7 @@ def integrate_robustly(
     valid: Bool | None = None,
     outlier_slope: float = 0.02,
     rounds: int = 8,
+    compiled: bool = False,
 ) -> Float32:
     """Height that a few wrong slopes do not bend.
 
@@ -53,6 +54,8 @@ def integrate_robustly(
         averaged; 0 makes all of them outliers: the sum of the misfits' sizes (L1).
     rounds : int
         Each takes as long as ``integrate``, or a little longer.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -65,10 +68,10 @@ def integrate_robustly(
         Shapes differ or are not 2-D, a slope is not finite, or the scale is not positive.
     """
     gx, gy = np.asarray(gx), np.asarray(gy)
-    height = PoissonSolver(gx.shape, mm_per_px=mm_per_px).solve(gx, gy)
+    height = PoissonSolver(gx.shape, mm_per_px=mm_per_px, compiled=compiled).solve(gx, gy)
     if valid is not None and valid.shape != height.shape:
         raise InputError(f"valid is {valid.shape} where the slopes are {height.shape}")
-    inverse = laplacian(height.shape, "neumann", np.float32)
+    inverse = laplacian(height.shape, "neumann", np.float32, compiled=compiled)
     rise = _at_faces(gx, gy) * np.float32(mm_per_px)
     weight = None if valid is None or valid.all() else _weights(valid)
     most = np.float32(_STEP_SLOPE * mm_per_px)

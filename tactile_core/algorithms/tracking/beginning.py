@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.growth import BEYOND_DOUBT, FEWEST_MARKS, SUPPORT, Scene
-from tactile_core.algorithms.tracking.pairing import paired
 
 FEW_MISFITS = 3
 _GATE = 0.5
@@ -37,24 +35,8 @@ def begun(scene: Scene, last_px: Array, momentum_px: Array, sought: Bool) -> tup
     base_px = last_px + momentum_px
     gate = np.where(sought, _GATE * scene.room_px, -1.0)
     enough = max(FEWEST_MARKS, _ENOUGH * np.count_nonzero(sought))
-    compiled = kernels.ready()
-    if compiled is not None and sought.any():
-        around, doubtful = scene.around, BEYOND_DOUBT * scene.room_px
-        limits = (FEW_MISFITS, enough, SUPPORT)
-        owner, small, calm = compiled.paired_both_ways(
-            around.index,
-            around.moments,
-            around.shares,
-            last_px,
-            momentum_px,
-            scene.found_px,
-            gate,
-            doubtful,
-            limits,
-        )
-        return owner, np.array([small, calm])
-    owner = paired(base_px, scene.found_px, gate)
-    still = paired(last_px, scene.found_px, gate)
+    owner = scene.paired(base_px, gate)
+    still = scene.paired(last_px, gate)
     misfits = np.count_nonzero((still != owner) & (still >= 0) & (owner >= 0))
     step, known = scene.moved(base_px, owner)
     small = bool(misfits <= FEW_MISFITS and np.count_nonzero(known) >= enough)

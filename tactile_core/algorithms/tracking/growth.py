@@ -55,6 +55,11 @@ class Scene:
     room_px: Array
     doubt_px: Array
 
+    def paired(self, expected_px: Array, within_px: Array, found_px: Array | None = None) -> Intp:
+        """Pair marks with all detections, or with those given; see :func:`paired`."""
+        found_px = self.found_px if found_px is None else found_px
+        return paired(expected_px, found_px, within_px, compiled=self.around.compiled)
+
     def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
         known = owner >= 0
@@ -120,7 +125,7 @@ class Scene:
             if not boldly:
                 gate = np.minimum(gate, tolerance)
             wanted = sought & (kept < 0) & (around.supporters(kept >= 0) >= SUPPORT)
-            new = paired(base_px + expected, self.found_px[left], np.where(wanted, gate, -1.0))
+            new = self.paired(base_px + expected, np.where(wanted, gate, -1.0), self.found_px[left])
             added = new >= 0
             kept[added] = left[new[added]]
             if np.array_equal(kept, owner):

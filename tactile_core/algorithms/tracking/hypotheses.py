@@ -10,7 +10,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, Scene
 from tactile_core.algorithms.tracking.nearest import nearest
-from tactile_core.algorithms.tracking.pairing import NOBODY, paired
+from tactile_core.algorithms.tracking.pairing import NOBODY
 
 _FIRST_GATE = 0.45
 _ALIKE = 0.3
@@ -88,7 +88,7 @@ def best_explanation(
 def _seeds(scene: Scene, base_px: Array, guess_px: Array, seeking: Bool) -> Iterator[Intp]:
     """Large pieces of skin whose marks, paired with what is nearest, move alike."""
     gate = np.where(seeking, _FIRST_GATE * scene.room_px, -1.0)
-    owner = paired(base_px + guess_px, scene.found_px, gate)
+    owner = scene.paired(base_px + guess_px, gate)
     step, known = scene.moved(base_px, owner)
     if not known.any():
         return

@@ -44,6 +44,8 @@ class Neighbourhood:
         Median distance of nearest neighbours.
     nearest_px : (N,) float64
         Distance of each mark's nearest neighbour, at most the pitch.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     index: NDArray[np.intp]
@@ -54,9 +56,10 @@ class Neighbourhood:
     apart: Array
     pitch_px: float
     nearest_px: Array
+    compiled: bool = False
 
     @classmethod
-    def of(cls, places_px: Array) -> Neighbourhood:
+    def of(cls, places_px: Array, *, compiled: bool = False) -> Neighbourhood:
         """Return the neighbourhood of (N, 2) marks; N at least 2."""
         count = len(places_px)
         wanted = min(_NEIGHBOURS, count - 1)
@@ -81,15 +84,14 @@ class Neighbourhood:
             apart,
             pitch,
             np.minimum(distance[:, 0], pitch),
+            compiled,
         )
 
     def room_px(self, places_px: Array) -> Array:
         """Distance of each mark's nearest neighbour, at rest or at (N, 2) places, the lesser."""
-        compiled = kernels.ready()
-        if compiled is not None:
-            return np.asarray(compiled.room_at(self.index, places_px, self.nearest_px))
-        x, y = np.moveaxis(places_px[self.index] - places_px[:, None], -1, 0)
-        return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=1))))
+        # neighbour by neighbour: a minimum over the first axis is many times faster
+        x, y = (side.take(self.index.T) - side for side in (places_px[:, 0], places_px[:, 1]))
+        return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=0))))
 
     def fit(self, values: Array, trust: Array) -> Array:
         """What its neighbours let expect of each mark: a plane through theirs, at its place.
@@ -105,9 +107,9 @@ class Neighbourhood:
         (N, 2) float64
             0 where no neighbour is trusted.
         """
-        compiled = kernels.ready()
-        if compiled is not None:
-            return np.asarray(compiled.neighbours_plane(self.index, self.moments, values, trust))
+        loops = kernels.chosen(self.compiled)
+        if loops is not None:
+            return np.asarray(loops.neighbours_plane(self.index, self.moments, values, trust))
         if trust.all() and trust.min() == trust.max():
             return np.asarray((self.shares[:, None] @ values[self.index])[:, 0])
         trusted = trust[self.index]

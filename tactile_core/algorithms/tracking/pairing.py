@@ -11,7 +11,9 @@ from tactile_core.algorithms.tracking.nearest import nearest
 NOBODY = -1
 
 
-def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
+def paired(
+    expected_px: Array, found_px: Array, within_px: Array, *, compiled: bool = False
+) -> Intp:
     """Pair marks with detections, each the other's nearest.
 
     Parameters
@@ -22,6 +24,8 @@ def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
         Detections.
     within_px : (N,) float64
         How far a mark may be from its detection; negative for one that seeks none.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -32,9 +36,9 @@ def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
     seeking = np.flatnonzero(within_px >= 0)
     if not len(found_px) or not seeking.size:
         return result
-    compiled = kernels.ready()
-    if compiled is not None:
-        return np.asarray(compiled.mutual_nearest(expected_px, found_px, within_px))
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        return np.asarray(loops.mutual_nearest(expected_px, found_px, within_px))
     distances, indices = nearest(expected_px[seeking], found_px, 1)
     distance, closest = distances[:, 0], indices[:, 0]
     favourite = np.full(len(found_px), NOBODY, np.intp)

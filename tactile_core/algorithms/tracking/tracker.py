@@ -40,6 +40,8 @@ class MarkTracker:
     ----------
     reference_px : (N, 2) float
         The marks on the resting skin.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Attributes
     ----------
@@ -54,12 +56,12 @@ class MarkTracker:
         it; None before that frame.
     """
 
-    def __init__(self, reference_px: Array) -> None:
+    def __init__(self, reference_px: Array, *, compiled: bool = False) -> None:
         self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
         count = len(self.reference_px)
         self._around: Neighbourhood | None = None
         if count >= FEWEST_MARKS:
-            self._around = Neighbourhood.of(self.reference_px)
+            self._around = Neighbourhood.of(self.reference_px, compiled=compiled)
             self._low_px = self.reference_px.min(axis=0)
             self._high_px = self.reference_px.max(axis=0)
         self.px = self.reference_px.copy()

@@ -8,7 +8,12 @@ from tactile_core.quantities import Reference
 
 
 def slope_field(
-    function: Model, table: ColourTable | None, reference: Reference, blur_px: float
+    function: Model,
+    table: ColourTable | None,
+    reference: Reference,
+    blur_px: float,
+    *,
+    compiled: bool = False,
 ) -> SlopeField:
     """Prepare a function for whole images."""
     return SlopeField(
@@ -18,6 +23,7 @@ def slope_field(
         reference.marks,
         full_scale=reference.full_scale,
         blur_px=blur_px,
+        compiled=compiled,
     )
 
 

@@ -61,12 +61,15 @@ class SlopeModel(Generic[F]):
         Standard deviation of the smoothing of the images.
     table : ColourTable or None
         A faster way over large images; see :mod:`tactile_core.interfaces.slope_models.tables`.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`; the same but for rounding.
     """
 
     function: F
     shape: ImageShape
     blur_px: float
     table: ColourTable | None = None
+    compiled: bool = False
     _field: ForReference[SlopeField] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -90,7 +93,9 @@ class SlopeModel(Generic[F]):
 
     def field(self, reference: Reference) -> SlopeField:
         """Prepare the function for one reference."""
-        return slope_field(self.function, self.table, reference, self.blur_px)
+        return slope_field(
+            self.function, self.table, reference, self.blur_px, compiled=self.compiled
+        )
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""

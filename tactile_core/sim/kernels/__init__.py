@@ -1,7 +1,7 @@
 """Compiled loops for a stream of virtual frames: the extra ``fast``, as in the algorithms.
 
-The numpy version beside each call is the definition. A rig uses kernels from its second frame on,
-whoever has loaded them before: which frame is made which way depends on its number alone.
+The numpy version beside each call is the definition. A virtual stage chooses them once, when it is
+made.
 """
 
 from __future__ import annotations
@@ -31,6 +31,6 @@ def load() -> ModuleType | None:
     return compiled
 
 
-def load_for(frame: int) -> ModuleType | None:
-    """Return the kernels for a frame of this number: none for the first."""
-    return load() if frame > 0 else None
+def chosen(compiled: bool) -> ModuleType | None:
+    """Return the kernels if they are asked for and there are any."""
+    return load() if compiled else None

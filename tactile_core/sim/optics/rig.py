@@ -45,6 +45,8 @@ class RigOptics:
     faults : Faults, optional
     mode : {"fast", "accurate"}
         Fast keeps up with a camera: shadows on a coarser grid, and noise from a table.
+    compiled : bool
+        Whether to use :mod:`tactile_core.sim.kernels`: the same but for rounding, and sooner.
 
     Attributes
     ----------
@@ -70,10 +72,12 @@ class RigOptics:
         seed: int = 0,
         faults: Faults | None = None,
         mode: Mode = "fast",
+        compiled: bool = False,
     ) -> None:
         if mode not in _SHADOW_COLUMNS:
             raise InputError(f"mode is 'fast' or 'accurate', not {mode!r}")
         self.profile = profile
+        self._compiled = compiled
         self.full_scale = profile.image.full_scale
         self._seed = seed
         self._faults = faults or Faults()
@@ -149,7 +153,7 @@ class RigOptics:
         fate, above = self._faults.fate(number, self._seed)
         if fate == "dropped" and self._last is not None:
             return self._last
-        skin = self.skin(height_mm, displacement_mm, markers_px, frame=number)
+        skin = self.skin(height_mm, displacement_mm, markers_px)
         late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
         planes = [
             self.photograph(
@@ -169,8 +173,6 @@ class RigOptics:
         height_mm: NDArray[Any],
         displacement_mm: NDArray[Any] | None = None,
         markers_px: NDArray[Any] | None = None,
-        *,
-        frame: int = 0,
     ) -> Surface:
         """Prepare a state of the skin for :meth:`photograph`; parameters as for :meth:`expose`."""
         height = self._checked(height_mm, self._shape, "height_mm")
@@ -182,8 +184,8 @@ class RigOptics:
                 f"markers_px has the shape {np.shape(markers_px)} where the print has "
                 f"{self.markers_px.shape}; give one place per mark, NaN for those out of sight"
             )
-        compiled = kernels.load_for(frame)
-        return self._membrane.state(height, displacement, markers_px, compiled=compiled)
+        loops = kernels.chosen(self._compiled)
+        return self._membrane.state(height, displacement, markers_px, compiled=loops)
 
     def photograph(
         self, skin: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
@@ -210,10 +212,10 @@ class RigOptics:
         )
         shining = Shining(sources, skin, self._colours)
         noise = self._noise.of(frame, exposure)
-        compiled = kernels.load_for(frame)
-        if compiled is not None:
+        loops = kernels.chosen(self._compiled)
+        if loops is not None:
             return self._chip.send(
-                photographed(compiled, shining, self._glass, mixing, self._chip, noise)
+                photographed(loops, shining, self._glass, mixing, self._chip, noise)
             )
         pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
         numbers = noise.signed.reshape(pixels.shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -46,7 +47,17 @@ def test_the_commands_know_its_light_driver(environment: dict[str, str]) -> None
     assert "valid" in run(environment, "tactile_core.cli", "validate", "example_lights_bench")
 
 
-def test_the_command_line_measures_with_it(environment: dict[str, str]) -> None:
-    words = "run example_lights_bench --frames 3 --reference first --json"
-    lines = run(environment, "tactile_core.cli", *words.split()).splitlines()
+def test_the_command_line_measures_with_it_and_its_journal_has_a_line_for_each_frame(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    profile = tmp_path / "journaled.yaml"
+    profile.write_text(
+        "extends: example_lights_bench\n"
+        "sinks: {journal: {use: example_lights.journal, path: journal.jsonl}}\n"
+    )
+    words = ["--frames", "3", "--reference", "first", "--save", "journal", "--json"]
+    lines = run(environment, "tactile_core.cli", "run", str(profile), *words).splitlines()
     assert len(lines) == 3
+    first, *journal = (tmp_path / "journal.jsonl").read_text().splitlines()
+    assert json.loads(first)["profile"] == "example_lights_bench"
+    assert [json.loads(line) for line in journal] == [json.loads(line) for line in lines]

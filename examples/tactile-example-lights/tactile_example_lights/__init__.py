@@ -1,4 +1,4 @@
-"""The plugin ``example_lights``: a camera, the box that switches the lights, and their profile."""
+"""The plugin ``example_lights``: a camera, the box that switches the lights, and a journal."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ def tactile_cameras() -> Mapping[str, str]:
 def tactile_light_drivers() -> Mapping[str, str]:
     """The box beside it."""
     return {"box": "tactile_example_lights.box:LightBox"}
+
+
+@hookimpl
+def tactile_sinks() -> Mapping[str, str]:
+    """Where readings may go."""
+    return {"journal": "tactile_example_lights.journal:Journal"}
 
 
 @hookimpl

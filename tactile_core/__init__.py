@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.sink import Session as Session
     from tactile_core.interfaces.sink import Sink as Sink
     from tactile_core.interfaces.slope_models.options import SlopeOptions as SlopeOptions
+    from tactile_core.interfaces.slope_models.slope_calibration import (
+        SlopeCalibration as SlopeCalibration,
+    )
     from tactile_core.interfaces.slope_models.slope_model import SlopeModel as SlopeModel
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
     from tactile_core.pipeline.sensor import Sensor as Sensor
@@ -75,6 +78,7 @@ _HOMES = {
     "interfaces.reading": ("Reading",),
     "interfaces.sink": ("Session", "Sink"),
     "interfaces.slope_models.options": ("SlopeOptions",),
+    "interfaces.slope_models.slope_calibration": ("SlopeCalibration",),
     "interfaces.slope_models.slope_model": ("SlopeModel",),
     "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),

@@ -23,7 +23,7 @@ def tactile_cameras() -> Mapping[str, str]:
 def tactile_illuminations() -> Mapping[str, str]:
     """Illuminations of the core."""
     return {
-        "constant": "tactile_core.builtin.constant_light:ConstantIllumination",
+        "constant": "tactile_core.interfaces.constant_light:ConstantIllumination",
         "sequential": "tactile_core.builtin.sequential:SequentialIllumination",
     }
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -15,15 +14,15 @@ from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynom
 from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.interfaces.slope_models.model_file import Arrays, table_arrays, table_from
 from tactile_core.interfaces.slope_models.options import SlopeOptions
 from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
+from tactile_core.interfaces.slope_models.slope_calibration import SlopeCalibration
 from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import faithful
-from tactile_core.quantities import Float32, Frame, Gradients, Reference
+from tactile_core.quantities import Float32, Reference
 
 CELL_BLUR_ENTRIES = 1.2
 FILLED_WEIGHT = 1e-3
@@ -61,28 +60,10 @@ class TableModel:
         return cls(table_from(arrays), PolynomialFit.from_arrays(arrays))
 
 
-class LookupTable(Calibration):
+class LookupTable(SlopeCalibration):
     """A fitted table."""
 
-    def __init__(self, slopes: SlopeModel[TableModel]) -> None:
-        self.slopes = slopes
-
-    def prepared(self, *, compiled: bool) -> Self:
-        """Return the model with or without compiled loops."""
-        return type(self)(replace(self.slopes, compiled=compiled))
-
-    def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
-        return self.slopes.measure(frame, reference)
-
-    def save(self, directory: Path) -> None:
-        """Write ``model.npz``."""
-        self.slopes.save(directory)
-
-    @classmethod
-    def load(cls, directory: Path) -> Self:
-        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
-        return cls(SlopeModel.load(directory, TableModel))
+    function = TableModel
 
 
 class LookupTableCalibrator(Calibrator):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -12,15 +11,15 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.network import Network, train
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.interfaces.slope_models.model_file import Arrays
 from tactile_core.interfaces.slope_models.options import SlopeOptions
 from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
+from tactile_core.interfaces.slope_models.slope_calibration import SlopeCalibration
 from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import baked
-from tactile_core.quantities import Float32, Frame, Gradients, Reference
+from tactile_core.quantities import Float32, Reference
 
 
 class MlpOptions(SlopeOptions):
@@ -78,28 +77,10 @@ class Ensemble:
         return cls(tuple(members))
 
 
-class Mlp(Calibration):
+class Mlp(SlopeCalibration):
     """Fitted networks."""
 
-    def __init__(self, slopes: SlopeModel[Ensemble]) -> None:
-        self.slopes = slopes
-
-    def prepared(self, *, compiled: bool) -> Self:
-        """Return the model with or without compiled loops."""
-        return type(self)(replace(self.slopes, compiled=compiled))
-
-    def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
-        return self.slopes.measure(frame, reference)
-
-    def save(self, directory: Path) -> None:
-        """Write ``model.npz``."""
-        self.slopes.save(directory)
-
-    @classmethod
-    def load(cls, directory: Path) -> Self:
-        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
-        return cls(SlopeModel.load(directory, Ensemble))
+    function = Ensemble
 
 
 class MlpCalibrator(Calibrator):

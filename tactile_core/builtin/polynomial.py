@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar
 
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.interfaces.slope_models.options import SlopeOptions
 from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
+from tactile_core.interfaces.slope_models.slope_calibration import SlopeCalibration
 from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import baked
-from tactile_core.quantities import Frame, Gradients, Reference
+from tactile_core.quantities import Reference
 
 
 class PolynomialOptions(SlopeOptions):
@@ -27,28 +25,10 @@ class PolynomialOptions(SlopeOptions):
     ridge: float = Field(default=0.03, gt=0, description="Penalty on the coefficients.")
 
 
-class Polynomial(Calibration):
+class Polynomial(SlopeCalibration):
     """A fitted polynomial."""
 
-    def __init__(self, slopes: SlopeModel[PolynomialFit]) -> None:
-        self.slopes = slopes
-
-    def prepared(self, *, compiled: bool) -> Self:
-        """Return the model with or without compiled loops."""
-        return type(self)(replace(self.slopes, compiled=compiled))
-
-    def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
-        return self.slopes.measure(frame, reference)
-
-    def save(self, directory: Path) -> None:
-        """Write ``model.npz``."""
-        self.slopes.save(directory)
-
-    @classmethod
-    def load(cls, directory: Path) -> Self:
-        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
-        return cls(SlopeModel.load(directory, PolynomialFit))
+    function = PolynomialFit
 
 
 class PolynomialCalibrator(Calibrator):

@@ -6,9 +6,9 @@ from typing import ClassVar, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.builtin.light_options import LightOptions, refuse_same_names
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
+from tactile_core.interfaces.light_options import LightOptions, refuse_same_names
 
 FEWEST_LIGHTS = 3
 """Two unknowns of the normal and the albedo need three measurements (photometric stereo)."""

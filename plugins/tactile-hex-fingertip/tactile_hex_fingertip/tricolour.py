@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.builtin.constant_light import ConstantIllumination, ConstantLightOptions
+from tactile_core.interfaces.constant_light import ConstantIllumination, ConstantLightOptions
 from tactile_core.interfaces.device import Options
 
 ARRAY_TILT_DEG = 71.0

@@ -6,9 +6,9 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, field_validator, model_validator
 
-from tactile_core.builtin.light_options import LightOptions, refuse_same_names
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
+from tactile_core.interfaces.light_options import LightOptions, refuse_same_names
 
 GREY, COLOUR = 1, 3
 

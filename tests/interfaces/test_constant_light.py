@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.builtin.constant_light import (
+from tactile_core.interfaces.constant_light import (
     ConstantIllumination,
     ConstantLightOptions,
     ConstantOptions,

@@ -1,0 +1,44 @@
+"""A calibration that is one slope model and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.slope_models.slope_model import SlopeFunction, SlopeModel
+from tactile_core.quantities import Frame, Gradients, Reference
+
+
+class SlopeCalibration(Calibration):
+    """Measures by the slope model that it holds; a subclass names the function that is fitted.
+
+    Attributes
+    ----------
+    function : type of SlopeFunction
+        What :meth:`load` makes again.
+    slopes : SlopeModel
+    """
+
+    function: ClassVar[type[SlopeFunction]]
+
+    def __init__(self, slopes: SlopeModel[Any]) -> None:
+        self.slopes = slopes
+
+    def prepared(self, *, compiled: bool) -> Self:
+        """Return the model with or without compiled loops."""
+        return type(self)(replace(self.slopes, compiled=compiled))
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
+        return self.slopes.measure(frame, reference)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        self.slopes.save(directory)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
+        return cls(SlopeModel.load(directory, cls.function))

@@ -70,7 +70,7 @@ def test_inverse_laplacian(benchmark: Any, shape: tuple[int, int], kind: Any) ->
     benchmark(lambda: inverse.solve(rhs.copy()))
 
 
-def test_poisson_with_marks_masked(benchmark: Any) -> None:
+def test_poisson_with_markers_masked(benchmark: Any) -> None:
     gx, gy = slopes((480, 640))
     benchmark(integrate, gx, gy, mm_per_px=MM_PER_PX, mask=~dots((480, 640)))
 

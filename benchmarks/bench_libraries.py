@@ -27,7 +27,7 @@ from tactile_core.algorithms.displacement import decomposed
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.markers.spots import _moments
-from tactile_core.algorithms.photometric import fill_marks
+from tactile_core.algorithms.photometric import fill_markers
 from tactile_core.algorithms.poisson.laplacian import DftLaplacian, FftLaplacian
 from tactile_core.algorithms.tracking.pairing import paired
 from tactile_core.algorithms.validity import two_within
@@ -138,7 +138,7 @@ def gaps() -> Iterator[Row]:
     yield "gaps: ever coarser | LinearNDInterpolator", lambda: filled(image, ~hidden), by_triangles
     yield (
         "markers: mean around | cv2.inpaint",
-        lambda: fill_marks(image[..., None], hidden, 27)[..., 0],
+        lambda: fill_markers(image[..., None], hidden, 27)[..., 0],
         lambda: cv2.inpaint(image, hidden.view(np.uint8), 3, cv2.INPAINT_TELEA),
     )
 

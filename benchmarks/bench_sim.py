@@ -61,9 +61,9 @@ def parts_ms(name: str, frames: int) -> list[float]:
         skin.shear(dx_mm)
         clock.append(time.process_time())
         height, moved = skin.seen(chosen(compiled))
-        marks = skin.carried_px(optics.markers_px) if len(optics.markers_px) else None
+        markers = skin.carried_px(optics.markers_px) if len(optics.markers_px) else None
         clock.append(time.process_time())
-        pixels = optics.expose(height, moved, marks, frame=number)
+        pixels = optics.expose(height, moved, markers, frame=number)
         clock.append(time.process_time())
         compress(pixels)
         clock.append(time.process_time())

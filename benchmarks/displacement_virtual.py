@@ -1,6 +1,6 @@
 """The dense field on rendered frames: ``python benchmarks/displacement_virtual.py [--objects N]``.
 
-Presses unseen virtual objects on ``hex_fingertip``, whose marks are 1.1 mm apart, drags or turns
+Presses unseen virtual objects on ``hex_fingertip``, whose markers are 1.1 mm apart, drags or turns
 them, and compares the field that the profile's whole chain measures with the truth at every pixel,
 as RMS of the error over the image in % of the largest true displacement. Three times: with the true
 contact, with the contact that ``core.contact`` sees with a calibration, and with none.
@@ -22,7 +22,7 @@ from slip_virtual import PROFILE, UNIT, calibrated, drawn, untouched
 
 from experiments.slip_sequences import Plan
 from tactile_core import Pipeline
-from tactile_core.algorithms.displacement import MarkedSkin
+from tactile_core.algorithms.displacement import MarkedSurface
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, MarkerField
 from tactile_core.sim import VirtualStage
@@ -76,16 +76,16 @@ def measured(plan: Plan, bundle: Path) -> list[Row]:
     rows = []
     for frame, truth in taken:
         full, plain = seeing.process(frame), blind.process(frame)
-        marks, seen = full[MarkerField], full[ContactMask].mask
-        skin = MarkedSkin(
-            marks.reference_px,
+        markers, seen = full[MarkerField], full[ContactMask].mask
+        skin = MarkedSurface(
+            markers.reference_px,
             truth.contact.shape,
-            mm_per_px=marks.mm_per_px,
+            mm_per_px=markers.mm_per_px,
             thickness_mm=gel.thickness_mm or 2.0,
             poisson_ratio=gel.poisson_ratio or 0.48,
         )
         fields = (
-            skin.displacement(marks.px, marks.seen, truth.contact),
+            skin.displacement(markers.px, markers.seen, truth.contact),
             full[DisplacementField].mm,
             plain[DisplacementField].mm,
         )

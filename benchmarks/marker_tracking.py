@@ -1,8 +1,8 @@
-"""Marks followed: ``python benchmarks/marker_tracking.py [DATA] [--frames N] [--seed S]``.
+"""Markers followed: ``python benchmarks/marker_tracking.py [DATA] [--frames N] [--seed S]``.
 
-The real rows find marks with ``core.markers`` and follow them with ``core.tracking`` from the first
-frame on; the labels of ``markers/mini`` are another tracker's. The virtual rows follow marks of a
-skin that is dragged, of which a third is missing, among specks.
+The real rows find markers with ``core.markers`` and follow them with ``core.tracking`` from the
+first frame on; the labels of ``markers/mini`` are another tracker's. The virtual rows follow
+markers of a skin that is dragged, of which a third is missing, among specks.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def main() -> None:
 
 
 def mini(data: Path) -> None:
-    """Print how far marks are from their labels, and what thinned detections do to them."""
+    """Print how far markers are from their labels, and what thinned detections do to them."""
     fields = followed(data / MINI, MINI_SIZE)
     off_px, swapped = against_labels(data, fields)
     kept = through(fields).mean()

@@ -57,11 +57,11 @@ def _cases() -> Iterator[tuple[str, float, bool]]:
 def _sequence(kind: str, friction: float, turned: bool, seed: int) -> Iterator[tuple[float, float]]:
     """Share of the contact that sticks, and of the imprint that is lost, in every frame."""
     stage = VirtualStage(PROFILE, seed=seed, overrides={"gel": {"friction": friction}})
-    pixels, marks_px = stage.frame().pixels, stage.truth().markers_px
+    pixels, markers_px = stage.frame().pixels, stage.truth().markers_px
     found = find_marker_diameter(pixels)
     if found is None:
-        raise SystemExit(f"{PROFILE} shows no marks")
-    follower = ImprintFollower(pixels, marks_px, found[0])
+        raise SystemExit(f"{PROFILE} shows no markers")
+    follower = ImprintFollower(pixels, markers_px, found[0])
     depth_mm, options = OBJECTS[kind]
     stage.indenter(kind, **options)
     for number in range(4 + INCREMENTS):

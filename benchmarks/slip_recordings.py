@@ -3,7 +3,7 @@
 Scores the degree of slip against the labels of ``slip/grasp_lift`` and ``slip/gripper_pair``, which
 nothing else sees. The control is how faint the first imprint is: whoever is held weakly will slip,
 so a cue that only knows this has seen no slip. Without ``--run`` the imprint is followed along
-marks that are associated from frame to frame; with it, a profile's whole chain tells the degree.
+markers that are associated from frame to frame; with it, a profile's whole chain tells the degree.
 """
 
 from __future__ import annotations

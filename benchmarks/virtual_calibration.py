@@ -72,7 +72,7 @@ class Score:
     Attributes
     ----------
     normals_deg : float
-        Mean angle over the contact, border and hidden skin under marks included.
+        Mean angle over the contact, border and hidden skin under markers included.
     inner_normals_deg : float
         The same without the outer fifth, as ``tactile calibrate`` scores.
     depth_um, inside_um, image_um : float

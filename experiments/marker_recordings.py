@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from tactile_core import MarkerField, Reading, open_sensor
-from tactile_core.algorithms.tracking import MarkTracker
+from tactile_core.algorithms.tracking import MarkerTracker
 
 Array = NDArray[Any]
 
@@ -34,7 +34,7 @@ LABELS_LAG = 9
 
 
 def followed(source: Path, size: tuple[int, int]) -> list[MarkerField]:
-    """The marks of every frame."""
+    """The markers of every frame."""
     return [reading[MarkerField] for reading in read(source, size)]
 
 
@@ -53,7 +53,7 @@ def through(fields: list[MarkerField]) -> NDArray[np.bool_]:
 
 
 def against_labels(data: Path, fields: list[MarkerField]) -> tuple[Array, int]:
-    """(T, N) distances in px from the labels, and how many marks are nearer to another's label."""
+    """(T, N) distances from the labels, px, and how many markers are nearer to another's."""
     labels = _labels(data / "markers" / "mini" / "markers.csv")
     told = {number + LABELS_LAG: places for number, places in labels.items()}
     images = [number for number in sorted(told) if number < len(fields)]
@@ -67,8 +67,8 @@ def against_labels(data: Path, fields: list[MarkerField]) -> tuple[Array, int]:
 def thinned(
     fields: list[MarkerField], missing: float, rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Follow what is left of the marks of each frame: (T, N, 2) places, (T, N) whether seen."""
-    tracker = MarkTracker(fields[0].px)
+    """Follow what is left of the markers of each frame: (T, N, 2) places, (T, N) whether seen."""
+    tracker = MarkerTracker(fields[0].px)
     places, seen = [], []
     for field in fields:
         tracker.follow(field.px[rng.random(len(field.px)) >= missing])

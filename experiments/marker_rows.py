@@ -1,4 +1,4 @@
-"""Printed marks, followed from the first frame on."""
+"""Printed markers, followed from the first frame on."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from experiments.table_row import Row, command
 
 
 def rows(data: Path) -> list[Row]:
-    """Follow marks from the first frame on."""
+    """Follow markers from the first frame on."""
     fields = marker_recordings.followed(data / marker_recordings.MINI, marker_recordings.MINI_SIZE)
     off_px, swapped = marker_recordings.against_labels(data, fields)
     resting_px = np.hypot(*np.moveaxis(np.array([f.px - fields[0].px for f in fields]), -1, 0))
@@ -23,21 +23,21 @@ def rows(data: Path) -> list[Row]:
     return [
         Row(
             "markers_distance",
-            "95 % of marks are nearer to their labels than, px",
+            "95 % of markers are nearer to their labels than, px",
             "markers/mini: a GelSight Mini; labels of another tracker, itself about 0.25 px",
-            f"{off_px.shape[1]} marks in {off_px.shape[0]} frames",
+            f"{off_px.shape[1]} markers in {off_px.shape[0]} frames",
             "nothing is fitted",
             {"mini": float(np.percentile(off_px, 95))},
             float(np.percentile(off_px, 95)),
-            {"say that no mark moves": float(np.percentile(resting_px[-len(off_px) :], 95))},
+            {"say that no marker moves": float(np.percentile(resting_px[-len(off_px) :], 95))},
             command("markers"),
             {"mean, px": float(off_px.mean()), "swapped": float(swapped)},
         ),
         Row(
             "markers_kept",
-            "marks seen in every frame, %",
+            "markers seen in every frame, %",
             "markers/mini and markers/irregular_markers.avi",
-            f"{len(fields[0].px)} and {len(irregular[0].px)} marks in {len(fields)} and "
+            f"{len(fields[0].px)} and {len(irregular[0].px)} markers in {len(fields)} and "
             f"{len(irregular)} frames",
             "nothing is fitted",
             kept,

@@ -30,7 +30,7 @@ SETS = (
         "presses/*.png",
         "reference.png",
         4.0,
-        "three colours at once, no marks",
+        "three colours at once, no markers",
     ),
     Presses(
         "wedge",
@@ -39,7 +39,7 @@ SETS = (
         "ball-*.jpg",
         "bg-0.jpg",
         4.84,
-        "three colours at once, marks",
+        "three colours at once, markers",
     ),
     Presses(
         "gelsight_mini",
@@ -48,7 +48,7 @@ SETS = (
         "press_*.png",
         "background.png",
         6.31,
-        "three colours at once, no marks",
+        "three colours at once, no markers",
     ),
     Presses(
         "hex_fingertip",
@@ -57,6 +57,6 @@ SETS = (
         "Im_*.jpg",
         "frame0.jpg",
         3.96,
-        "three colours at once, marks",
+        "three colours at once, markers",
     ),
 )

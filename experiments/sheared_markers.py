@@ -1,4 +1,4 @@
-"""Marks on a virtual skin that is pressed, dragged, twisted and let go: detected, and followed."""
+"""Markers on a virtual gel that is pressed, sheared, twisted and released: detected and tracked."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.tracking import MarkTracker
+from tactile_core.algorithms.tracking import MarkerTracker
 from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.sim import VirtualStage
 
@@ -21,16 +21,16 @@ _BORDER_PX = 6
 
 @dataclass(frozen=True)
 class Drag:
-    """How hard it is to follow marks, in pitches and shares of the marks.
+    """How hard it is to follow markers, in pitches and shares of the markers.
 
     Attributes
     ----------
     farthest, fastest : float
         How far skin is dragged in all, and at most from one frame to the next.
     spurious : float
-        Detections that are no mark.
+        Detections that are no marker.
     missing : float
-        Marks that are not detected.
+        Markers that are not detected.
     noise_px : float
         Standard deviation of either coordinate.
     """
@@ -44,16 +44,16 @@ class Drag:
 
 @dataclass
 class Tally:
-    """What became of the marks that a tracker says it sees.
+    """What became of the markers that a tracker says it sees.
 
     Attributes
     ----------
     frames, offered, seen : int
-        ``offered`` are the detections of marks that are in the reference.
+        ``offered`` are the detections of markers that are in the reference.
     swapped, specks : int
-        Seen marks whose detection shows another mark, or none.
+        Seen markers whose detection shows another marker, or none.
     squares_px, squares_of_right_px : float
-        Squared distance from the truth, summed over all seen marks and over those at their own
+        Squared distance from the truth, summed over all seen markers and over those at their own
         detection.
     """
 
@@ -79,7 +79,7 @@ class Tally:
 
     def __str__(self) -> str:
         return (
-            f"{self.frames} frames, {self.seen} marks seen, {self.recall:.1%} of those offered: "
+            f"{self.frames} frames, {self.seen} markers seen, {self.recall:.1%} of those offered: "
             f"{self.swapped} swapped, {self.specks} at a speck, {self.rms_px:.3f} px RMS, without "
             f"these {self.rms_of_right_px:.3f}"
         )
@@ -95,18 +95,18 @@ def counted(drag: Drag, frames: int, first_seed: int = 0) -> Tally:
 
 
 def follow(places_px: Array, drag: Drag, rng: np.random.Generator, tally: Tally) -> None:
-    """Follow the marks of (T, N, 2) places from the first frame on, and add to the tally."""
-    marks = np.flatnonzero(visible(places_px[0]))
-    tracker = MarkTracker(places_px[0][marks])
+    """Follow the markers of (T, N, 2) places from the first frame on, and add to the tally."""
+    markers = np.flatnonzero(visible(places_px[0]))
+    tracker = MarkerTracker(places_px[0][markers])
     for truth in places_px:
         found, whose = detected(truth, drag, rng)
         tracker.follow(found)
         seen = tracker.seen
         taken = whose[nearest(tracker.px[seen], found, 1)[1][:, 0]]
-        squares = np.square(tracker.px - truth[marks])[seen].sum(axis=1)
-        right = taken == marks[seen]
+        squares = np.square(tracker.px - truth[markers])[seen].sum(axis=1)
+        right = taken == markers[seen]
         tally.frames += 1
-        tally.offered += int(np.isin(marks, whose).sum())
+        tally.offered += int(np.isin(markers, whose).sum())
         tally.seen += int(seen.sum())
         tally.swapped += int((~right & (taken >= 0)).sum())
         tally.specks += int((taken < 0).sum())
@@ -120,13 +120,13 @@ def strokes(seed: int, drag: Drag) -> Array:
     Returns
     -------
     (T, N, 2) float64
-        Where every printed mark is, frame by frame; at rest in the first.
+        Where every printed marker is, frame by frame; at rest in the first.
     """
     rng = np.random.default_rng(seed)
     gel = {"friction": float(rng.uniform(0.5, 2)), "thickness_mm": float(rng.uniform(2, 3.5))}
     overrides: dict[str, Any] = {"gel": gel}
     if seed % 2:
-        overrides["optics"] = {"marks": {"layout": "quasi_random"}}
+        overrides["optics"] = {"markers": {"layout": "quasi_random"}}
     stage = VirtualStage("hex_fingertip", seed=seed, overrides=overrides)
     frames = [stage.truth().markers_px]
     fastest = rng.uniform(0.1, drag.fastest) * PITCH_PX
@@ -181,11 +181,11 @@ def visible(places_px: Array) -> NDArray[np.bool_]:
 def detected(
     places_px: Array, drag: Drag, rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Return shuffled detections, and the mark that each one shows; -1 for none."""
-    marks = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= drag.missing))
-    others = rng.uniform(0, 1, (rng.poisson(drag.spurious * len(marks)), 2)) * SIZE_PX
-    noise_px = rng.normal(0, drag.noise_px, (len(marks), 2))
-    found = np.concatenate([places_px[marks] + noise_px, others])
-    whose = np.concatenate([marks, np.full(len(others), -1)])
+    """Return shuffled detections, and the marker that each one shows; -1 for none."""
+    markers = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= drag.missing))
+    others = rng.uniform(0, 1, (rng.poisson(drag.spurious * len(markers)), 2)) * SIZE_PX
+    noise_px = rng.normal(0, drag.noise_px, (len(markers), 2))
+    found = np.concatenate([places_px[markers] + noise_px, others])
+    whose = np.concatenate([markers, np.full(len(others), -1)])
     order = rng.permutation(len(found))
     return found[order], whose[order]

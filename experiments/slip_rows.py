@@ -33,7 +33,7 @@ def lifts(data: Path) -> list[Row]:
     first = alarms.argmax(axis=1)[told & slipped]
     unseen: Bools = np.isin(objects, OUT_OF_SAMPLE)
     what = (
-        "slip/grasp_lift: a hexagonal fingertip with marks, not calibrated, 640 × 480; "
+        "slip/grasp_lift: a hexagonal fingertip with markers, not calibrated, 640 × 480; "
         f"{len(set(objects.tolist()))} objects"
     )
     how_many = f"{len(trials)} lifts, {slipped.sum()} of them slips"

@@ -25,7 +25,7 @@ from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.skin import Skin
 
 SHRUNK = 4
-"""Of the image: the marks are as many and as far apart, and the noise the same in mm."""
+"""Of the image: the markers are as many and as far apart, and the noise the same in mm."""
 
 NOISE_PX = 0.1
 GROSS, HALF = 0.02, 0.5
@@ -174,7 +174,7 @@ def looks(plan: Plan) -> Iterator[Look]:
 
 
 class SlipWatch:
-    """Looks at a virtual skin as noisy marks, a true height and a true contact do."""
+    """Looks at a virtual skin as noisy markers, a true height and a true contact do."""
 
     def __init__(self, profile: Profile, seed: int) -> None:
         self.context = SensorContext(profile.image, profile.gel)
@@ -184,19 +184,19 @@ class SlipWatch:
         pitch_px = 1.1 / image.mm_per_px
         columns = np.arange(pitch_px / 2, image.width_px - 1, pitch_px)
         rows = np.arange(pitch_px / 2, image.height_px - 1, pitch_px)
-        self._marks_px = np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2)
+        self._markers_px = np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2)
         self._noise_px = NOISE_PX / SHRUNK
 
     def look(self, skin: Skin, moved: float, *, moving: bool) -> Look:
         """Look at the skin now."""
         scale = self.context.image.mm_per_px
         truth = skin.truth()
-        noise = self._rng.normal(0, self._noise_px, self._marks_px.shape)
-        count = len(self._marks_px)
-        marks = MarkerField(
+        noise = self._rng.normal(0, self._noise_px, self._markers_px.shape)
+        count = len(self._markers_px)
+        markers = MarkerField(
             np.arange(count, dtype=np.int32),
-            self._marks_px.astype(np.float32),
-            (skin.carried_px(self._marks_px) + noise).astype(np.float32),
+            self._markers_px.astype(np.float32),
+            (skin.carried_px(self._markers_px) + noise).astype(np.float32),
             np.ones(count, np.bool_),
             scale,
             skin.time_s,
@@ -204,7 +204,7 @@ class SlipWatch:
         contact = ContactMask(truth.contact, scale, skin.time_s)
         touched = int(truth.contact.sum())
         return Look(
-            self._displacement.estimate(marks, contact),
+            self._displacement.estimate(markers, contact),
             HeightMap(truth.height_mm, np.ones_like(truth.contact), scale, skin.time_s),
             contact,
             moving,

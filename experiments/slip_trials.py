@@ -103,20 +103,20 @@ def _trial(
     profile: str | None,
     window: slice = slice(None),
 ) -> Trial:
-    """One trial: the imprint followed along marks, or a profile's chain from the first frame on."""
+    """One trial: the imprint tracked along markers, or a profile's chain from the first frame."""
     images = _images(source)[window]
     found = find_marker_diameter(images[0])
     if found is None:
-        raise SystemExit(f"{source}: no marks found")
+        raise SystemExit(f"{source}: no markers found")
     weakness = -_relief(images[0], *found)
     if profile is not None:
         degrees, alarms = _measured(source, profile, window)
         return Trial(object_, source.name, slipped, degrees, alarms, weakness)
-    marks_px = _follow(images, *found)
-    follower = ImprintFollower(images[0], marks_px[0], found[0])
+    markers_px = _follow(images, *found)
+    follower = ImprintFollower(images[0], markers_px[0], found[0])
     motions = [
         follower.update(pixels, px, number / rate_hz)
-        for number, (pixels, px) in enumerate(zip(images, marks_px, strict=True))
+        for number, (pixels, px) in enumerate(zip(images, markers_px, strict=True))
     ]
     degrees = np.array([motion.degree for motion in motions])
     alarms = np.array([motion.slips for motion in motions])
@@ -136,7 +136,7 @@ def _measured(
 def _follow(
     images: Sequence[NDArray[np.uint8]], diameter_px: float, pitch_px: float
 ) -> list[NDArray[np.float64]]:
-    """Each mark of the first image in every image; as its neighbours where it is not seen."""
+    """Each marker of the first image in every image; as its neighbours where it is not seen."""
     first = _spots(images[0], diameter_px)
     around = KDTree(first).query(first, k=min(7, len(first)))[1]
     places = [first]

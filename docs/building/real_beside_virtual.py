@@ -99,7 +99,7 @@ class Pair:
     """One press, real and virtual; images are (H, W, K) float.
 
     ``lines`` are shading profiles through the press, ``bare`` is the (H, W) skin that carries a
-    mark in none of the images.
+    marker in none of the images.
     """
 
     title: str
@@ -216,7 +216,7 @@ def along(
 
 
 def bare(*images: np.ndarray) -> np.ndarray:
-    """(H, W) bool: skin that carries a mark in none of the images."""
+    """(H, W) bool: skin that carries a marker in none of the images."""
     marked = np.zeros(images[0].shape[:2], bool)
     for image in images:
         grey = cv2.GaussianBlur(image.mean(2).astype(np.float32), (0, 0), 1)
@@ -226,7 +226,7 @@ def bare(*images: np.ndarray) -> np.ndarray:
 
 
 def _shares(image: np.ndarray, skin: np.ndarray) -> np.ndarray:
-    """(K, N) share of each colour, smooth, marks and the image's border left out."""
+    """(K, N) share of each colour, smooth, markers and the image's border left out."""
     weight = skin.astype(np.float32)
     total = cv2.GaussianBlur(image * weight[..., None], (0, 0), _TINT_BLUR_PX)
     smooth = total / np.maximum(cv2.GaussianBlur(weight, (0, 0), _TINT_BLUR_PX), 1e-3)[..., None]

@@ -67,14 +67,14 @@ def at_home(text: str, page: str, file: str) -> str:
     here, known = posixpath.dirname(page), pages()
 
     def rewritten(found: re.Match[str]) -> str:
-        mark, words, link = found.groups()
+        marker, words, link = found.groups()
         path, anchor = target(link, file)
         if path is None:
             return found[0]
         to = known.get(path) or (path.removeprefix("docs/") if path.startswith("docs/") else None)
         if to is None:
             return words if words.strip("`") == path else f"{words} (`{path}`)"
-        return f"{mark}[{words}]({posixpath.relpath(to, here or '.')}{anchor})"
+        return f"{marker}[{words}]({posixpath.relpath(to, here or '.')}{anchor})"
 
     return outside_code(text, lambda prose: _LINK.sub(rewritten, prose))
 
@@ -96,11 +96,11 @@ def target(link: str, file: str) -> tuple[str | None, str]:
 
     None for the path where it leads to the page itself or out into the world.
     """
-    path, mark, anchor = link.partition("#")
+    path, marker, anchor = link.partition("#")
     if not path or ":" in path:
-        return None, mark + anchor
+        return None, marker + anchor
     joined = posixpath.normpath(posixpath.join(posixpath.dirname(file), path))
-    return joined, mark + anchor
+    return joined, marker + anchor
 
 
 def outside_code(text: str, change: Callable[[str], str]) -> str:

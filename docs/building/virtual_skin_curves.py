@@ -60,12 +60,12 @@ def stepped() -> tuple[np.ndarray, np.ndarray]:
 def turned(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
     """Distance from the middle, mm, and by how much of the plate's turn the skin follows there."""
     skin = pressed("plate")
-    marks = np.stack([np.linspace(0.6, 8.6, 60), np.zeros(60)], 1)
-    before = skin.carried(marks)
+    markers = np.stack([np.linspace(0.6, 8.6, 60), np.zeros(60)], 1)
+    before = skin.carried(markers)
     skin.twist(angle_deg, steps=12)
-    now = skin.carried(marks)
+    now = skin.carried(markers)
     angles = np.arctan2(now[:, 1], now[:, 0]) - np.arctan2(before[:, 1], before[:, 0])
-    return marks[:, 0], np.degrees(angles) / angle_deg
+    return markers[:, 0], np.degrees(angles) / angle_deg
 
 
 def main() -> None:

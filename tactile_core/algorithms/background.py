@@ -21,7 +21,7 @@ _SAMPLES_ACROSS = 160
 
 
 def smooth_background(
-    pixels: NDArray[Any], marks: NDArray[np.bool_] | None = None, *, degree: int = 4
+    pixels: NDArray[Any], marker_mask: NDArray[np.bool_] | None = None, *, degree: int = 4
 ) -> Float32:
     """Large-scale light of an image: what level skin would show everywhere.
 
@@ -33,7 +33,7 @@ def smooth_background(
     ----------
     pixels : (H, W, K)
         Intensities; most of the skin should be level.
-    marks : (H, W) bool, optional
+    marker_mask : (H, W) bool, optional
         Pixels that do not show the coating.
     degree : int
         Total degree of the polynomial.
@@ -49,8 +49,8 @@ def smooth_background(
     powers = terms(np.stack([x.ravel(), y.ravel()], axis=1), degree)
     seen = np.zeros((height, width), bool)
     seen[step // 2 :: step, step // 2 :: step] = True
-    if marks is not None:
-        seen &= ~marks
+    if marker_mask is not None:
+        seen &= ~marker_mask
     few = powers[seen.ravel()]
     least = max(float(pixels.max()) / 1000, 1e-6)
     planes = []

@@ -55,13 +55,13 @@ class RestingLevels:
         self._untouched = self._few(reference)
         self._bright = (self._untouched > _DARK * full_scale).all(axis=0)
 
-    def gains(self, pixels: Array, marks: Array | None = None) -> Array:
+    def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
         seen = self._few(pixels)
         good = (seen.min(axis=0) > _DARK * self._full_scale) & self._bright
         good &= seen.max(axis=0) < CEILING * self._full_scale
-        if marks is not None:
-            good &= self._few(marks.view(np.uint8)[..., None])[0] == 0
+        if marker_mask is not None:
+            good &= self._few(marker_mask.view(np.uint8)[..., None])[0] == 0
         if np.count_nonzero(good) < _FEWEST:
             return np.ones(pixels.shape[2], np.float32)
         gain, share = _resting_gain(np.log(seen[:, good] / self._untouched[:, good]))
@@ -83,7 +83,7 @@ class RestingLevels:
 
 
 def channel_gains(
-    pixels: Array, reference: Array, full_scale: float, marks: Array | None = None
+    pixels: Array, reference: Array, full_scale: float, marker_mask: Array | None = None
 ) -> Array:
     """Estimate each channel's gain against the reference.
 
@@ -96,7 +96,7 @@ def channel_gains(
         A frame and the untouched sensor.
     full_scale : float
         The intensity at which a channel saturates.
-    marks : (H, W) bool, optional
+    marker_mask : (H, W) bool, optional
         Pixels that do not show the skin.
 
     Returns
@@ -104,7 +104,7 @@ def channel_gains(
     (K,) float32
         Within 10 % of 1; exactly 1 where too little of the skin rests to tell.
     """
-    return RestingLevels(reference, full_scale).gains(pixels, marks)
+    return RestingLevels(reference, full_scale).gains(pixels, marker_mask)
 
 
 def divided(pixels: Array, gains: Array, full_scale: float) -> Array:

@@ -22,7 +22,7 @@ def displacement_entropy(
 
     −Σ p log2 p over a histogram of the magnitude with bins of a fixed width [Yuan 2015, section
     III-B]. It is small while the whole contact moves alike and grows when its border lags behind.
-    Noise of 0.1 px in the marks alone gives about 1.5 bits.
+    Noise of 0.1 px in the markers alone gives about 1.5 bits.
 
     Parameters
     ----------

@@ -21,9 +21,9 @@ DARK_FRACTION = 0.04
 
 
 _FINEST = 6
-"""Pixels that are left of a neighbourhood's side when marks are filled."""
+"""Pixels that are left of a neighbourhood's side when markers are filled."""
 
-_NO_MARK: Any = 0  # numbers are compared with as well, which the types do not say
+_NO_MARKER: Any = 0  # numbers are compared with as well, which the types do not say
 
 
 @dataclass(frozen=True)
@@ -35,56 +35,58 @@ class Smoothing:
     boxes_px : tuple of two int
         Sides of the two box filters that are applied in turn; 1 for none.
     around_px : int
-        Side of the neighbourhood that marks are filled from; 0 for a skin without marks.
+        Side of the neighbourhood that marks are filled from; 0 for a skin without markers.
     """
 
     boxes_px: tuple[int, int] = (5, 5)
     around_px: int = 0
 
     @classmethod
-    def of(cls, reference_marks: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
+    def of(cls, reference_markers: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
         """Smoothing with about this standard deviation, and marks as large as the reference's."""
         # A box of side n has the variance (n² − 1) / 12. The second may be the next larger one.
         first = 2 * int((np.sqrt(6 * blur_px**2 + 1) - 1) / 2) + 1
         pairs = [(n, m) for n in (first, first + 2) for m in (n, n + 2)]
         wanted = 12 * blur_px**2 + 2
         nearest = min(pairs, key=lambda pair: abs(pair[0] ** 2 + pair[1] ** 2 - wanted))
-        return cls(nearest, around_marks(reference_marks))
+        return cls(nearest, around_markers(reference_markers))
 
     def apply(
         self,
         pixels: NDArray[Any],
-        marks: NDArray[np.bool_] | None,
+        marker_mask: NDArray[np.bool_] | None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[Any]:
-        """(H, W, K) intensities, marks filled and the coating's grain smoothed; same dtype.
+        """(H, W, K) intensities, markers filled and the coating's grain smoothed; same dtype.
 
         ``out`` may hold the result, if its shape and dtype are those of ``pixels``.
         """
         shape = pixels.shape
-        if marks is not None and self.around_px:
-            pixels = fill_marks(pixels, marks, self.around_px)
+        if marker_mask is not None and self.around_px:
+            pixels = fill_markers(pixels, marker_mask, self.around_px)
         for side in self.boxes_px:
             if side > 1:
                 pixels = cv2.blur(pixels, (side, side), dst=out)
         return np.asarray(pixels).reshape(shape)
 
 
-def fill_marks(pixels: NDArray[Any], marks: NDArray[np.bool_], size_px: int) -> NDArray[Any]:
-    """Replace the pixels of marks by the mean of the skin around them.
+def fill_markers(
+    pixels: NDArray[Any], marker_mask: NDArray[np.bool_], size_px: int
+) -> NDArray[Any]:
+    """Replace the pixels of markers by the mean of the skin around them.
 
     Parameters
     ----------
     pixels : (H, W, K) uint8, uint16 or float32
-    marks : (H, W) bool
+    marker_mask : (H, W) bool
     size_px : int
-        Side of the neighbourhood; larger than a mark.
+        Side of the neighbourhood; larger than a marker.
 
     Returns
     -------
     (H, W, K), same dtype
     """
-    around = AroundMarks(skin_of(marks), size_px)
+    around = AroundMarkers(skin_of(marker_mask), size_px)
     with planes_of(pixels) as planes:
         filled = [around.filled(plane) for plane in planes]
     return np.asarray(cv2.merge(filled)).reshape(pixels.shape)
@@ -102,13 +104,13 @@ def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
         yield list(memory)
 
 
-def skin_of(marks: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """(H, W) uint8: 255 where no mark hides the skin, else 0."""
-    return np.asarray(cv2.compare(marks.view(np.uint8), _NO_MARK, cv2.CMP_EQ), np.uint8)
+def skin_of(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """(H, W) uint8: 255 where no marker hides the skin, else 0."""
+    return np.asarray(cv2.compare(marker_mask.view(np.uint8), _NO_MARKER, cv2.CMP_EQ), np.uint8)
 
 
-class AroundMarks:
-    """Fills the marks of one frame, up to four channels at a time.
+class AroundMarkers:
+    """Fills the markers of one frame, up to four channels at a time.
 
     Parameters
     ----------
@@ -121,7 +123,7 @@ class AroundMarks:
     def __init__(self, skin: NDArray[np.uint8], size_px: int) -> None:
         self._skin = skin
         rows, columns = skin.shape
-        # The mean around a mark varies slowly: a coarser image holds it as well, and halving is
+        # The mean around a marker varies slowly: a coarser image holds it as well, and halving is
         # by far the fastest way to one.
         step = 1
         while 2 * step * _FINEST <= size_px and rows % (2 * step) == columns % (2 * step) == 0:
@@ -131,7 +133,7 @@ class AroundMarks:
         self._count = np.maximum(self._total(skin) / np.float32(255), np.float32(1e-3))
 
     def filled(self, part: NDArray[Any]) -> NDArray[Any]:
-        """(H, W) or a few channels of (H, W, K) with the marks filled, same dtype."""
+        """(H, W) or a few channels of (H, W, K) with the markers filled, same dtype."""
         with borrowed(part.shape, part.dtype) as without:
             without.fill(0)
             cv2.copyTo(part, self._skin, without)
@@ -149,11 +151,11 @@ class AroundMarks:
         return np.asarray(cv2.boxFilter(small, cv2.CV_32F, self._box), np.float32)
 
 
-def around_marks(marks: NDArray[np.bool_] | None) -> int:
-    """Side in px of a neighbourhood that reaches the skin on all sides of most marks; 0 if none."""
-    if marks is None or not marks.any():
+def around_markers(marker_mask: NDArray[np.bool_] | None) -> int:
+    """Side in px of a neighbourhood that reaches beyond most markers on all sides; 0 if none."""
+    if marker_mask is None or not marker_mask.any():
         return 0
-    _, _, boxes, _ = cv2.connectedComponentsWithStats(marks.view(np.uint8))
+    _, _, boxes, _ = cv2.connectedComponentsWithStats(marker_mask.view(np.uint8))
     sides = np.asarray(boxes)[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1]
     return int(np.median(sides.max(axis=1))) * 2 + 1
 

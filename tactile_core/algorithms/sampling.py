@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
 from tactile_core.algorithms.arrays.types import Bool
-from tactile_core.algorithms.photometric import AroundMarks, around_marks, planes_of, skin_of
+from tactile_core.algorithms.photometric import AroundMarkers, around_markers, planes_of, skin_of
 
 _PX_PER_BLUR = 0.75
 """Smoothing over sampling step, standard deviation: an image loses nothing that one would see."""
@@ -41,7 +41,7 @@ class Sampling:
         Standard deviation of the smoothing on the coarse grid, in its pixels.
     around_px : int
         Side of the neighbourhood that marks are filled from, on the coarse grid; 0 for a skin
-        without marks.
+        without markers.
     """
 
     step: int
@@ -50,46 +50,46 @@ class Sampling:
     around_px: int
 
     @classmethod
-    def of(cls, shape: tuple[int, int], marks: Bool | None, blur_px: float) -> Self:
+    def of(cls, shape: tuple[int, int], marker_mask: Bool | None, blur_px: float) -> Self:
         """Sampling of images of some (rows, columns) with about this standard deviation."""
         step = max(1, int(blur_px / _PX_PER_BLUR))
         # An average of n pixels has the variance (n² − 1) / 12, linear interpolation n² / 6.
         variance = blur_px**2 - (step**2 - 1) / 12 - (step**2 / 6 if step > 1 else 0)
         rest = max(0.0, variance) ** 0.5 / step
         rows, columns = (-(-side // step) for side in shape)
-        return cls(step, (rows, columns), rest, -(-around_marks(marks) // step))
+        return cls(step, (rows, columns), rest, -(-around_markers(marker_mask) // step))
 
-    def smooth(self, pixels: NDArray[Any], marks: Bool | None) -> NDArray[Any]:
-        """(H, W, K) intensities → (h, w, K) coarse smooth ones of the same dtype, marks filled."""
-        parts = self._parts(pixels, marks)
+    def smooth(self, pixels: NDArray[Any], marker_mask: Bool | None) -> NDArray[Any]:
+        """(H, W, K) intensities → (h, w, K) smooth and coarse, same dtype, markers filled."""
+        parts = self._parts(pixels, marker_mask)
         return parts[0] if parts[0].ndim == 3 else np.dstack(parts)
 
-    def planes(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
+    def planes(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[NDArray[Any]]:
         """The same as K planes of (h, w)."""
-        parts = self._parts(pixels, marks)
+        parts = self._parts(pixels, marker_mask)
         return parts if parts[0].ndim == 2 else [np.asarray(p) for p in cv2.split(parts[0])]
 
-    def _parts(self, pixels: NDArray[Any], marks: Bool | None) -> list[NDArray[Any]]:
+    def _parts(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[NDArray[Any]]:
         """The smooth image as a whole where OpenCV can work on it so, or its planes."""
         if pixels.flags.c_contiguous and 1 < pixels.shape[2] <= MOST_CHANNELS:
-            return self._worked_on([pixels], marks)
+            return self._worked_on([pixels], marker_mask)
         with planes_of(pixels) as planes:
-            return self._worked_on(planes, marks)
+            return self._worked_on(planes, marker_mask)
 
-    def _worked_on(self, parts: list[NDArray[Any]], marks: Bool | None) -> list[NDArray[Any]]:
-        if marks is None or not self.around_px:
+    def _worked_on(self, parts: list[NDArray[Any]], marker_mask: Bool | None) -> list[NDArray[Any]]:
+        if marker_mask is None or not self.around_px:
             return [self._smooth(self._coarse(part)) for part in parts]
-        skin = skin_of(marks)
+        skin = skin_of(marker_mask)
         share = self._coarse(skin)
         mostly_skin = np.asarray(cv2.compare(share, _HALF, cv2.CMP_GE), np.uint8)
-        around = AroundMarks(mostly_skin, self.around_px)
+        around = AroundMarkers(mostly_skin, self.around_px)
         small = [self._of_skin(part, skin, share) for part in parts]
         return [self._smooth(around.filled(part)) for part in small]
 
     def _of_skin(
         self, part: NDArray[Any], skin: NDArray[np.uint8], share: NDArray[np.uint8]
     ) -> NDArray[Any]:
-        """Means over what a coarse pixel has of skin, so that none is lost beside marks."""
+        """Means over what a coarse pixel has of skin, so that none is lost beside markers."""
         with borrowed(part.shape, part.dtype) as bare:
             bare.fill(0)
             cv2.copyTo(part, skin, bare)

@@ -56,7 +56,7 @@ class SlopeField:
         The same model over the change alone; None to take the model everywhere.
     reference : (H, W, K) float32
         The untouched sensor.
-    reference_marks : (H, W) bool or None
+    reference_markers : (H, W) bool or None
     full_scale : float
     blur_px : float
         Standard deviation of the smoothing.
@@ -69,7 +69,7 @@ class SlopeField:
         model: Model,
         table: ColourTable | None,
         reference: Float32,
-        reference_marks: Bool | None = None,
+        reference_markers: Bool | None = None,
         *,
         full_scale: float = 255.0,
         blur_px: float = 2.0,
@@ -82,12 +82,12 @@ class SlopeField:
         self._table = table if takes_table((h, w, k)) else None
         if self._table is None:
             self._sampler = Sampler(
-                reference, reference_marks, full_scale=full_scale, blur_px=blur_px
+                reference, reference_markers, full_scale=full_scale, blur_px=blur_px
             )
             return
-        self._sampling = Sampling.of((h, w), reference_marks, blur_px)
+        self._sampling = Sampling.of((h, w), reference_markers, blur_px)
         self._coarse = coarse_size(*self._sampling.shape, self._table.points)
-        base = np.asarray(self._sampling.smooth(reference, reference_marks), np.float32)
+        base = np.asarray(self._sampling.smooth(reference, reference_markers), np.float32)
         self._base = self._averaged(base)
         self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
         self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
@@ -95,22 +95,22 @@ class SlopeField:
         self._flat = self._table.flat()
 
     def measure(
-        self, pixels: NDArray[Any], marks: Bool | None = None
+        self, pixels: NDArray[Any], marker_mask: Bool | None = None
     ) -> tuple[Float32, Float32, None]:
         """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes; a regression knows no doubt.
 
         Parameters
         ----------
         pixels : (H, W, K) uint8, uint16 or float32
-        marks : (H, W) bool, optional
+        marker_mask : (H, W) bool, optional
             Pixels that show a marker; their slope is that of the skin around them.
         """
         h, w = pixels.shape[:2]
         if self._table is None:
-            every = self._sampler.image(pixels, marks).reshape(h * w, -1)
+            every = self._sampler.image(pixels, marker_mask).reshape(h * w, -1)
             both = to_gradient(self._model(every)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
-        smoothed = self._sampling.smooth(pixels, marks)
+        smoothed = self._sampling.smooth(pixels, marker_mask)
         with borrowed((2, *self._sampling.shape), np.float32) as sines:
             self._look_up(self._table, smoothed, sines)
             coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
@@ -194,28 +194,28 @@ class Sampler:
     def __init__(
         self,
         reference: Float32,
-        reference_marks: Bool | None = None,
+        reference_markers: Bool | None = None,
         *,
         full_scale: float = 255.0,
         blur_px: float = 2.0,
     ) -> None:
-        self._smoothing = Smoothing.of(reference_marks, blur_px)
-        self._base = np.asarray(self._smoothing.apply(reference, reference_marks), np.float32)
+        self._smoothing = Smoothing.of(reference_markers, blur_px)
+        self._base = np.asarray(self._smoothing.apply(reference, reference_markers), np.float32)
         self._place = place(reference.shape[:2])
         self._full_scale = full_scale
 
     def features(
         self,
         pixels: NDArray[Any],
-        marks: Bool | None,
+        marker_mask: Bool | None,
         rows: NDArray[np.int32],
         columns: NDArray[np.int32],
     ) -> Float32:
         """(N, K + 2) features of N pixels of one frame."""
-        return self.image(pixels, marks)[rows, columns]
+        return self.image(pixels, marker_mask)[rows, columns]
 
-    def image(self, pixels: NDArray[Any], marks: Bool | None) -> Float32:
+    def image(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
         """(H, W, K + 2) features of all pixels of one frame."""
-        smoothed = self._smoothing.apply(pixels, marks)
+        smoothed = self._smoothing.apply(pixels, marker_mask)
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return np.concatenate([change, self._place], axis=2)

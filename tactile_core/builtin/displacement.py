@@ -1,4 +1,4 @@
-"""The displacement of the skin at every pixel, from its marks."""
+"""The displacement of the skin at every pixel, from its markers."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel
 
-from tactile_core.algorithms.displacement import MarkedSkin
+from tactile_core.algorithms.displacement import MarkedSurface
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
 
 
 class Displacement(Estimator):
-    """Interpolates the marks as a layer of the gel's thickness moves.
+    """Interpolates the markers as a layer of the gel's thickness moves.
 
     Where the contact is known, the field bends at its border as elasticity says; without it the
-    bend is spread over the pitch of the marks. Marks that are not seen have no say.
+    bend is spread over the pitch of the markers. Markers that are not seen have no say.
     """
 
-    needs_marks: ClassVar[bool] = True
+    needs_markers: ClassVar[bool] = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
-        self._skin: MarkedSkin | None = None
+        self._skin: MarkedSurface | None = None
 
     def estimate(self, markers: MarkerField, contact: ContactMask | None) -> DisplacementField:
-        """Return the field; valid within a pitch of a mark that is seen."""
+        """Return the field; valid within a pitch of a marker that is seen."""
         skin = self._skin_of(markers)
         return DisplacementField(
             skin.cells(markers.px, markers.seen, None if contact is None else contact.mask),
@@ -36,12 +36,12 @@ class Displacement(Estimator):
             markers.timestamp_s,
         )
 
-    def _skin_of(self, markers: MarkerField) -> MarkedSkin:
-        """The weights for these marks, which are kept: they cost far more than a frame."""
+    def _skin_of(self, markers: MarkerField) -> MarkedSurface:
+        """The weights for these markers, which are kept: they cost far more than a frame."""
         kept = self._skin
         if kept is None or not np.array_equal(kept.reference_px, markers.reference_px):
             image, gel = self.context.image, self.context.gel
-            kept = self._skin = MarkedSkin(
+            kept = self._skin = MarkedSurface(
                 markers.reference_px,
                 (image.height_px, image.width_px),
                 mm_per_px=markers.mm_per_px,

@@ -1,4 +1,4 @@
-"""The displacement of a skin without marks, from how the imprint of the object moves."""
+"""The displacement of a skin without markers, from how the imprint of the object moves."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ class RobustPoisson(Estimator):
     """Integrates the slopes so that outliers, shadows and marks hardly bend the height.
 
     In place of ``core.poisson`` where slopes contradict each other: an attached shadow on one
-    flank, highlights, dust, marks. It takes about ten times as long. The border is free, and rest
+    flank, highlights, dust, markers. It takes about ten times as long. The border is free, and rest
     is found as in :class:`~tactile_core.builtin.poisson.Poisson`; see
     :func:`tactile_core.algorithms.poisson.integrate_robustly` for the method.
     """

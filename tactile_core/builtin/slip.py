@@ -15,7 +15,7 @@ from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, Im
 from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
 from tactile_core.builtin.slip_touch import TouchFinder
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
@@ -28,12 +28,12 @@ from tactile_core.quantities import (
     SlipState,
 )
 
-_FEWEST_MARKS = 3
+_FEWEST_MARKERS = 3
 _UNSURE = 0.2
 """Without a known contact the field's degree stays under that of an imprint that slips."""
 
 _ENOUGH_MEASURED = 12
-"""Places with a displacement that is not extended beyond the marks."""
+"""Places with a displacement that is not extended beyond the markers."""
 
 
 class _Held(NamedTuple):
@@ -53,7 +53,7 @@ class Slip(Estimator):
     """How much of the contact still follows its sticking core, and whether that halts.
 
     The contact lies within what is steep in the height map where there is one, else within what
-    changes in the image, else it is the skin that is dragged along. Where marks and frames are
+    changes in the image, else it is the skin that is dragged along. Where markers and frames are
     there, the object's imprint is followed over the skin, too: once the field warns, an imprint
     that leaves its place tells that all slips. Without a height map and with no picture of the
     untouched skin the imprint alone tells gross slip, and the field warns.
@@ -99,11 +99,11 @@ class Slip(Estimator):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         chosen = self.Options.model_validate(options.model_dump())
-        self._marks = None if context.gel.markers == "auto" else MarkFinder.of(context)
+        self._markers = None if context.gel.markers == "auto" else MarkerFinder.of(context)
         stride = stride_of(context.image.width_px)
         spacing_mm = stride * context.image.mm_per_px
-        mark_px = 0.0 if self._marks is None else self._marks.diameter_px
-        self._touch = TouchFinder(stride, spacing_mm, mark_px)
+        marker_px = 0.0 if self._markers is None else self._markers.diameter_px
+        self._touch = TouchFinder(stride, spacing_mm, marker_px)
         self._contact = DraggedContact(
             spacing_mm,
             window_mm=chosen.window_mm,
@@ -225,14 +225,14 @@ class Slip(Estimator):
             frame is None
             or markers is None
             or reference is None
-            or self._marks is None
-            or len(markers.ids) < _FEWEST_MARKS
+            or self._markers is None
+            or len(markers.ids) < _FEWEST_MARKERS
         ):
             return None
         if self._imprint is None or self._imprint_of is not reference:
             rest_px = markers.untouched_px
             rest_px = markers.reference_px if rest_px is None else rest_px
-            self._imprint = ImprintFollower(reference.pixels, rest_px, self._marks.diameter_px)
+            self._imprint = ImprintFollower(reference.pixels, rest_px, self._markers.diameter_px)
             self._imprint_of = reference
         return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
 

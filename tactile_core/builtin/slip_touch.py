@@ -25,7 +25,7 @@ _LEAST_SLOPE, _SURE_SLOPE, _STAYS = 0.03, 0.1, 0.5
 _LEAST_CHANGE, _NOISES = 0.015, 5.0
 _STRONGEST = 0.99
 _CUT = 0.5
-_MARK_RADII = 1.6
+_MARKER_RADII = 1.6
 
 
 class Touch(NamedTuple):
@@ -53,14 +53,14 @@ class TouchFinder:
         Every so many pixels there is a coarse place.
     spacing_mm : float
         Distance of neighbouring places.
-    mark_px : float
-        Diameter of a mark; 0 where there are none.
+    marker_px : float
+        Diameter of a marker; 0 where there are none.
     """
 
-    def __init__(self, stride: int, spacing_mm: float, mark_px: float = 0.0) -> None:
+    def __init__(self, stride: int, spacing_mm: float, marker_px: float = 0.0) -> None:
         self.stride = stride
         self._spacing_mm = spacing_mm
-        self._mark_radius = 0.5 * _MARK_RADII * mark_px / stride
+        self._marker_radius = 0.5 * _MARKER_RADII * marker_px / stride
         self._untouched: tuple[Reference, Float32] | None = None
         self.reset()
 
@@ -153,7 +153,7 @@ class TouchFinder:
             return np.zeros(shape, np.bool_)
         rest_px = markers.reference_px if markers.untouched_px is None else markers.untouched_px
         points_px = np.concatenate([rest_px, markers.px])
-        return covered((points_px + 0.5) / self.stride - 0.5, self._mark_radius, shape)
+        return covered((points_px + 0.5) / self.stride - 0.5, self._marker_radius, shape)
 
 
 def _ends_within_view(mask: Bool) -> bool:

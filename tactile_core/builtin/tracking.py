@@ -1,4 +1,4 @@
-"""Which mark of the untouched skin each detection is."""
+"""Which marker of the untouched skin each detection is."""
 
 from __future__ import annotations
 
@@ -9,52 +9,52 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.algorithms.tracking import FEWEST_MARKS, MarkTracker, shows_contact
+from tactile_core.algorithms.tracking import FEWEST_MARKERS, MarkerTracker, shows_contact
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 
 _IN_CONTACT = (
-    "the {} shows the marks of a skin that is touched; for displacements since the skin was "
+    "the {} shows the markers of a skin that is touched; for displacements since the skin was "
     "untouched, begin with nothing on it"
 )
 
 
 class Tracking(Estimator):
-    """Follows the marks of the reference from frame to frame.
+    """Follows the markers of the reference from frame to frame.
 
-    A mark that is missing, or whose identity is not sure, is inferred from its neighbours and not
-    ``seen``; see :class:`tactile_core.algorithms.tracking.MarkTracker`. Marks that the border cuts
-    in the reference help to tell the others apart and are not reported.
+    A marker that is missing, or whose identity is not sure, is inferred from its neighbours and not
+    ``seen``; see :class:`tactile_core.algorithms.tracking.MarkerTracker`. Markers that the border
+    cuts in the reference help to tell the others apart and are not reported.
     """
 
     stateful: ClassVar[bool] = True
-    needs_marks: ClassVar[bool] = True
+    needs_markers: ClassVar[bool] = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         self.reset()
 
     def reset(self) -> None:
-        """Forget where the marks were, and the tare."""
-        self._tracker: MarkTracker | None = None
+        """Forget where the markers were, and the tare."""
+        self._tracker: MarkerTracker | None = None
         self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
         self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
         self._untouched_px = self._zero_px
         self._contact_in_reference = False
 
     def tare(self, result: MarkerField) -> MarkerField:
-        """Take the present places of the marks for those at rest."""
+        """Take the present places of the markers for those at rest."""
         self._zero_px = result.px
         return replace(result, reference_px=result.px)
 
     def estimate(self, detections: MarkerDetections, reference: Reference) -> MarkerField:
-        """Return every mark of the reference where it is now.
+        """Return every marker of the reference where it is now.
 
         Raises
         ------
         InputError
-            The reference shows no marks to follow.
+            The reference shows no markers to follow.
         """
         tracker = self._tracker or self._begin(reference)
         first = tracker.began_displaced is None
@@ -63,7 +63,7 @@ class Tracking(Estimator):
         notes = []
         if tracker.lost:
             notes.append(
-                f"none of the {len(self._reported)} marks can be told apart in this frame, which "
+                f"none of the {len(self._reported)} markers can be told apart in this frame, which "
                 f"shows {len(detections.centres_px)}; their places are those of an earlier one"
             )
         if first and started_in_contact:
@@ -82,15 +82,15 @@ class Tracking(Estimator):
             untouched_px=self._untouched_px,
         )
 
-    def _begin(self, reference: Reference) -> MarkTracker:
+    def _begin(self, reference: Reference) -> MarkerTracker:
         untouched = reference.detections
         count = 0 if untouched is None else len(untouched.centres_px)
-        if untouched is None or count < FEWEST_MARKS:
+        if untouched is None or count < FEWEST_MARKERS:
             raise InputError(
-                f"the reference shows {count} marks, too few to follow; take it of the untouched "
-                f"skin in focus and evenly lit, or say 'gel.markers: null' for a gel without marks"
+                f"the reference shows {count} markers, too few to follow; take it of the untouched "
+                f"gel in focus and evenly lit, or say 'gel.markers: null' for a gel without markers"
             )
-        self._tracker = MarkTracker(untouched.centres_px, compiled=self.context.compiled)
+        self._tracker = MarkerTracker(untouched.centres_px, compiled=self.context.compiled)
         self._reported = np.flatnonzero(~untouched.cut)
         self._zero_px = self._untouched_px = self._places_px()
         self._contact_in_reference = shows_contact(untouched.centres_px)

@@ -277,8 +277,8 @@ def _save_reference(reference: Reference, path: Path) -> None:
         "noise": reference.noise,
         "frames": reference.frames,
     }
-    if reference.marks is not None:
-        arrays["marks"] = reference.marks
+    if reference.marker_mask is not None:
+        arrays["marker_mask"] = reference.marker_mask
     write_npz(path, arrays)
 
 
@@ -291,7 +291,7 @@ def _load_reference(path: Path, manifest: Manifest) -> Reference:
             full_scale=float(arrays["full_scale"]),
             noise=float(arrays["noise"]),
             frames=int(arrays["frames"]),
-            marks=arrays.get("marks"),
+            marker_mask=arrays.get("marker_mask"),
         )
         _check_reference(reference, manifest)
     except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
@@ -302,14 +302,17 @@ def _load_reference(path: Path, manifest: Manifest) -> Reference:
 def _check_reference(reference: Reference, manifest: Manifest) -> None:
     """Raise ValueError at arrays that cannot be the reference of this bundle."""
     width, height = manifest.image_size_px
-    pixels, marks = reference.pixels, reference.marks
+    pixels, marker_mask = reference.pixels, reference.marker_mask
     numbers = reference.full_scale, reference.noise
     if not (
         reference.channels == manifest.channels
         and pixels.shape == (height, width, len(manifest.channels))
         and pixels.dtype == np.float32
         and np.isfinite(pixels).all()
-        and (marks is None or (marks.shape == (height, width) and marks.dtype == bool))
+        and (
+            marker_mask is None
+            or (marker_mask.shape == (height, width) and marker_mask.dtype == bool)
+        )
         and np.isfinite(numbers).all()
         and reference.full_scale > 0
         and reference.noise >= 0

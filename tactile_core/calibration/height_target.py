@@ -145,10 +145,10 @@ class HeightTarget:
 
     @cached_property
     def usable(self) -> Bool:
-        """(R, W) bool: far enough from a border, a hole of the map, and a mark."""
+        """(R, W) bool: far enough from a border, a hole of the map, and a marker."""
         usable = self.known.copy()
-        if self.frame.marks is not None:
-            usable &= ~self.frame.marks[self.first_row : self.first_row + len(usable)]
+        if self.frame.marker_mask is not None:
+            usable &= ~self.frame.marker_mask[self.first_row : self.first_row + len(usable)]
         element = np.ones((2 * self.margin_px + 1,) * 2, np.uint8)
         inside = cv2.erode(
             usable.view(np.uint8), element, borderType=cv2.BORDER_CONSTANT, borderValue=(0.0,)

@@ -62,4 +62,6 @@ class PressedMap:
         """With the large-scale light of what is not hidden as reference."""
         shown = np.where(hidden[..., None], 0, self.frame.pixels)
         light = smooth_background(shown, hidden)
-        return self.condition.against(replace(self.condition.undeformed, pixels=light, marks=None))
+        return self.condition.against(
+            replace(self.condition.undeformed, pixels=light, marker_mask=None)
+        )

@@ -108,7 +108,7 @@ class FoundPress:
     def skin(self, radius_px: float) -> Bool:
         """(H, W) bool: those of them that show the coating and not a marker."""
         disc = self.disc(radius_px)
-        return disc if self.frame.marks is None else disc & ~self.frame.marks
+        return disc if self.frame.marker_mask is None else disc & ~self.frame.marker_mask
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and (N, 2) slopes of the skin on the ball, less those at rest."""
@@ -182,8 +182,8 @@ class FoundPress:
         )
         rows, columns, slopes = self.true_gradients(self.skin(radius))
         rest = ~self.disc(np.inf if self.in_grid else REST_DISTANCE_BALLS * self.ball_radius_px)
-        if self.frame.marks is not None:
-            rest &= ~self.frame.marks
+        if self.frame.marker_mask is not None:
+            rest &= ~self.frame.marker_mask
         rest_rows, rest_columns = np.nonzero(rest)
         rng = np.random.default_rng(0)
         pick = rng.permutation(len(rest_rows))[: int(REST_SHARE * len(rows))]
@@ -270,7 +270,7 @@ def resting(frame: Frame, reference: Reference, count: int) -> Press:
     height, width = reference.pixels.shape[:2]
     rng = np.random.default_rng(0)
     return Press(
-        frame=replace(frame, pixels=reference.pixels, marks=reference.marks),
+        frame=replace(frame, pixels=reference.pixels, marker_mask=reference.marker_mask),
         rows=rng.integers(0, height, count).astype(np.int32),
         columns=rng.integers(0, width, count).astype(np.int32),
         gradients=np.zeros((count, 2), np.float32),
@@ -285,8 +285,8 @@ def press_image(frame: Frame, reference: Reference) -> PressImage:
         frame.pixels,
         reference.pixels,
         full_scale=frame.full_scale,
-        marks=frame.marks,
-        reference_marks=reference.marks,
+        marker_mask=frame.marker_mask,
+        reference_markers=reference.marker_mask,
     )
 
 

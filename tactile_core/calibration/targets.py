@@ -85,7 +85,7 @@ def untouched_sensor(
     press = frames[0]
     if given is not None and not np.array_equal(given.pixels, press.pixels):
         return given, ()
-    light = smooth_background(press.pixels, press.marks)
+    light = smooth_background(press.pixels, press.marker_mask)
     return replace(average([press]), pixels=light), (_STAND_IN,)
 
 

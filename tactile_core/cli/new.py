@@ -30,7 +30,7 @@ def new(
         typer.Option(help="Where it is in the camera's picture: x,y of both ends or four corners."),
     ] = None,
     marker_pitch_mm: Annotated[
-        float | None, typer.Option(help="Distance of a printed mark to its nearest.")
+        float | None, typer.Option(help="Distance of a printed marker to its nearest.")
     ] = None,
     target: Annotated[
         Path | None, typer.Option(help="YAML of a grid of balls, whose pitch gives the scale.")

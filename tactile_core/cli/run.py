@@ -128,11 +128,11 @@ def _words(reading: Reading, line: dict[str, Any]) -> str:
 
 
 def _words_of_drag(line: dict[str, Any]) -> list[str]:
-    """What the marks and the slip say, as far as the chain tells."""
+    """What the markers and the slip say, as far as the chain tells."""
     parts = []
     markers, slip = line.get("markers"), line.get("slip")
     if markers is not None:
-        parts.append(f"{markers['seen']} of {markers['expected']} marks seen")
+        parts.append(f"{markers['seen']} of {markers['expected']} markers seen")
     if slip is not None:
         words = slip["state"] if slip["state"] != "none" else "nothing touches"
         if slip["kind"] is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.sequence import Pattern
 from tactile_core.conditioning.light_drift import DriftFollower
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.interfaces.component import GelImage
 from tactile_core.quantities import Bool, Frame, Reference
@@ -26,7 +26,7 @@ class Conditioning:
     ----------
     reference : Reference or None
         The undeformed sensor, with its markers masked.
-    finder : MarkFinder or None
+    finder : MarkerFinder or None
         None for a gel without markers.
     compensates : bool
         Whether changes of the light are compensated; never without a reference.
@@ -36,7 +36,7 @@ class Conditioning:
     """
 
     reference: Reference | None
-    finder: MarkFinder | None = None
+    finder: MarkerFinder | None = None
     compensates: bool = True
     known: Reference | None = None
 
@@ -56,12 +56,12 @@ class Conditioning:
         InputError
             ``markers: auto`` and no reference to find them in.
         """
-        return cls(None, MarkFinder.of(build, reference), compensates, known).against(reference)
+        return cls(None, MarkerFinder.of(build, reference), compensates, known).against(reference)
 
     def against(self, reference: Reference | None) -> Self:
         """Return the same with another reference."""
-        if reference is not None and reference.marks is None and self.finder is not None:
-            reference = replace(reference, marks=self.finder.find(reference.pixels))
+        if reference is not None and reference.marker_mask is None and self.finder is not None:
+            reference = replace(reference, marker_mask=self.finder.find(reference.pixels))
         return replace(self, reference=reference)
 
     def __call__(self, frame: Frame) -> Frame:
@@ -82,7 +82,7 @@ class Conditioning:
 
     def masked(self, frame: Frame) -> Frame:
         """Mask a frame's markers, unless they are masked already."""
-        if self.finder is None or frame.marks is not None:
+        if self.finder is None or frame.marker_mask is not None:
             return frame
         return self.finder.marked(frame)
 
@@ -99,9 +99,11 @@ class Conditioning:
         """
         pixels = np.where(hidden[..., None], self.undeformed.pixels, frame.pixels)
         pixels = pixels.astype(frame.pixels.dtype)
-        frame = self.masked(replace(frame, pixels=pixels, marks=None, darkness=None))
-        unseen = hidden if frame.marks is None else hidden | frame.marks
-        return replace(self.compensated(replace(frame, marks=unseen)), marks=frame.marks)
+        frame = self.masked(replace(frame, pixels=pixels, marker_mask=None, darkness=None))
+        unseen = hidden if frame.marker_mask is None else hidden | frame.marker_mask
+        return replace(
+            self.compensated(replace(frame, marker_mask=unseen)), marker_mask=frame.marker_mask
+        )
 
     @property
     def undeformed(self) -> Reference:

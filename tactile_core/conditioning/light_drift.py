@@ -29,7 +29,7 @@ class DriftFollower:
         reference = self._reference
         if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
             return frame
-        gains = self._levels.gains(frame.pixels, frame.marks)
+        gains = self._levels.gains(frame.pixels, frame.marker_mask)
         if np.abs(gains - 1).max() < LEAST_DRIFT:
             return frame
         return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))

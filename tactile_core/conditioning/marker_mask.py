@@ -1,4 +1,4 @@
-"""Finds the printed marks, as the profile's gel says: which pixels show one, and where each is."""
+"""Finds the printed markers of the profile's gel: which pixels show one, and where each is."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Refer
 
 
 @dataclass(frozen=True)
-class MarkFinder:
-    """Finds dark printed marks of about ``diameter_px``, about ``pitch_px`` apart."""
+class MarkerFinder:
+    """Finds dark printed markers of about ``diameter_px``, about ``pitch_px`` apart."""
 
     diameter_px: float
     pitch_px: float
 
     @classmethod
-    def of(cls, build: GelImage, reference: Reference | None = None) -> MarkFinder | None:
-        """Return the finder for a gel; None for a gel without marks.
+    def of(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
+        """Return the finder for a gel; None for a gel without markers.
 
         Raises
         ------
@@ -49,17 +49,17 @@ class MarkFinder:
         return None if found is None else cls(*found)
 
     def find(self, pixels: Pixels) -> Bool:
-        """Return (H, W) bool: True on a mark and its rim."""
+        """Return (H, W) bool: True on a marker and its rim."""
         return marker_mask(pixels, diameter_px=self.diameter_px)
 
     def marked(self, frame: Frame) -> Frame:
-        """Return the frame with the pixels that show a mark, and the darkness that tells them."""
+        """Return the frame with the pixels that show a marker, and the darkness that tells them."""
         darkness = darkness_of(frame.pixels, diameter_px=self.diameter_px)
-        marks = mask_of(darkness, frame.pixels.shape[:2])
-        return replace(frame, marks=marks, darkness=darkness)
+        marker_mask = mask_of(darkness, frame.pixels.shape[:2])
+        return replace(frame, marker_mask=marker_mask, darkness=darkness)
 
     def detect(self, frame: Frame | Reference, *, compiled: bool = False) -> MarkerDetections:
-        """Return where each mark is, from a frame's darkness if :meth:`marked` has put it there."""
+        """Return where each marker is; a frame that went through :meth:`marked` is quicker."""
         darkness, timestamp_s = None, 0.0
         if isinstance(frame, Frame):
             darkness, timestamp_s = frame.darkness, frame.timestamp_s

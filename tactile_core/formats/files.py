@@ -110,7 +110,7 @@ def read_start(path: Path, count: int) -> bytes:
 
 
 def read_text(path: Path, most_bytes: int = MOST_TEXT_BYTES) -> str:
-    """Return a text file's content; a byte order mark is dropped.
+    """Return a text file's content; a byte order marker is dropped.
 
     Raises
     ------

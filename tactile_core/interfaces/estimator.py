@@ -74,8 +74,8 @@ class Estimator(ABC):
     stateful: ClassVar[bool] = False
     """True for tracking and slip: readings depend on those before, so the steps are never split
     over workers."""
-    needs_marks: ClassVar[bool] = False
-    """True for a step that makes sense only where marks are printed on the gel: it is left out,
+    needs_markers: ClassVar[bool] = False
+    """True for a step that makes sense only where markers are printed on the gel: it is left out,
     with a note, where a revision says ``gel.markers: null``."""
 
     estimate: Any

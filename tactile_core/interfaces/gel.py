@@ -10,25 +10,25 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.section import Section
 
 _DENSEST_PX = 2.0
-"""Pitch of marks that can still be distinguished."""
+"""Pitch of markers that can still be distinguished."""
 _SMALLEST_PX = 0.5
-"""Diameter of a mark that can still be seen."""
+"""Diameter of a marker that can still be seen."""
 _MOST_TERMS = 20
 
 
 class Markers(Section):
-    """Marks printed on the membrane."""
+    """Markers printed on the membrane."""
 
-    pitch_mm: PositiveFloat = Field(description="Distance of neighbouring marks.")
-    diameter_mm: PositiveFloat = Field(description="Size of one mark.")
+    pitch_mm: PositiveFloat = Field(description="Distance of neighbouring markers.")
+    diameter_mm: PositiveFloat = Field(description="Size of one marker.")
 
     @field_validator("diameter_mm")
     @classmethod
-    def _marks_lie_apart(cls, diameter_mm: float, info: ValidationInfo) -> float:
+    def _markers_lie_apart(cls, diameter_mm: float, info: ValidationInfo) -> float:
         pitch_mm = info.data.get("pitch_mm")
         if pitch_mm is not None and diameter_mm >= pitch_mm:
             raise ValueError(
-                f"should be smaller than pitch_mm, not {diameter_mm:g}: marks must not touch"
+                f"should be smaller than pitch_mm, not {diameter_mm:g}: markers must not touch"
             )
         return diameter_mm
 
@@ -77,7 +77,7 @@ class Gel(Section):
         default="matte", description="How the skin reflects."
     )
     markers: Markers | Literal["auto"] | None = Field(
-        default=None, description="Printed marks; auto finds pitch and size, null means none."
+        default=None, description="Printed markers; auto finds pitch and size, null means none."
     )
 
     @field_validator("radius_mm")

@@ -56,14 +56,14 @@ class Coat(Section):
     grain_mm: PositiveFloat | None = Field(
         default=None, le=10, description="Size of the grain; a pixel if left out."
     )
-    ink: Share = Field(default=0.06, description="What a printed mark reflects, of the skin's.")
+    ink: Share = Field(default=0.06, description="What a printed marker reflects, of the skin's.")
 
 
 class Print(Section):
-    """How the marks of ``gel.markers`` look."""
+    """How the markers of ``gel.markers`` look."""
 
     shape: Literal["round", "square", "triangle"] = Field(
-        default="round", description="Outline of one mark."
+        default="round", description="Outline of one marker."
     )
     layout: Literal["grid", "quasi_random"] = Field(
         default="grid", description="Square grid, or places and turns by chance, evenly spread."
@@ -105,5 +105,5 @@ class Optics(Section):
         default=0.15, description="Share of the resting skin's light that comes from everywhere."
     )
     coat: Coat = Field(default_factory=Coat, description="How the skin reflects.")
-    marks: Print = Field(default_factory=Print, description="How printed marks look.")
+    markers: Print = Field(default_factory=Print, description="How printed markers look.")
     sensor: ImageSensor = Field(default_factory=ImageSensor, description="The camera's chip.")

@@ -255,13 +255,13 @@ def declared_step(name: str, estimator: Estimator) -> Step:
     return Step(name, estimator, tuple(takes), tuple(needs), kinds, frozenset(external))
 
 
-def without_marks(steps: Mapping[str, Estimator]) -> list[str]:
-    """Return the steps that are of no use on a gel without marks.
+def without_markers(steps: Mapping[str, Estimator]) -> list[str]:
+    """Return the steps that are of no use on a gel without markers.
 
-    Those that need marks, and those that need what only these would give.
+    Those that need markers, and those that need what only these would give.
     """
     declared = [declared_step(name, estimator) for name, estimator in steps.items()]
-    useless = [step for step in declared if step.estimator.needs_marks]
+    useless = [step for step in declared if step.estimator.needs_markers]
     while True:
         left = {kind for s in declared if s not in useless for kind in s.gives}
         lost = {kind for s in useless for kind in s.gives} - left

@@ -20,7 +20,7 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.chain import Chain, Step, without_marks
+from tactile_core.pipeline.chain import Chain, Step, without_markers
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame, blame_of
@@ -116,7 +116,7 @@ class Pipeline:
         self._used = self._tares = False
         if markless:
             notes.append(
-                f"the gel carries no marks, so these steps are left out: {', '.join(markless)}"
+                f"the gel carries no markers, so these steps are left out: {', '.join(markless)}"
             )
         notes += self._notes_of_left_out()
         self.notes = tuple(notes)
@@ -293,7 +293,7 @@ class Pipeline:
         self._tares = True
 
     def _build_chain(self) -> tuple[Chain, list[str]]:
-        """The chain, and the steps left out of it since the gel carries no marks."""
+        """The chain, and the steps left out of it since the gel carries no markers."""
         image, gel = self.profile.image, self.profile.gel
         if self.conditioning.finder is not None:
             gel = self.conditioning.finder.told(gel, image.mm_per_px)
@@ -306,7 +306,7 @@ class Pipeline:
         return _chain_of(self.profile, steps)
 
     def _with_detections(self, reference: Reference | None) -> Reference | None:
-        """Add the marks of the untouched skin, found by the very step that finds a frame's."""
+        """Add the markers of the untouched skin, found by the very step that finds a frame's."""
         step = next((s for s in self._chain.steps if s.gives == (MarkerDetections,)), None)
         if reference is None or step is None or reference.detections is not None:
             return reference
@@ -316,7 +316,7 @@ class Pipeline:
             reference.channels,
             self.profile.image.mm_per_px,
             reference.full_scale,
-            reference.marks,
+            reference.marker_mask,
         )
         given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
         found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
@@ -424,8 +424,8 @@ def check_steps(profile: Profile) -> None:
 
 
 def _chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:
-    """The chain, and the steps left out of it since the gel carries no marks."""
-    markless = without_marks(steps) if profile.gel.markers is None else []
+    """The chain, and the steps left out of it since the gel carries no markers."""
+    markless = without_markers(steps) if profile.gel.markers is None else []
     chain = Chain({name: step for name, step in steps.items() if name not in markless})
     chain.check(_EVER_GIVEN)
     return chain, markless

@@ -75,7 +75,7 @@ class Plugin:
         for name in _ALL_HOOKS:
             if name not in hooks and callable(getattr(found, name, None)):
                 raise PluginError(
-                    f"{offer}: mark {name} with @hookimpl of tactile_core.interfaces.hookspecs"
+                    f"{offer}: marker {name} with @hookimpl of tactile_core.interfaces.hookspecs"
                 )
         return cls(offer, hooks)
 

@@ -68,12 +68,12 @@ def check_components(source: Source) -> Checked:
         except PluginError as error:
             problems.append(problem_at(use.place, (*keys, "use"), str(error)))
             continue
-        if kind == "estimator" and _lacks_marks(source, use, part):
+        if kind == "estimator" and _lacks_markers(source, use, part):
             problems.append(
                 problem_at(
                     use.place,
                     (*keys, "use"),
-                    f"{use.value} needs printed marks and 'gel.markers' says that there are "
+                    f"{use.value} needs printed markers and 'gel.markers' says that there are "
                     f"none; say pitch and size there (or auto), or remove the step",
                 )
             )
@@ -161,9 +161,9 @@ def _with_components(kind: ComponentKind, model: type[BaseModel]) -> type[BaseMo
     return create_model(model.__name__, __base__=model, **within) if within else model
 
 
-def _lacks_marks(source: Source, use: Node, part: Any) -> bool:
-    """Whether a step needs marks and was named where there are none; one inherited is left out."""
-    if not getattr(part, "needs_marks", False):
+def _lacks_markers(source: Source, use: Node, part: Any) -> bool:
+    """Whether a step needs markers and is named where there are none; inherited ones drop out."""
+    if not getattr(part, "needs_markers", False):
         return False
     markers: Keys = ("gel", "markers")
     if source.settings.at(markers) is not None:

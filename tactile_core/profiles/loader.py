@@ -113,7 +113,7 @@ def profile_hash(profile: Profile) -> str:
     """Fingerprint of what a calibration depends on.
 
     SHA-256, shortened to 16 digits, of the image section with its defaults, of the illumination
-    as written but for what switches it, and of the gel's coating, marks and dome, as JSON with
+    as written but for what switches it, and of the gel's coating, markers and dome, as JSON with
     sorted keys. 19 and 19.0 are one number. The scale is left out: a recording may tell its own,
     and a bundle compares it apart.
     """

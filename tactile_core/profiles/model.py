@@ -41,7 +41,7 @@ class Profile(Section):
     revision: str = Field(default="", description="Which revision of the build.")
     description: str = Field(default="", description="One sentence for people.")
     image: ImageSection = Field(description="The image in which everything is measured.")
-    gel: Gel = Field(default_factory=Gel, description="The elastomer and its marks.")
+    gel: Gel = Field(default_factory=Gel, description="The elastomer and its markers.")
     camera: Component = Field(
         default_factory=lambda: Component(use="core.replay"), description="What takes images."
     )
@@ -69,7 +69,7 @@ class Profile(Section):
 
     @field_validator("gel")
     @classmethod
-    def _marks_fit_the_image(cls, gel: Gel, info: ValidationInfo) -> Gel:
+    def _markers_fit_the_image(cls, gel: Gel, info: ValidationInfo) -> Gel:
         image = info.data.get("image")
         misfit = None if image is None else markers_misfit(gel, image)
         if misfit is not None:

@@ -1,4 +1,4 @@
-"""The printed marks: where each is, and which is which."""
+"""The printed markers: where each is, and which is which."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _EACH, _PLACES = ("marker",), ("marker", "xy")
 
 @dataclass(frozen=True, eq=False)
 class MarkerDetections(Quantity):
-    """The marks that one frame shows, in no order and without identity.
+    """The markers that one frame shows, in no order and without identity.
 
     Attributes
     ----------
     centres_px : (N, 2) float32
-        x and y of each mark's centroid, in the image.
+        x and y of each marker's centroid, in the image.
     cut : (N,) bool
-        The image's border cuts the mark, so that its centre is an estimate, perhaps out of view.
+        The image's border cuts the marker, so that its centre is an estimate, perhaps out of view.
     """
 
     centres_px: Annotated[Float32, FieldSpec("px", _PLACES)]
@@ -37,28 +37,28 @@ class MarkerDetections(Quantity):
 
 @dataclass(frozen=True, eq=False)
 class MarkerField(Quantity):
-    """Where every mark of the untouched skin is now.
+    """Where every marker of the untouched skin is now.
 
     Attributes
     ----------
     ids : (N,) int32
-        A mark keeps its number for as long as it is followed.
+        A marker keeps its number for as long as it is followed.
     reference_px : (N, 2) float32
-        x and y of each mark on the untouched skin, or where it was when the load was tared.
+        x and y of each marker on the untouched skin, or where it was when the load was tared.
     px : (N, 2) float32
-        x and y of each mark now; inferred from its neighbours where it is not seen.
+        x and y of each marker now; inferred from its neighbours where it is not seen.
     seen : (N,) bool
-        False where the position is inferred, or the mark's identity is not sure.
+        False where the position is inferred, or the marker's identity is not sure.
     mm_per_px : float
     started_in_contact : bool
-        The marks were away from rest when following began: the reference shows a contact, and
+        The markers were away from rest when following began: the reference shows a contact, and
         displacements tell the change since then, or the first frame did, and identities rest on
         how the skin deforms and not on having watched it.
     notes : tuple of str
         Sentences for the user about this frame.
     untouched_px : (N, 2) float32 or None
-        x and y of each mark in the image of the reference, which a tare leaves as it is; None where
-        it is ``reference_px``.
+        x and y of each marker in the image of the reference, which a tare leaves as it is; None
+        where it is ``reference_px``.
     """
 
     ids: Annotated[Int32, FieldSpec(axes=_EACH, saved_as="marker_ids")]
@@ -75,7 +75,7 @@ class MarkerField(Quantity):
 
     @property
     def displacement_mm(self) -> Float32:
-        """(N, 2) how far each mark was dragged: +x right, +y down."""
+        """(N, 2) how far each marker was dragged: +x right, +y down."""
         return (self.px - self.reference_px) * np.float32(self.mm_per_px)
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
@@ -87,7 +87,7 @@ class MarkerField(Quantity):
         return (Points(self.px, "markers", self.reference_px, self.seen),)
 
     def summary(self) -> Mapping[str, Any]:
-        """How many marks are seen, of how many."""
+        """How many markers are seen, of how many."""
         return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
 
     def warnings(self) -> tuple[str, ...]:

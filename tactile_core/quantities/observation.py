@@ -65,11 +65,11 @@ class Frame(Quantity):
         Names of the light channels, e.g. ``("red", "green", "blue")``.
     full_scale : float
         The intensity at which a channel saturates (255 for 8 bits).
-    marks : (H, W) bool or None
+    marker_mask : (H, W) bool or None
         Pixels that show a printed marker instead of the coating; None for a gel without any.
     darkness : (h, w) uint8 or None
-        What tells the marks: the share of the light of its surroundings that each pixel lacks, 255
-        for all of it, shrunk by a whole factor. None where the marks are not looked for yet.
+        What tells the markers: the share of the light of its surroundings that each pixel lacks,
+        255 for all of it, shrunk by a whole factor. None where the markers are not looked for yet.
     timestamp_s, wall_time_s : float
         Host monotonic and wall-clock time at mid-observation.
     exposure_times_s : tuple of float
@@ -82,7 +82,7 @@ class Frame(Quantity):
     channels: tuple[str, ...]
     mm_per_px: float
     full_scale: float = 255.0
-    marks: Bool | None = None
+    marker_mask: Bool | None = None
     timestamp_s: float = 0.0
     wall_time_s: float = 0.0
     sequence: int = 0
@@ -130,7 +130,7 @@ class Reference(Quantity):
         Mean intensities, on the scale of the frames.
     noise : float
         Standard deviation of one observation's intensities over time; 0 if only one was taken.
-    marks : (H, W) bool or None
+    marker_mask : (H, W) bool or None
         Pixels that show a printed marker instead of the coating; None for a gel without any.
     frames : int
         How many observations were averaged.
@@ -138,14 +138,14 @@ class Reference(Quantity):
         True when it is merely the first frame of what is measured, so that readings tell the
         change since then.
     detections : MarkerDetections or None
-        The marks of the untouched skin, as the profile's own detector finds them; the pipeline
-        adds them. None where no step detects marks.
+        The markers of the untouched skin, as the profile's own detector finds them; the pipeline
+        adds them. None where no step detects markers.
     """
 
     pixels: Float32
     channels: tuple[str, ...]
     full_scale: float = 255.0
-    marks: Bool | None = None
+    marker_mask: Bool | None = None
     noise: float = 0.0
     frames: int = 1
     relative: bool = False

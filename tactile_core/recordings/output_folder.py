@@ -198,8 +198,8 @@ def safe_stem(source: str) -> str:
         stem = stem.encode("ascii", "replace").decode().replace("?", "_")[:_LONGEST_STEM]
     if stem == source and stem not in ("", ".", ".."):
         return stem
-    mark = hashlib.sha256(source.encode("utf-8", "surrogatepass")).hexdigest()[:8]
-    return f"{stem.strip('.')}-{mark}"
+    marker = hashlib.sha256(source.encode("utf-8", "surrogatepass")).hexdigest()[:8]
+    return f"{stem.strip('.')}-{marker}"
 
 
 def _put(fresh: Path, path: Path) -> None:

@@ -27,7 +27,7 @@ from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.lights import find_lights
-from tactile_core.scaffold.marks import FoundMarks, find_marks, marks_finding
+from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
 from tactile_core.scaffold.scale import Scale, agreed, scale_finding
 from tactile_core.scaffold.view import find_view, section_of
@@ -84,7 +84,7 @@ def new_profile(
     known : KnownSize, optional
         A length on the gel, or a rectangle that also straightens the view.
     marker_pitch_mm : float, optional
-        Distance of a printed mark to its nearest neighbour, as a rule.
+        Distance of a printed marker to its nearest neighbour, as a rule.
     target : Path, optional
         A grid of balls with circles drawn in the camera's pixels.
     presses : Path, optional
@@ -115,20 +115,20 @@ def new_profile(
     section = section_of(base, found)
     geometry = ImageGeometry(section)
     seen = [geometry.apply(exposure) for exposure in picture.exposures]
-    marks = find_marks(seen, picture.name, marker_pitch_mm)
+    markers = find_markers(seen, picture.name, marker_pitch_mm)
     camera = picture.size_px
     told = [] if mm_per_px is None else [Scale.given(mm_per_px)]
     if known is not None:
         told.append(Scale.of_known_size(known, section, camera))
     if target is not None:
         told.append(Scale.of_target(target, section, camera))
-    if marks is not None and marker_pitch_mm is not None:
-        told.append(Scale.of_marks(marks, marker_pitch_mm))
+    if markers is not None and marker_pitch_mm is not None:
+        told.append(Scale.of_markers(markers, marker_pitch_mm))
     if picture.mm_per_px is not None:
         told.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
-    scale = agreed(told) or (_asked(ask, marks) if ask is not None else None)
+    scale = agreed(told) or (_asked(ask, markers) if ask is not None else None)
     found.append(scale_finding(scale, base, section.width_px))
-    printed = marks_finding(marks, base, float(found[-1].values["mm_per_px"]), picture.name)
+    printed = markers_finding(markers, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
         found.append(printed)
     tried = _overlaid(parent, found)
@@ -188,11 +188,11 @@ class _Picture:
         return self.exposures[0].shape[1], self.exposures[0].shape[0]
 
 
-def _asked(ask: Ask, marks: FoundMarks | None) -> Scale | None:
+def _asked(ask: Ask, markers: FoundMarkers | None) -> Scale | None:
     """Ask for what is easiest to know."""
     question = "How many mm on the gel is one pixel wide"
-    if marks is not None:
-        question = f"Marks are {marks.pitch_px:.1f} px apart: how many mm is that"
+    if markers is not None:
+        question = f"Markers are {markers.pitch_px:.1f} px apart: how many mm is that"
     answer = ask(f"{question} (nothing if unknown)?").strip()
     if not answer:
         return None
@@ -202,7 +202,7 @@ def _asked(ask: Ask, marks: FoundMarks | None) -> Scale | None:
         raise InputError(f"{answer!r} is no number of mm") from None
     if not 0 < value < np.inf:
         raise InputError(f"{answer!r}: a length must be larger than nothing")
-    return Scale.given(value) if marks is None else Scale.of_marks(marks, value)
+    return Scale.given(value) if markers is None else Scale.of_markers(markers, value)
 
 
 def _overlaid(parent: str | Path, findings: list[Finding]) -> Profile:

@@ -1,4 +1,4 @@
-"""Millimetres per pixel: from a known length, a grid of balls, printed marks or what a scan says.
+"""Millimetres per pixel: from a known length, a grid of balls, printed markers or what a scan says.
 
 A ball that is pressed does not give it. How wide the contact is depends on how deep the ball was
 pressed, and how much a slope changes the light is what calibration learns by means of the scale.
@@ -18,10 +18,10 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
-from tactile_core.scaffold.marks import FoundMarks
+from tactile_core.scaffold.markers import FoundMarkers
 
 AGREEMENT = 0.03
-"""Scales told by different things may differ so much; marks are printed no better."""
+"""Scales told by different things may differ so much; markers are printed no better."""
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,10 @@ class Scale:
         return cls(_resulting(camera_mm, section, camera), words)
 
     @classmethod
-    def of_marks(cls, marks: FoundMarks, pitch_mm: float) -> Scale:
-        """Measure how far apart the printed marks are."""
-        words = f"marks every {pitch_mm:g} mm that are {marks.pitch_px:.1f} px apart"
-        return cls(pitch_mm / marks.pitch_px, words)
+    def of_markers(cls, markers: FoundMarkers, pitch_mm: float) -> Scale:
+        """Measure how far apart the printed markers are."""
+        words = f"markers every {pitch_mm:g} mm that are {markers.pitch_px:.1f} px apart"
+        return cls(pitch_mm / markers.pitch_px, words)
 
     @classmethod
     def of_scan(

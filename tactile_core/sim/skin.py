@@ -50,7 +50,7 @@ class Skin:
     Attributes
     ----------
     markers_px : (N, 2) float64
-        Centres of the marks that are printed on it, at rest; none unless they are set.
+        Centres of the markers that are printed on it, at rest; none unless they are set.
     time_s : float
         Simulated time; it passes only where a move is given seconds.
     """
@@ -313,7 +313,7 @@ class Skin:
     def truth(self) -> TrueState:
         """Return all that is true of the skin now, at the pixels of the image.
 
-        ``markers_px`` are where the printed marks are now; some lie beyond the image.
+        ``markers_px`` are where the printed markers are now; some lie beyond the image.
         """
         return self._true(self.markers_px)
 

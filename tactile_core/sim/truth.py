@@ -28,7 +28,7 @@ class TrueState:
         z axis through the image centre, positive from x towards y; of the whole contact, also
         beyond the view.
     markers_px : (N, 2) float64
-        x and y of the printed marks.
+        x and y of the printed markers.
     time_s : float
         What quasi-static increments take is not counted.
     pose : Pose

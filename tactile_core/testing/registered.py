@@ -218,7 +218,7 @@ class Registered:
         """A virtual rig with the light and the gel of a profile that uses the component, if any.
 
         A calibrator's is small. An estimator's has the size of the profile, to which weights may
-        belong, and its marks.
+        belong, and its markers.
         """
         if part not in self._rigs:
             users = [p for p in self.sound_profiles if _uses(p, part)]

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.errors import TactileError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.estimator import SensorContext
@@ -40,7 +40,7 @@ PRESSES, PIXELS, SCENES = 7, 300, 4
 _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
 
-_MARKS_A_SIDE = 10
+_MARKERS_A_SIDE = 10
 _DRAG, _DRAG_REACH = 0.03, 0.4
 """How far the last press drags the skin and how wide around, over the shorter side of the view."""
 
@@ -108,9 +108,9 @@ class Rig:
             _frozen(self.untouched.pixels.astype(np.float32)),
             self.channels,
             self.optics.full_scale,
-            self.untouched.marks,
+            self.untouched.marker_mask,
             noise=1.0,
-            detections=self._detections(self._marks_px),
+            detections=self._detections(self._markers_px),
         )
 
     @cached_property
@@ -161,11 +161,11 @@ class Rig:
         return tuple(made)
 
     @cached_property
-    def _marks_px(self) -> NDArray[np.float32]:
-        """(N, 2) where marks are printed; a gel without any has some that are not rendered."""
+    def _markers_px(self) -> NDArray[np.float32]:
+        """(N, 2) where markers are printed; a gel without any has some that are not rendered."""
         height, width = self.shape
         told = self.profile.gel.markers
-        pitch = min(self.shape) / _MARKS_A_SIDE
+        pitch = min(self.shape) / _MARKERS_A_SIDE
         if isinstance(told, Markers):
             pitch = told.pitch_mm / self.profile.image.mm_per_px
         x, y = (np.arange(pitch, side - pitch / 2, pitch) for side in (width, height))
@@ -186,12 +186,12 @@ class Rig:
     def _dragged(
         self, centre: tuple[float, float], number: int, time_s: float
     ) -> dict[type[Quantity], Quantity]:
-        """What is true of the marks and the skin that an object at ``centre`` drags, sticking."""
-        scale, count = self.profile.image.mm_per_px, len(self._marks_px)
-        marks = rest = self._marks_px.astype(np.float64)
+        """What is true of the markers and the skin that an object at ``centre`` drags, sticking."""
+        scale, count = self.profile.image.mm_per_px, len(self._markers_px)
+        markers = rest = self._markers_px.astype(np.float64)
         for _ in range(10):
-            marks = rest + self._dragged_px(centre, number, marks)
-        px = _frozen(marks.astype(np.float32))
+            markers = rest + self._dragged_px(centre, number, markers)
+        px = _frozen(markers.astype(np.float32))
         grid = np.moveaxis(np.indices(self.shape)[::-1], 0, -1).astype(np.float64)
         field_mm = (self._dragged_px(centre, number, grid) * scale).astype(np.float32)
         everywhere = _frozen(np.ones(self.shape, np.bool_))
@@ -199,7 +199,7 @@ class Rig:
         ids = np.arange(count, dtype=np.int32)
         return {
             MarkerDetections: self._detections(px, time_s),
-            MarkerField: MarkerField(ids, self._marks_px, px, everyone, scale, time_s),
+            MarkerField: MarkerField(ids, self._markers_px, px, everyone, scale, time_s),
             DisplacementField: DisplacementField(_frozen(field_mm), everywhere, scale, time_s),
             SlipState: SlipState("stick", 0.0, timestamp_s=time_s),
         }
@@ -230,7 +230,7 @@ class Rig:
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
         pixels = _frozen(self.optics.expose(height_mm, frame=seed).copy())
         printed = isinstance(self.profile.gel.markers, Markers)
-        finder = MarkFinder.of(self.profile) if printed else None
+        finder = MarkerFinder.of(self.profile) if printed else None
         return Frame(
             pixels,
             self.channels,
@@ -258,7 +258,7 @@ def full_rig(profile: Profile) -> Rig | None:
 
 
 def small_rig(profile: Profile) -> Rig | None:
-    """The same sensor with fewer and larger pixels and without marks."""
+    """The same sensor with fewer and larger pixels and without markers."""
     image = profile.image
     factor = min(1.0, SMALL_PX / max(image.width_px, image.height_px))
     size = {

@@ -1,4 +1,4 @@
-"""What is drawn over a picture of the skin: the contact's outline, marks, and how they moved."""
+"""What is drawn over a picture of the skin: the contact's outline, markers, and how they moved."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from tactile_core.views.sheet import unit_of
 _OUTLINE_BLUR_PX = 1.0
 _OUTLINE, _HALO = (255, 255, 255), (45, 52, 62)
 _ARROW: Colour = (196, 62, 40)
-_MARK: Colour = (38, 46, 54)
-_MARK_PX, _TIP_PX, _SHORTEST_PX = 2.2, 5.0, 5.0
+_MARKER: Colour = (38, 46, 54)
+_MARKER_PX, _TIP_PX, _SHORTEST_PX = 2.2, 5.0, 5.0
 _ACROSS = 20
 _LONGEST_SPACINGS, _MOST_MAGNIFIED = 1.8, 10.0
 _FINE = 4
@@ -60,7 +60,7 @@ def points(picture: Rgb, at: Points, *, mm_per_px: float, scale: float = 1.0) ->
     if at.from_px is not None:
         was, spacing = at.from_px[keep], _spacing(at.from_px)
         words = _arrows(picture, was, now - was, spacing, mm_per_px, scale)
-    radius = _MARK_PX * unit_of(picture)
+    radius = _MARKER_PX * unit_of(picture)
     sure = np.ones(len(now), bool) if at.sure is None else at.sure[keep]
     for place, is_sure in zip(_pixels(now, scale), sure, strict=True):
         _dot(picture, place, radius, hollow=not is_sure)
@@ -119,9 +119,9 @@ def _dot(picture: Rgb, place: Array, radius: float, *, hollow: bool) -> None:
     size = round(radius * 2**_FINE)
     line = max(1, round(radius / 2))
     middle = _fine(place)
-    cv2.circle(picture, middle, size, _OUTLINE if hollow else _MARK, -1, cv2.LINE_AA, _FINE)
+    cv2.circle(picture, middle, size, _OUTLINE if hollow else _MARKER, -1, cv2.LINE_AA, _FINE)
     if hollow:
-        cv2.circle(picture, middle, size, _MARK, line, cv2.LINE_AA, _FINE)
+        cv2.circle(picture, middle, size, _MARKER, line, cv2.LINE_AA, _FINE)
 
 
 def _fine(point: Array) -> tuple[int, int]:

@@ -105,10 +105,10 @@ def _bar_labels(
 ) -> None:
     left, top, length = place
     low, high = span
-    marks = ticks(low, high)
-    step = marks[1] - marks[0] if len(marks) > 1 else high - low
+    markers = ticks(low, high)
+    step = markers[1] - markers[0] if len(markers) > 1 else high - low
     line = max(1, round(size))
-    for value in marks:
+    for value in markers:
         y = round(top + (length - 1) * (high - value) / (high - low))
         cv2.line(sheet, (left, y), (round(left + 5 * size), y), FAINT, line)
         write(sheet, in_words(value, step), (left + 10 * size, y + 5 * size), size)

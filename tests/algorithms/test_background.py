@@ -34,12 +34,12 @@ def test_a_groove_leaves_no_trace(a: float, column: int, gain: float) -> None:
     np.testing.assert_allclose(smooth_background(pressed), untouched, rtol=0.025)
 
 
-def test_marks_do_not_count() -> None:
+def test_markers_do_not_count() -> None:
     untouched = light(0.1, 0.2, 0.1)[..., None]
-    marks = np.zeros(SHAPE, bool)
-    marks[::3] = True
-    marked = np.where(marks[..., None], 1.0, untouched)
-    np.testing.assert_allclose(smooth_background(marked, marks), untouched, rtol=1e-4)
+    marker_mask = np.zeros(SHAPE, bool)
+    marker_mask[::3] = True
+    marked = np.where(marker_mask[..., None], 1.0, untouched)
+    np.testing.assert_allclose(smooth_background(marked, marker_mask), untouched, rtol=1e-4)
 
 
 def test_black_pixels_and_bytes_are_fine() -> None:

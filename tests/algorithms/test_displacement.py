@@ -8,15 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.displacement import MarkedSkin, curl, decomposed, divergence
+from tactile_core.algorithms.displacement import MarkedSurface, curl, decomposed, divergence
 from tactile_core.errors import InputError
 
 SHAPE, SCALE_MM = (120, 160), 0.1
 PITCH_PX = 11
 X, Y = np.meshgrid(np.arange(SHAPE[1]), np.arange(SHAPE[0]))
-MARKS = np.stack(np.meshgrid(np.arange(5, 160, PITCH_PX), np.arange(5, 120, PITCH_PX)), -1)
-MARKS = MARKS.reshape(-1, 2).astype(np.float64)
-ALL = np.ones(len(MARKS), np.bool_)
+MARKERS = np.stack(np.meshgrid(np.arange(5, 160, PITCH_PX), np.arange(5, 120, PITCH_PX)), -1)
+MARKERS = MARKERS.reshape(-1, 2).astype(np.float64)
+ALL = np.ones(len(MARKERS), np.bool_)
 Array = NDArray[np.float64]
 
 shifts = st.floats(-1.5, 1.5)
@@ -31,8 +31,8 @@ def similar(shift: Array, degrees: float, growth: float, centre_px: Array) -> Ar
     return np.stack([(at - was).real, (at - was).imag], -1)
 
 
-def skin() -> MarkedSkin:
-    return MarkedSkin(MARKS, SHAPE, mm_per_px=SCALE_MM)
+def skin() -> MarkedSurface:
+    return MarkedSurface(MARKERS, SHAPE, mm_per_px=SCALE_MM)
 
 
 @given(shifts, shifts, turns, growths)
@@ -104,14 +104,14 @@ def test_a_mask_of_another_size_is_refused() -> None:
 
 @given(shifts, shifts)
 def test_a_skin_that_is_shifted_as_a_whole_is_shifted_everywhere(x: float, y: float) -> None:
-    found = skin().displacement(MARKS + np.array([x, y]) / SCALE_MM, ALL)
+    found = skin().displacement(MARKERS + np.array([x, y]) / SCALE_MM, ALL)
     np.testing.assert_allclose(found, np.broadcast_to([x, y], found.shape), atol=2e-3)
 
 
 def test_the_value_at_a_pixel_belongs_to_the_skin_that_is_there_now() -> None:
     centre = np.array([80.0, 60.0])
-    now = centre + (MARKS - centre) @ np.array([[0.0, 1.0], [-1.0, 0.0]]).T * np.sin(0.15)
-    now += (MARKS - centre) * np.cos(0.15)
+    now = centre + (MARKERS - centre) @ np.array([[0.0, 1.0], [-1.0, 0.0]]).T * np.sin(0.15)
+    now += (MARKERS - centre) * np.cos(0.15)
     found = skin().displacement(now, ALL)
     truth = similar(np.zeros(2), -np.degrees(0.15), 0.0, centre)
     inside = np.hypot(X - 80, Y - 60) < 50
@@ -119,15 +119,15 @@ def test_the_value_at_a_pixel_belongs_to_the_skin_that_is_there_now() -> None:
 
 
 def _bump() -> Array:
-    size = np.exp(-((MARKS - [80, 60]) ** 2).sum(1) / (2 * 25**2))
+    size = np.exp(-((MARKERS - [80, 60]) ** 2).sum(1) / (2 * 25**2))
     return size[:, None] * np.array([0.5, 0.2])
 
 
 @given(st.integers(0, 2**31))
-def test_a_mark_that_is_not_seen_has_no_say(seed: int) -> None:
+def test_a_marker_that_is_not_seen_has_no_say(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    seen = rng.random(len(MARKS)) > 0.3
-    now = MARKS + _bump() / SCALE_MM
+    seen = rng.random(len(MARKERS)) > 0.3
+    now = MARKERS + _bump() / SCALE_MM
     elsewhere = np.where(seen[:, None], now, now + rng.normal(0, 50, now.shape))
     ours = skin()
     contact = np.hypot(X - 80, Y - 60) < 20
@@ -138,9 +138,9 @@ def test_a_mark_that_is_not_seen_has_no_say(seed: int) -> None:
 
 def test_the_others_alone_give_what_weights_made_for_them_alone_give() -> None:
     rng = np.random.default_rng(1)
-    seen = rng.random(len(MARKS)) > 0.2
-    now = MARKS + _bump() / SCALE_MM
-    alone = MarkedSkin(MARKS[seen], SHAPE, mm_per_px=SCALE_MM)
+    seen = rng.random(len(MARKERS)) > 0.2
+    now = MARKERS + _bump() / SCALE_MM
+    alone = MarkedSurface(MARKERS[seen], SHAPE, mm_per_px=SCALE_MM)
     np.testing.assert_allclose(
         skin().displacement(now, seen),
         alone.displacement(now[seen], ALL[seen]),
@@ -149,24 +149,24 @@ def test_the_others_alone_give_what_weights_made_for_them_alone_give() -> None:
 
 
 @pytest.mark.parametrize("left", [0, 1, 2])
-def test_few_marks_are_enough_for_a_field_that_is_finite(left: int) -> None:
-    now, seen = MARKS + np.array([3, 0]), np.arange(len(MARKS)) < left
-    for marks, visible in ((MARKS, seen), (MARKS[:left], ALL[:left])):
-        ours = MarkedSkin(marks, SHAPE, mm_per_px=SCALE_MM)
-        found = ours.displacement(now[: len(marks)], visible, np.hypot(X - 9, Y - 9) < 20)
+def test_few_markers_are_enough_for_a_field_that_is_finite(left: int) -> None:
+    now, seen = MARKERS + np.array([3, 0]), np.arange(len(MARKERS)) < left
+    for markers, visible in ((MARKERS, seen), (MARKERS[:left], ALL[:left])):
+        ours = MarkedSurface(markers, SHAPE, mm_per_px=SCALE_MM)
+        found = ours.displacement(now[: len(markers)], visible, np.hypot(X - 9, Y - 9) < 20)
         assert np.isfinite(found).all()
         np.testing.assert_allclose(found[5, 8], [0.3 * min(left, 1), 0], atol=0.01)
 
 
-def test_the_field_is_supported_near_marks_that_are_seen() -> None:
-    seen = MARKS[:, 0] < 60
-    valid = skin().supported(MARKS, seen)
+def test_the_field_is_supported_near_markers_that_are_seen() -> None:
+    seen = MARKERS[:, 0] < 60
+    valid = skin().supported(MARKERS, seen)
     assert valid[:, :52].all()
     assert not valid[:, 75:].any()
 
 
 def test_a_contact_lets_the_field_bend_at_its_border() -> None:
-    """A disc that moves 0.3 mm over resting skin, between marks that are as far apart as it is."""
+    """A disc that moves 0.3 mm between markers that are as far apart as it is wide."""
     from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
     from tactile_core.algorithms.displacement.contact_drag import ContactDrag
     from tactile_core.algorithms.elasticity import Elastomer
@@ -178,11 +178,11 @@ def test_a_contact_lets_the_field_bend_at_its_border() -> None:
     assert pulled is not None
     along_x = pulled[..., :1].view(np.float32)
     truth = 0.3 * along_x / along_x[contact, 0].mean()
-    marks = MARKS[::2]
-    now = marks.copy()
+    markers = MARKERS[::2]
+    now = markers.copy()
     for _ in range(20):
-        now = marks + _at(truth, now) / SCALE_MM
-    ours = MarkedSkin(marks, SHAPE, mm_per_px=SCALE_MM)
+        now = markers + _at(truth, now) / SCALE_MM
+    ours = MarkedSurface(markers, SHAPE, mm_per_px=SCALE_MM)
     seen = ALL[::2]
     blind, told = (
         np.sqrt(np.mean((ours.displacement(now, seen, mask) - truth) ** 2))
@@ -198,6 +198,6 @@ def _at(field: NDArray[np.float32], points: Array) -> Array:
     return np.asarray(found, np.float64)[:, 0]
 
 
-def test_marks_of_no_shape_are_refused() -> None:
+def test_markers_of_no_shape_are_refused() -> None:
     with pytest.raises(InputError, match=r"\(N, 2\)"):
-        MarkedSkin(np.zeros(4), SHAPE, mm_per_px=SCALE_MM)
+        MarkedSurface(np.zeros(4), SHAPE, mm_per_px=SCALE_MM)

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
-from support.imprint_scenes import MARK_PX, MARKS, scene
+from support.imprint_scenes import MARKER_PX, MARKERS, scene
 
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.algorithms.slip.imprint import ImprintFollower, ImprintMotion
@@ -31,14 +31,14 @@ def follow(
 ) -> list[ImprintMotion]:
     follower = rested()
     return [
-        follower.update(pixels, marks_px, number * step_s)
-        for number, (pixels, marks_px) in enumerate(frames)
+        follower.update(pixels, markers_px, number * step_s)
+        for number, (pixels, markers_px) in enumerate(frames)
     ]
 
 
 def rested() -> ImprintFollower:
     """A follower that has seen a moment's rest."""
-    follower = ImprintFollower(*scene(), MARK_PX)
+    follower = ImprintFollower(*scene(), MARKER_PX)
     for number in range(2):
         follower.update(*scene(), (number - 2) / 30)
     return follower
@@ -121,12 +121,12 @@ def test_a_grasp_that_holds_again_is_forgiven() -> None:
     assert held.degree < 0.01
 
 
-def test_the_view_stands_still_and_hides_the_marks() -> None:
-    view = SkinView(*scene(), MARK_PX)
+def test_the_view_stands_still_and_hides_the_markers() -> None:
+    view = SkinView(*scene(), MARKER_PX)
     still, seen = view.imprint(*scene())
     moved, both = view.imprint(*scene((5, -3), skin_px=(5, -3)))
     assert np.all(still[seen == 0] == 0)
-    x, y = np.round(MARKS / 2 - 0.25).astype(int).T
+    x, y = np.round(MARKERS / 2 - 0.25).astype(int).T
     assert not seen[y, x].any()
     common = (seen * both) > 0
     assert np.sqrt(np.mean((still - moved)[common] ** 2)) < 0.1 * still[common].std()
@@ -135,18 +135,18 @@ def test_the_view_stands_still_and_hides_the_marks() -> None:
 @pytest.mark.parametrize("channels", [None, 1, 6])
 def test_images_have_as_many_channels_as_the_camera(channels: int | None) -> None:
     def shown(way_px: float) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-        pixels, marks_px = scene((way_px, 0))
+        pixels, markers_px = scene((way_px, 0))
         grey = pixels[..., 0]
-        return (grey if channels is None else np.dstack([grey] * channels)), marks_px
+        return (grey if channels is None else np.dstack([grey] * channels)), markers_px
 
-    follower = ImprintFollower(*shown(0), MARK_PX)
+    follower = ImprintFollower(*shown(0), MARKER_PX)
     for number in range(10):
         told = follower.update(*shown(3.0 * max(number - 1, 0)), number / 30)
     assert told.slips
 
 
 def test_a_follower_goes_on_in_another_process() -> None:
-    here = ImprintFollower(*scene(), MARK_PX)
+    here = ImprintFollower(*scene(), MARKER_PX)
     here.update(*scene(), 0.0)
     there = pickle.loads(pickle.dumps(here))
     assert here.update(*scene((3, 0)), 0.1) == there.update(*scene((3, 0)), 0.1)
@@ -160,16 +160,16 @@ def test_reset_forgets_the_object() -> None:
     assert follower.update(*scene(), 0.5).lost == 0
 
 
-def test_two_marks_do_not_tell_how_the_skin_moves() -> None:
-    with pytest.raises(InputError, match="2 marks"):
-        ImprintFollower(scene()[0], MARKS[:2], MARK_PX)
+def test_two_markers_do_not_tell_how_the_skin_moves() -> None:
+    with pytest.raises(InputError, match="2 markers"):
+        ImprintFollower(scene()[0], MARKERS[:2], MARKER_PX)
 
 
 @pytest.mark.parametrize(("friction", "slips"), [(3.0, False), (0.3, True)])
 def test_a_virtual_coin_slips_where_it_does_not_stick(friction: float, slips: bool) -> None:
     stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": friction}})
-    pixels, marks_px = stage.frame().pixels, stage.truth().markers_px
-    follower = ImprintFollower(pixels, marks_px, 15.7)
+    pixels, markers_px = stage.frame().pixels, stage.truth().markers_px
+    follower = ImprintFollower(pixels, markers_px, 15.7)
     stage.indenter("coin")
     stage.press(depth_mm=0.15)
     for number in range(16):
@@ -193,16 +193,16 @@ def lift(folder: Path) -> list[float]:
     images = [read_image(path) for path in sorted(folder.glob("*.jpg"))]
     found = find_marker_diameter(images[0])
     assert found is not None
-    marks_px = spots(images[0], found[0])
-    follower = ImprintFollower(images[0], marks_px, found[0])
+    markers_px = spots(images[0], found[0])
+    follower = ImprintFollower(images[0], markers_px, found[0])
     degrees = []
     for number, pixels in enumerate(images):
         seen_px = spots(pixels, found[0])
-        distance, nearest = KDTree(seen_px).query(marks_px)
-        step = seen_px[nearest] - marks_px
+        distance, nearest = KDTree(seen_px).query(markers_px)
+        step = seen_px[nearest] - markers_px
         step[distance > 0.4 * found[1]] = np.median(step, axis=0)
-        marks_px = marks_px + step
-        degrees.append(follower.update(pixels, marks_px, number / 30).degree)
+        markers_px = markers_px + step
+        degrees.append(follower.update(pixels, markers_px, number / 30).degree)
     return degrees
 
 

@@ -19,7 +19,7 @@ from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slope_field import SlopeField
-from tactile_core.algorithms.tracking import MarkTracker
+from tactile_core.algorithms.tracking import MarkerTracker
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import paired
 
@@ -193,7 +193,7 @@ def test_tracks_agree(seed: int, missing: float) -> None:
     ]
 
     def followed(compiled: bool) -> list[np.ndarray]:
-        tracker, tracks = MarkTracker(rest, compiled=compiled), []
+        tracker, tracks = MarkerTracker(rest, compiled=compiled), []
         for found in shown:
             tracker.follow(found)
             tracks.append(np.column_stack([tracker.px, tracker.seen]))

@@ -36,7 +36,7 @@ def test_shading_is_no_dark_frame() -> None:
     assert lit_area(vignette) is None
 
 
-def test_dark_marks_within_are_skin() -> None:
+def test_dark_markers_within_are_skin() -> None:
     image = np.full(SIZE, 150, np.uint8)
     image[10::25, 10::25] = 10
     image = cv2.erode(image, np.ones((5, 5), np.uint8))

@@ -1,4 +1,4 @@
-"""Which detection is which mark's, and how far the marks around one can be trusted."""
+"""Which detection is which marker's, and how far the markers around one can be trusted."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ PLACES = PITCH_PX * np.stack(np.meshgrid(np.arange(12), np.arange(9)), -1).resha
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 30), st.floats(0, 40))
-def test_a_detection_is_the_nearest_of_the_marks_that_have_none_nearer(
+def test_a_detection_is_the_nearest_of_the_markers_that_have_none_nearer(
     seed: int, found: int, within: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    marks, detections = rng.uniform(0, 100, (20, 2)), rng.uniform(0, 100, (found, 2))
+    markers, detections = rng.uniform(0, 100, (20, 2)), rng.uniform(0, 100, (found, 2))
     within_px = np.where(rng.random(20) < 0.8, within, -1.0)
-    owner = paired(marks, detections, within_px)
+    owner = paired(markers, detections, within_px)
     expected = np.full(20, NOBODY)
     seeking = np.flatnonzero(within_px >= 0)
     if found and len(seeking):
-        apart = cdist(marks, detections)
+        apart = cdist(markers, detections)
         wanted = apart.argmin(axis=1)
         for detection in range(found):
-            rivals = [mark for mark in seeking if wanted[mark] == detection]
-            nearest = min(rivals, key=lambda mark, at=detection: apart[mark, at], default=None)
+            rivals = [marker for marker in seeking if wanted[marker] == detection]
+            nearest = min(rivals, key=lambda marker, at=detection: apart[marker, at], default=None)
             if nearest is not None and apart[nearest, detection] <= within:
                 expected[nearest] = detection
     np.testing.assert_array_equal(owner, expected)
 
 
-def test_marks_to_one_side_tell_the_less_the_further_away_they_are() -> None:
+def test_markers_to_one_side_tell_the_less_the_further_away_they_are() -> None:
     around = Neighbourhood.of(PLACES)
     column = PLACES[:, 0] / PITCH_PX
     inner = (PLACES[:, 1] > 2 * PITCH_PX) & (PLACES[:, 1] < 6 * PITCH_PX)

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.photometric import (
     Smoothing,
-    around_marks,
-    fill_marks,
+    around_markers,
+    fill_markers,
     place,
     relative_change,
 )
@@ -55,31 +55,31 @@ def test_smoothing_into_a_buffer_changes_nothing() -> None:
 
 
 def test_any_number_of_channels_is_smoothed_and_filled() -> None:
-    marks = np.zeros((40, 50), bool)
-    marks[10:16, 10:16] = True
-    pixels = np.where(marks[..., None], 5, np.full((40, 50, 6), 90)).astype(np.uint8)
-    smoothed = Smoothing.of(marks, 2.0).apply(pixels, marks)
+    marker_mask = np.zeros((40, 50), bool)
+    marker_mask[10:16, 10:16] = True
+    pixels = np.where(marker_mask[..., None], 5, np.full((40, 50, 6), 90)).astype(np.uint8)
+    smoothed = Smoothing.of(marker_mask, 2.0).apply(pixels, marker_mask)
     np.testing.assert_allclose(smoothed.astype(int), 90, atol=1)
 
 
 @pytest.mark.parametrize("radius", [2, 5, 11])
-def test_filled_marks_leave_no_trace_on_a_gentle_gradient(radius: int) -> None:
+def test_filled_markers_leave_no_trace_on_a_gentle_gradient(radius: int) -> None:
     y, x = np.mgrid[:120, :160]
     skin = np.stack([100 + 0.2 * x, 120 - 0.2 * y, 90 + 0 * x], 2).astype(np.uint8)
-    marks = np.zeros((120, 160), bool)
+    marker_mask = np.zeros((120, 160), bool)
     for cx, cy in ((40, 40), (110, 70), (70, 95)):
-        marks |= np.hypot(x - cx, y - cy) <= radius
-    printed = np.where(marks[..., None], 10, skin).astype(np.uint8)
-    filled = fill_marks(printed, marks, around_marks(marks))
+        marker_mask |= np.hypot(x - cx, y - cy) <= radius
+    printed = np.where(marker_mask[..., None], 10, skin).astype(np.uint8)
+    filled = fill_markers(printed, marker_mask, around_markers(marker_mask))
     assert np.abs(filled.astype(int) - skin).max() <= 4
-    np.testing.assert_array_equal(filled[~marks], printed[~marks])
+    np.testing.assert_array_equal(filled[~marker_mask], printed[~marker_mask])
 
 
-def test_a_neighbourhood_reaches_beyond_the_marks() -> None:
-    marks = np.zeros((50, 50), bool)
-    marks[10:17, 10:17] = marks[30:37, 20:27] = True
-    assert around_marks(marks) == 15
-    assert around_marks(np.zeros((5, 5), bool)) == around_marks(None) == 0
+def test_a_neighbourhood_reaches_beyond_the_markers() -> None:
+    marker_mask = np.zeros((50, 50), bool)
+    marker_mask[10:17, 10:17] = marker_mask[30:37, 20:27] = True
+    assert around_markers(marker_mask) == 15
+    assert around_markers(np.zeros((5, 5), bool)) == around_markers(None) == 0
 
 
 def test_place_is_zero_at_the_centre_and_in_half_widths() -> None:

@@ -116,17 +116,17 @@ def test_a_shadow_that_is_known_bends_the_height_less_still() -> None:
     assert gain(z, gx, gy, ~flank()) > 1.5 * gain(z, gx, gy)
 
 
-def test_marks_with_wrong_slopes_leave_no_trace_around_them() -> None:
+def test_markers_with_wrong_slopes_leave_no_trace_around_them() -> None:
     z, gx, gy = ball()
     rng = np.random.default_rng(2)
-    marks = discs()
-    for mark in marks:
-        gx[mark] += 0.5 * rng.normal()
-        gy[mark] += 0.5 * rng.normal()
-    assert gain(z, gx, gy, ~np.any(marks, axis=0)) > 8
+    markers = discs()
+    for marker in markers:
+        gx[marker] += 0.5 * rng.normal()
+        gy[marker] += 0.5 * rng.normal()
+    assert gain(z, gx, gy, ~np.any(markers, axis=0)) > 8
 
 
-def test_well_filled_marks_keep_their_shape() -> None:
+def test_well_filled_markers_keep_their_shape() -> None:
     z, gx, gy = ball()
     valid = ~np.any(discs(), axis=0)
     robust = integrate_robustly(gx, gy, mm_per_px=MM_PER_PX, valid=valid)

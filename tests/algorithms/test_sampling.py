@@ -53,13 +53,13 @@ def test_it_is_as_smooth_as_at_full_size():
     assert np.corrcoef(coarse.ravel(), full.ravel())[0, 1] > 0.95
 
 
-def test_marks_are_filled_before_anything_is_averaged():
+def test_markers_are_filled_before_anything_is_averaged():
     image = np.full((80, 80, 3), 100, np.uint8)
-    marks = np.zeros((80, 80), bool)
-    marks[38:43, 38:43] = True
-    image[marks] = 0
-    sampling = Sampling.of((80, 80), marks, 2.0)
-    for plane in sampling.planes(image, marks):
+    marker_mask = np.zeros((80, 80), bool)
+    marker_mask[38:43, 38:43] = True
+    image[marker_mask] = 0
+    sampling = Sampling.of((80, 80), marker_mask, 2.0)
+    for plane in sampling.planes(image, marker_mask):
         assert plane.min() >= 99
 
 
@@ -67,13 +67,13 @@ def test_marks_are_filled_before_anything_is_averaged():
 @pytest.mark.parametrize("shape", [(80, 96), (81, 97)])
 def test_all_channels_at_once_give_what_each_gives_by_itself(shape, blur_px):
     image = np.random.default_rng(0).integers(0, 256, (*shape, 3)).astype(np.uint8)
-    marks = np.zeros(shape, bool)
-    marks[30:40, 50:60] = True
-    sampling = Sampling.of(shape, marks, blur_px)
-    together = sampling.smooth(image, marks)
+    marker_mask = np.zeros(shape, bool)
+    marker_mask[30:40, 50:60] = True
+    sampling = Sampling.of(shape, marker_mask, blur_px)
+    together = sampling.smooth(image, marker_mask)
     planar = np.ascontiguousarray(image.transpose(2, 0, 1)).transpose(1, 2, 0)
-    np.testing.assert_array_equal(sampling.smooth(planar, marks), together)
-    np.testing.assert_array_equal(np.dstack(sampling.planes(image, marks)), together)
+    np.testing.assert_array_equal(sampling.smooth(planar, marker_mask), together)
+    np.testing.assert_array_equal(np.dstack(sampling.planes(image, marker_mask)), together)
 
 
 def test_what_is_smoothed_owns_its_memory():
@@ -83,13 +83,13 @@ def test_what_is_smoothed_owns_its_memory():
     assert all((plane == 50).all() for plane in before)
 
 
-def test_skin_beside_a_mark_is_not_lost_to_it():
+def test_skin_beside_a_marker_is_not_lost_to_it():
     rows, columns = np.indices((96, 96), np.float32)
     skin = (100 + 40 * np.sin(rows / 6) * np.cos(columns / 6))[..., None]
-    marks = np.zeros((96, 96), bool)
-    marks[8:88, 41:44] = True  # beside it a coarse pixel is half mark, half skin
-    sampling = Sampling.of((96, 96), marks, 2.0)
-    (seen,) = sampling.planes(np.where(marks[..., None], np.float32(0), skin), marks)
+    marker_mask = np.zeros((96, 96), bool)
+    marker_mask[8:88, 41:44] = True  # beside it a coarse pixel is half marker, half skin
+    sampling = Sampling.of((96, 96), marker_mask, 2.0)
+    (seen,) = sampling.planes(np.where(marker_mask[..., None], np.float32(0), skin), marker_mask)
     (bare,) = sampling.planes(skin, None)
     error = (seen - bare)[6:42]
     assert np.sqrt(np.mean(np.square(error[:, 20:22]))) < 8

@@ -115,17 +115,17 @@ def test_six_channels_take_the_model_at_every_pixel() -> None:
 
 
 @pytest.mark.parametrize("bytes_", [False, True])
-def test_skin_that_rests_is_level_under_its_marks_too(
+def test_skin_that_rests_is_level_under_its_markers_too(
     scene: tuple[np.ndarray, np.ndarray], bytes_: bool
 ) -> None:
     _, reference = scene
-    marks = np.zeros(reference.shape[:2], np.bool_)
+    marker_mask = np.zeros(reference.shape[:2], np.bool_)
     for row in range(20, 230, 30):
         for column in range(20, 310, 30):
-            marks[row : row + 8, column : column + 8] = True
-    printed = np.where(marks[..., None], 20, reference).astype(np.float32)
+            marker_mask[row : row + 8, column : column + 8] = True
+    printed = np.where(marker_mask[..., None], 20, reference).astype(np.float32)
     table = bake(model, Axis(per_unit=80, first=45, count=80))
-    field = SlopeField(model, table, printed, marks)
+    field = SlopeField(model, table, printed, marker_mask)
     frame = np.rint(printed).astype(np.uint8) if bytes_ else printed
-    gx, gy, _ = field.measure(frame, marks)
+    gx, gy, _ = field.measure(frame, marker_mask)
     assert np.hypot(gx, gy).max() < 0.03

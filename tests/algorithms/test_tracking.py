@@ -1,4 +1,4 @@
-"""Marks keep their identity under large motion, gaps and impostors, or are said to be unseen."""
+"""Markers keep their identity under large motion, gaps and impostors, or are said to be unseen."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from experiments.sheared_markers import Drag, counted
-from tactile_core.algorithms.tracking import MarkTracker, shows_contact
+from tactile_core.algorithms.tracking import MarkerTracker, shows_contact
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -24,7 +24,7 @@ def grid(columns: int = 14, rows: int = 11) -> Any:
 
 
 def bump(places: Any, reach: float = 3.5) -> Any:
-    """(N, 1) 1 in the middle of the marks, 0 far from it."""
+    """(N, 1) 1 in the middle of the markers, 0 far from it."""
     far = np.square(places - places.mean(axis=0)).sum(axis=1, keepdims=True)
     return np.exp(-far / (2 * (reach * PITCH) ** 2))
 
@@ -34,18 +34,18 @@ def thinned(places: Any, rng: np.random.Generator, missing: float = 0.3) -> Any:
     return rng.permutation(kept + rng.normal(0, 0.2, kept.shape))
 
 
-def swapped(tracker: MarkTracker, truth: Any) -> int:
+def swapped(tracker: MarkerTracker, truth: Any) -> int:
     error = np.hypot(*(tracker.px - truth).T)
     return int((tracker.seen & (error > 0.3 * PITCH)).sum())
 
 
 @given(seeds)
 @settings(max_examples=10)
-def test_a_drag_of_two_pitches_swaps_no_mark(seed: int) -> None:
+def test_a_drag_of_two_pitches_swaps_no_marker(seed: int) -> None:
     rng, rest = np.random.default_rng(seed), grid()
     angle, step = rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.6)
     along = PITCH * np.array([np.cos(angle), np.sin(angle)])
-    tracker = MarkTracker(rest)
+    tracker = MarkerTracker(rest)
     for pitches in np.arange(0, 2 + step, step).clip(max=2):
         truth = rest + bump(rest) * along * pitches
         tracker.follow(thinned(truth, rng))
@@ -57,9 +57,9 @@ def test_a_drag_of_two_pitches_swaps_no_mark(seed: int) -> None:
 
 @given(seeds)
 @settings(max_examples=8)
-def test_a_turn_of_twenty_degrees_swaps_no_mark(seed: int) -> None:
+def test_a_turn_of_twenty_degrees_swaps_no_marker(seed: int) -> None:
     rng, rest = np.random.default_rng(seed), grid()
-    tracker = MarkTracker(rest)
+    tracker = MarkerTracker(rest)
     for degrees in np.linspace(0, 20 * rng.choice([-1, 1]), 12):
         angle = np.radians(degrees) * bump(rest, 4.0)[:, 0]
         x, y = (rest - rest.mean(axis=0)).T
@@ -71,13 +71,13 @@ def test_a_turn_of_twenty_degrees_swaps_no_mark(seed: int) -> None:
         assert swapped(tracker, truth) == 0
 
 
-def test_marks_that_leave_the_view_come_back_as_themselves() -> None:
+def test_markers_that_leave_the_view_come_back_as_themselves() -> None:
     rest = grid()
     right = rest[:, 0].max() + PITCH / 2
-    tracker = MarkTracker(rest)
+    tracker = MarkerTracker(rest)
     for pitches in [*np.linspace(0, 1.5, 8), *np.linspace(1.5, 0, 8)]:
         truth = rest + np.array([pitches * PITCH, 0.0])
-        # skin from beyond the other side comes into view with marks of its own
+        # skin from beyond the other side comes into view with markers of its own
         strangers = truth[::14] - [PITCH, 0.0]
         shown = np.concatenate([truth, strangers])
         tracker.follow(shown[shown[:, 0] < right])
@@ -85,9 +85,9 @@ def test_marks_that_leave_the_view_come_back_as_themselves() -> None:
     assert tracker.seen.all()
 
 
-def test_marks_return_after_frames_that_show_almost_none() -> None:
+def test_markers_return_after_frames_that_show_almost_none() -> None:
     rng, rest = np.random.default_rng(0), grid()
-    tracker = MarkTracker(rest)
+    tracker = MarkerTracker(rest)
     tracker.follow(rest)
     for _ in range(3):
         tracker.follow(rest[rng.permutation(len(rest))[:6]])
@@ -100,9 +100,9 @@ def test_marks_return_after_frames_that_show_almost_none() -> None:
     assert swapped(tracker, truth) == 0
 
 
-def test_a_release_in_one_frame_brings_every_mark_home() -> None:
+def test_a_release_in_one_frame_brings_every_marker_home() -> None:
     rest = grid()
-    tracker = MarkTracker(rest)
+    tracker = MarkerTracker(rest)
     for pitches in np.linspace(0, 1.6, 9):
         tracker.follow(rest + bump(rest) * [pitches * PITCH, 0.0])
     tracker.follow(rest)
@@ -113,7 +113,7 @@ def test_a_release_in_one_frame_brings_every_mark_home() -> None:
 
 def test_a_start_with_dragged_skin_is_said() -> None:
     rest = grid()
-    untouched, dragged = MarkTracker(rest), MarkTracker(rest)
+    untouched, dragged = MarkerTracker(rest), MarkerTracker(rest)
     untouched.follow(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
     dragged.follow(rest + bump(rest) * [0.3 * PITCH, 0.0])
     assert untouched.began_displaced is False
@@ -129,8 +129,8 @@ def test_a_stretched_lattice_shows_a_contact_and_irregular_print_does_not() -> N
     assert not shows_contact(rest + rng.normal(0, 0.05 * PITCH, rest.shape))
 
 
-def test_too_few_marks_are_never_told_apart() -> None:
-    tracker = MarkTracker(grid()[:3])
+def test_too_few_markers_are_never_told_apart() -> None:
+    tracker = MarkerTracker(grid()[:3])
     tracker.follow(grid()[:3])
     assert tracker.lost
     assert not tracker.seen.any()
@@ -139,7 +139,7 @@ def test_too_few_marks_are_never_told_apart() -> None:
 def test_skin_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None:
     rng = np.random.default_rng(5)
     rest = grid() + rng.uniform(-2, 2, grid().shape)
-    tracker = MarkTracker(rest)
+    tracker = MarkerTracker(rest)
     tracker.follow(rest)
     for moved in (14.0, 28.0, 28.0):
         truth = rest + np.array([moved, 0.0])
@@ -171,13 +171,13 @@ def now_and_in_soak(drag: Drag, name: str) -> list[Any]:
         *now_and_in_soak(Drag(2.0, 0.7, spurious=0.05), "two pitches, quickly"),
     ],
 )
-def test_virtual_strokes_swap_no_mark(drag: Drag, frames: int, kernels_or_numpy: str) -> None:
+def test_virtual_strokes_swap_no_marker(drag: Drag, frames: int, kernels_or_numpy: str) -> None:
     # numpy finds the same, but in twice the time
     tally = counted(drag, frames if kernels_or_numpy == "compiled" else 200)
     print(tally)
     assert tally.swapped == 0
     assert tally.specks <= 5e-4 * tally.seen
     assert tally.rms_of_right_px < 0.15
-    # a speck beside a missing mark is taken for it now and then; each is off by some pixels
+    # a speck beside a missing marker is taken for it now and then; each is off by some pixels
     assert drag.spurious or tally.rms_px < 0.15
     assert tally.recall > 0.87

@@ -1,4 +1,4 @@
-"""The dense field from the marks of virtual gels, beside what is true, and what the papers saw."""
+"""The dense field from markers of virtual gels, against the truth and the papers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.markers import Marks
+from tactile_core.sim.optics.markers import MarkerPrint
 from tactile_core.sim.skin import Skin
 from tactile_core.sim.truth import TrueState
 
@@ -30,14 +30,14 @@ Array = NDArray[np.float64]
 
 @cache
 def _rest_px() -> Array:
-    printed = Marks.of(PROFILE, Faults(), seed=0)
+    printed = MarkerPrint.of(PROFILE, Faults(), seed=0)
     assert printed is not None
     inside = ((printed.rest_px >= 0) & (printed.rest_px <= np.array(SHAPE[::-1]) - 1)).all(1)
     return printed.rest_px[inside]
 
 
 class Bench:
-    """A skin under an object, its marks seen with noise, and the step that measures them."""
+    """A skin under an object, its markers seen with noise, and the step that measures them."""
 
     def __init__(self, kind: str, *, seed: int = 0, **options: object) -> None:
         place = {key: options.pop(key, 0.0) for key in ("x_mm", "y_mm", "angle_deg")}
@@ -56,7 +56,7 @@ class Bench:
         seen = ((now >= 0) & (now <= np.array(SHAPE[::-1]) - 1)).all(1)
         seen &= self._rng.random(len(now)) >= unseen
         now[~seen] += 20
-        marks = MarkerField(
+        markers = MarkerField(
             np.arange(len(now), dtype=np.int32),
             _rest_px().astype(np.float32),
             now.astype(np.float32),
@@ -65,7 +65,7 @@ class Bench:
             7.0,
         )
         mask = ContactMask(truth.contact, SCALE_MM) if contact else None
-        return self._step.estimate(marks, mask), truth
+        return self._step.estimate(markers, mask), truth
 
 
 def _error(field: DisplacementField, truth: TrueState) -> float:
@@ -118,7 +118,7 @@ def test_the_field_is_within_a_twentieth_of_its_peak(
 
 
 @pytest.mark.parametrize("kind", OBJECTS)
-def test_marks_that_are_missing_do_not_spoil_it(kind: str) -> None:
+def test_markers_that_are_missing_do_not_spoil_it(kind: str) -> None:
     bench = _pressed(kind)
     _slipping(bench)
     assert _error(*bench.measured(unseen=0.1)) < 0.06
@@ -190,8 +190,8 @@ def test_mean_displacement_is_proportional_to_the_shear_force_and_its_peak_follo
     assert peak[-1] < 0.75
 
 
-def test_without_any_mark_there_is_no_field_and_nothing_is_valid() -> None:
-    marks = MarkerField(
+def test_without_any_marker_there_is_no_field_and_nothing_is_valid() -> None:
+    markers = MarkerField(
         np.zeros(0, np.int32),
         np.zeros((0, 2), np.float32),
         np.zeros((0, 2), np.float32),
@@ -199,7 +199,7 @@ def test_without_any_mark_there_is_no_field_and_nothing_is_valid() -> None:
         SCALE_MM,
     )
     step = Displacement(Displacement.Options(), SensorContext(PROFILE.image, PROFILE.gel))
-    field = step.estimate(marks, None)
+    field = step.estimate(markers, None)
     assert not field.valid.any()
     assert not field.mm.any()
 
@@ -207,19 +207,19 @@ def test_without_any_mark_there_is_no_field_and_nothing_is_valid() -> None:
 def _moved(
     px: Array, reference_px: Array, gel: Gel | None = None, step: Displacement | None = None
 ) -> tuple[DisplacementField, Displacement]:
-    """The field of marks on a disc of 2 mm that is in contact, and of some far from it."""
+    """The field of markers on a disc of 2 mm that is in contact, and of some far from it."""
     image = ImageSection(width_px=160, height_px=120, mm_per_px=0.1)
     step = step or Displacement(Displacement.Options(), SensorContext(image, gel or Gel()))
     distance_px = np.hypot(*(reference_px - np.array([80, 60])).T)
     y, x = np.mgrid[:120, :160]
-    marks = MarkerField(
+    markers = MarkerField(
         np.arange(len(px), dtype=np.int32),
         reference_px.astype(np.float32),
         px.astype(np.float32),
         (distance_px < 18) | (distance_px > 40),
         0.1,
     )
-    return step.estimate(marks, ContactMask(np.hypot(x - 80, y - 60) < 20, 0.1)), step
+    return step.estimate(markers, ContactMask(np.hypot(x - 80, y - 60) < 20, 0.1)), step
 
 
 LATTICE = np.stack(np.meshgrid(np.arange(5, 160, 10.0), np.arange(5, 120, 10.0)), -1).reshape(-1, 2)

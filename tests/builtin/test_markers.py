@@ -1,4 +1,4 @@
-"""The step that finds marks: from the frame alone, or from what its mask was told by."""
+"""The step that finds markers: from the frame alone, or from what its mask was told by."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ def reference_of(frame: Frame) -> Reference:
     return Reference(np.asarray(frame.pixels, np.float32), frame.channels)
 
 
-def test_the_pipeline_finds_marks_without_looking_twice() -> None:
+def test_the_pipeline_finds_markers_without_looking_twice() -> None:
     profile, frame = rig()
     reading = Pipeline(profile).process(frame)
-    marks = reading[MarkerDetections]
-    assert len(marks.centres_px) == 192
-    assert marks.timestamp_s == 3.5
+    markers = reading[MarkerDetections]
+    assert len(markers.centres_px) == 192
+    assert markers.timestamp_s == 3.5
     alone = MarkerDetection(
         MarkerDetection.Options(), SensorContext(profile.image, profile.gel)
     ).estimate(frame)
-    np.testing.assert_array_equal(marks.centres_px, alone.centres_px)
+    np.testing.assert_array_equal(markers.centres_px, alone.centres_px)
     assert reading.frame.darkness is not None
     erased = replace(reading.frame, darkness=np.zeros_like(reading.frame.darkness))
     context = SensorContext(profile.image, profile.gel)
@@ -56,14 +56,14 @@ def test_pitch_and_size_are_found_where_the_profile_says_auto() -> None:
     assert len(reading[MarkerDetections].centres_px) == 14 * 10
 
 
-def test_a_gel_without_marks_shows_none() -> None:
+def test_a_gel_without_markers_shows_none() -> None:
     profile, frame = rig()
     step = MarkerDetection(MarkerDetection.Options(), SensorContext(profile.image, Gel()))
     assert step.estimate(frame).centres_px.shape == (0, 2)
 
 
-def test_marks_that_cannot_be_found_are_asked_for() -> None:
+def test_markers_that_cannot_be_found_are_asked_for() -> None:
     profile, _ = rig()
     context = SensorContext(profile.image, Gel(markers="auto"))
-    with pytest.raises(InputError, match="finds no lattice of marks in the reference; say their"):
+    with pytest.raises(InputError, match="finds no lattice of markers in the reference; say their"):
         MarkerDetection(MarkerDetection.Options(), context)

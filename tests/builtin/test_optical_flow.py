@@ -1,4 +1,4 @@
-"""The field of a virtual gel without marks, beside what is true."""
+"""The field of a virtual gel without markers, beside what is true."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tactile_core.sim.truth import TrueState
 
 
 class Bare:
-    """A virtual gel without marks, and the step that follows what is pressed into it."""
+    """A virtual gel without markers, and the step that follows what is pressed into it."""
 
     def __init__(self, kind: str, depth_mm: float, *, friction: float = 3.0, **options: float):
         self.stage = VirtualStage(

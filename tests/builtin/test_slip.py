@@ -1,4 +1,4 @@
-"""``core.slip`` on a virtual skin, seen by noisy marks, and on what must never alarm."""
+"""``core.slip`` on a virtual skin, seen by noisy markers, and on what must never alarm."""
 
 from __future__ import annotations
 
@@ -279,13 +279,13 @@ def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
     for _ in range(3):
         frame = stage.frame()
         reading = pipeline.process(frame)
-        field, marks = reading[DisplacementField], reading[MarkerField]
-        loaded_px = marks.px if loaded_px is None else loaded_px
-        since = replace(marks, reference_px=loaded_px)
-        told = plain.estimate(field, frame, known, marks, None, None)
+        field, markers = reading[DisplacementField], reading[MarkerField]
+        loaded_px = markers.px if loaded_px is None else loaded_px
+        since = replace(markers, reference_px=loaded_px)
+        told = plain.estimate(field, frame, known, markers, None, None)
         assert vars(tared.estimate(field, frame, known, since, None, None)) == vars(told)
         stage.shear(0.2, 0.0)
-    assert np.abs(loaded_px - marks.reference_px).max() > 5
+    assert np.abs(loaded_px - markers.reference_px).max() > 5
     assert told.degree > 0.2
 
 

@@ -1,4 +1,4 @@
-"""core.tracking: marks of the reference, tare, and what it says when something is wrong."""
+"""core.tracking: markers of the reference, tare, and what it says when something is wrong."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_after_a_tare_displacement_is_since_then(step: Tracking) -> None:
     assert again.displacement_mm == pytest.approx(np.tile([0.25, 0.0], (80, 1)), abs=1e-5)
 
 
-def test_marks_cut_by_the_border_of_the_reference_are_not_reported(step: Tracking) -> None:
+def test_markers_cut_by_the_border_of_the_reference_are_not_reported(step: Tracking) -> None:
     cut = PLACES[:, 0] == PLACES[:, 0].min()
     assert len(step.estimate(shown(PLACES), reference(cut=cut)).ids) == 72
 
@@ -67,7 +67,7 @@ def test_a_frame_that_shows_too_little_says_so(step: Tracking) -> None:
     step.estimate(shown(PLACES), reference())
     field = step.estimate(shown(PLACES[:2]), reference())
     assert not field.seen.any()
-    assert any("none of the 80 marks" in warning for warning in field.warnings())
+    assert any("none of the 80 markers" in warning for warning in field.warnings())
     assert step.estimate(shown(PLACES), reference()).seen.all()
 
 
@@ -82,8 +82,8 @@ def test_a_start_in_contact_is_said_once(step: Tracking) -> None:
     assert not second.warnings()
 
 
-def test_a_reference_without_marks_is_refused(step: Tracking) -> None:
-    with pytest.raises(InputError, match="the reference shows 0 marks"):
+def test_a_reference_without_markers_is_refused(step: Tracking) -> None:
+    with pytest.raises(InputError, match="the reference shows 0 markers"):
         step.estimate(shown(PLACES), reference(PLACES[:0]))
 
 
@@ -93,24 +93,23 @@ def profile(folder: Path, name: str, text: str) -> Path:
     return path
 
 
-def test_a_revision_without_marks_leaves_the_inherited_step_out(tmp_path: Path) -> None:
+def test_a_revision_without_markers_leaves_the_inherited_step_out(tmp_path: Path) -> None:
     step = "estimators: {tracking: {use: core.tracking}}\n"
     profile(tmp_path, "marked", f"extends: hex_fingertip\nname: marked\n{step}")
     bare = "extends: marked.yaml\nname: bare\ngel: {markers: null}\n"
     pipeline = Pipeline(load_profile(profile(tmp_path, "bare", bare)))
     assert "tracking" not in [step.name for step in pipeline.steps]
-    assert any("no marks" in note and "tracking" in note for note in pipeline.notes)
+    assert any("no markers" in note and "tracking" in note for note in pipeline.notes)
 
 
 @pytest.mark.parametrize("step", ["markers", "tracking", "displacement"])
-def test_a_step_named_beside_a_gel_without_marks_is_a_mistake(tmp_path: Path, step: str) -> None:
+def test_a_step_named_beside_a_gel_without_markers_is_a_mistake(tmp_path: Path, step: str) -> None:
     text = (
         "extends: hex_fingertip\nname: bare\ngel: {markers: null}\n"
         f"estimators:\n  {step}: {{use: core.{step}}}\n"
     )
-    where = (
-        rf"bare\.yaml:5:{len(step) + 6}: estimators\.{step}\.use: core\.{step} needs printed marks"
-    )
+    place = rf"bare\.yaml:5:{len(step) + 6}: estimators\.{step}\.use"
+    where = rf"{place}: core\.{step} needs printed markers"
     with pytest.raises(ProfileError, match=where):
         load_profile(profile(tmp_path, "bare", text))
 

@@ -219,7 +219,7 @@ REFERENCES = {
     "full scale in words": broken(full_scale="high"),
     "endless frames": broken(frames=np.inf),
     "two noises": broken(noise=[1.0, 2.0]),
-    "marks of another size": broken(marks=np.zeros((3, 3), bool)),
+    "markers of another size": broken(marker_mask=np.zeros((3, 3), bool)),
 }
 
 

@@ -46,7 +46,7 @@ def bundle() -> Bundle:
         pixels=4000 * rng.random((HEIGHT, WIDTH, 3), np.float32),
         channels=CHANNELS,
         full_scale=4095.0,
-        marks=rng.random((HEIGHT, WIDTH)) < 0.2,
+        marker_mask=rng.random((HEIGHT, WIDTH)) < 0.2,
         noise=3.25,
         frames=7,
     )
@@ -69,9 +69,9 @@ def test_all_that_is_known_of_the_untouched_sensor_is_kept(bundle: Bundle, tmp_p
     before, after = bundle.reference, Bundle.load(tmp_path / "kept").reference
     np.testing.assert_array_equal(after.pixels, before.pixels)
     assert after.pixels.dtype == before.pixels.dtype
-    assert before.marks is not None
-    assert after.marks is not None
-    np.testing.assert_array_equal(after.marks, before.marks)
+    assert before.marker_mask is not None
+    assert after.marker_mask is not None
+    np.testing.assert_array_equal(after.marker_mask, before.marker_mask)
     for name in ("channels", "full_scale", "noise", "frames", "relative"):
         assert getattr(after, name) == getattr(before, name)
 
@@ -79,7 +79,7 @@ def test_all_that_is_known_of_the_untouched_sensor_is_kept(bundle: Bundle, tmp_p
 def test_an_unmarked_reference_comes_back_unmarked(bundle: Bundle, tmp_path: Path) -> None:
     bare = Reference(bundle.reference.pixels, CHANNELS)
     replace(bundle, reference=bare).save(tmp_path / "kept")
-    assert Bundle.load(tmp_path / "kept").reference.marks is None
+    assert Bundle.load(tmp_path / "kept").reference.marker_mask is None
 
 
 @pytest.mark.parametrize("changed", ["reference.npz", "light/model.npz"])

@@ -22,9 +22,9 @@ SHAPE = 96, 128
 MM = 0.05
 
 
-def frame(shape: tuple[int, int] = SHAPE, marks: NDArray[np.bool_] | None = None) -> Frame:
+def frame(shape: tuple[int, int] = SHAPE, marker_mask: NDArray[np.bool_] | None = None) -> Frame:
     pixels = np.full((*shape, 6), 100, np.uint8)
-    return Frame(pixels, tuple("abcdef"), MM, marks=marks, source="press")
+    return Frame(pixels, tuple("abcdef"), MM, marker_mask=marker_mask, source="press")
 
 
 def hills(shape: tuple[int, int] = SHAPE) -> NDArray[np.float64]:
@@ -123,12 +123,14 @@ def test_heights_outside_the_rows_are_never_looked_at(tmp_path: Path) -> None:
     assert {row for row, _ in first} <= set(range(20, 70))
 
 
-def test_the_border_holes_and_marks_teach_nothing(tmp_path: Path) -> None:
+def test_the_border_holes_and_markers_teach_nothing(tmp_path: Path) -> None:
     height = hills()
     height[40:44, 60:64] = np.nan
-    marks = np.zeros(SHAPE, bool)
-    marks[20:24, 30:34] = True
-    known = training(HeightTarget.read(written(tmp_path, height), frame(marks=marks), blur_px=1))
+    marker_mask = np.zeros(SHAPE, bool)
+    marker_mask[20:24, 30:34] = True
+    known = training(
+        HeightTarget.read(written(tmp_path, height), frame(marker_mask=marker_mask), blur_px=1)
+    )
     for row, column in known:
         assert 3 <= row < SHAPE[0] - 3
         assert 3 <= column < SHAPE[1] - 3

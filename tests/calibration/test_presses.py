@@ -14,15 +14,15 @@ from tactile_core.quantities import Frame
 SHAPE, BALL_PX, CONTACT_PX, CENTRE_PX = (240, 320), 30.0, 22.0, (70.0, 80.0)
 
 
-def press(marks: np.ndarray | None) -> FoundPress:
+def press(marker_mask: np.ndarray | None) -> FoundPress:
     rng = np.random.default_rng(0)
     pixels = rng.integers(90, 160, (*SHAPE, 3)).astype(np.uint8)
-    frame = Frame(pixels, ("red", "green", "blue"), 0.05, marks=marks)
+    frame = Frame(pixels, ("red", "green", "blue"), 0.05, marker_mask=marker_mask)
     return FoundPress("ball", frame, Circle(CENTRE_PX, CONTACT_PX), BALL_PX)
 
 
 @pytest.fixture
-def marks() -> np.ndarray:
+def marker_mask() -> np.ndarray:
     printed = np.zeros(SHAPE, np.bool_)
     for row in range(5, 240, 20):
         for column in range(5, 320, 20):
@@ -30,12 +30,12 @@ def marks() -> np.ndarray:
     return printed
 
 
-def test_no_mark_is_taken_for_skin_on_the_ball_or_at_rest(marks: np.ndarray) -> None:
-    learnt = press(marks).training()
+def test_no_marker_is_taken_for_skin_on_the_ball_or_at_rest(marker_mask: np.ndarray) -> None:
+    learnt = press(marker_mask).training()
     resting = ~learnt.gradients.any(axis=1)
     assert resting.sum() > 50
     assert (~resting).sum() > 50
-    assert not marks[learnt.rows, learnt.columns].any()
+    assert not marker_mask[learnt.rows, learnt.columns].any()
 
 
 def test_what_is_learnt_lies_on_the_ball_or_far_from_it() -> None:

@@ -60,7 +60,7 @@ def test_the_path_goes_to_stdout_and_words_to_stderr(new: New, folder: Path) -> 
         (("--from", "hex_fingertip", "--image", "note.png"), "note.png"),
         (("--from", "hex_fingertip"), "--image"),
         ((*MINE[1:], "--known-mm", "10"), "--known-px"),
-        ((*MINE[1:], "--marker-pitch-mm", "1"), "no lattice of marks"),
+        ((*MINE[1:], "--marker-pitch-mm", "1"), "no lattice of markers"),
         ((*MINE[1:], "--presses", "."), "--ball-diameter-mm"),
         ((*MINE[1:], "--ball-diameter-mm", "4"), "--presses"),
     ],

@@ -18,7 +18,7 @@ def words(*quantities: Quantity) -> str:
     return _words(reading, reading.summary())
 
 
-def marks() -> MarkerField:
+def markers() -> MarkerField:
     at = np.zeros((3, 2), np.float32)
     return MarkerField(np.arange(3, dtype=np.int32), at, at, np.array([True, True, False]), 0.1)
 
@@ -34,11 +34,13 @@ def marks() -> MarkerField:
         ),
     ],
 )
-def test_marks_and_slip_are_told_where_the_chain_has_them(slip: dict[str, Any], said: str) -> None:
-    line = words(marks(), SlipState(**slip))
-    assert "2 of 3 marks seen" in line
+def test_markers_and_slip_are_told_where_the_chain_has_them(
+    slip: dict[str, Any], said: str
+) -> None:
+    line = words(markers(), SlipState(**slip))
+    assert "2 of 3 markers seen" in line
     assert said in line
 
 
 def test_nothing_is_said_of_what_the_chain_does_not_measure() -> None:
-    assert "mark" not in words()
+    assert "marker" not in words()

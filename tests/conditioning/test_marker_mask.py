@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.interfaces.image import ImageSection
@@ -16,26 +16,26 @@ PRINTED = Gel(markers=Markers(pitch_mm=1.0, diameter_mm=0.4))
 
 
 def test_a_gel_without_markers_needs_no_finder() -> None:
-    assert MarkFinder.of(SimpleNamespace(gel=Gel(), image=IMAGE)) is None
+    assert MarkerFinder.of(SimpleNamespace(gel=Gel(), image=IMAGE)) is None
 
 
 def test_millimetres_of_the_gel_are_pixels_of_the_image() -> None:
-    assert MarkFinder.of(SimpleNamespace(gel=PRINTED, image=IMAGE)) == MarkFinder(8.0, 20.0)
+    assert MarkerFinder.of(SimpleNamespace(gel=PRINTED, image=IMAGE)) == MarkerFinder(8.0, 20.0)
 
 
 def test_markers_of_unknown_size_need_a_reference_to_be_found_in() -> None:
     with pytest.raises(InputError, match="--reference"):
-        MarkFinder.of(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE))
+        MarkerFinder.of(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE))
 
 
 def test_the_mask_covers_what_was_printed_and_little_else() -> None:
     y, x = np.mgrid[:90, :120]
     printed = np.hypot((x % 20) - 10, (y % 20) - 10) <= 4
     pixels = np.where(printed, 40, 160).astype(np.uint8)[..., np.newaxis].repeat(3, 2)
-    found = MarkFinder(8.0, 20.0)
+    found = MarkerFinder(8.0, 20.0)
     marked = found.marked(Frame(pixels, ("red", "green", "blue"), IMAGE.mm_per_px))
-    assert marked.marks is not None
-    assert marked.marks[printed].all()
-    assert marked.marks.mean() < 2 * printed.mean()
+    assert marked.marker_mask is not None
+    assert marked.marker_mask[printed].all()
+    assert marked.marker_mask.mean() < 2 * printed.mean()
     whole = ~found.detect(marked).cut
     assert np.count_nonzero(whole) == 4 * 6

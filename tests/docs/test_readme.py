@@ -86,7 +86,7 @@ def test_the_virtual_skin_is_pressed_and_sticks_in_part(
     assert capsys.readouterr().out.endswith("of the contact sticks\n")
 
 
-def test_marks_and_slip_are_told_of_a_recording(
+def test_markers_and_slip_are_told_of_a_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "recording").mkdir()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.readings import ONES, SHAPE, contact, drag, height, marks, slopes
+from support.readings import ONES, SHAPE, contact, drag, height, markers, slopes
 
 from tactile_core.errors import InputError
 from tactile_core.formats.npz import write_npz
@@ -80,7 +80,7 @@ def through_arrays(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
         slopes(),
         height(valid=ONES & (np.arange(8) > 3)),
         contact(),
-        marks(),
+        markers(),
         drag(),
         MarkerDetections(np.float32([[1, 2]]), np.array([True]), 3.0),
         SlipState("slip", 0.9, "rotation", 2.5, -3.0, 1.25, 4.5),
@@ -108,7 +108,7 @@ def test_what_is_not_known_stays_unknown(
 
 
 def test_all_of_a_reading_s_quantities_come_back_from_one_file(tmp_path: Path) -> None:
-    given_ = [slopes(), height(), contact(), marks(), drag(), temperature()]
+    given_ = [slopes(), height(), contact(), markers(), drag(), temperature()]
     write_npz(tmp_path / "a.npz", arrays_of(given_, mm_per_px=0.1))
     found = read_quantities(tmp_path / "a.npz", *map(type, given_), SlipState)
     assert set(found) == set(map(type, given_))  # and no slip, which nobody measured

@@ -16,7 +16,7 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator, External, SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.pipeline.chain import Chain, declared_step, without_marks
+from tactile_core.pipeline.chain import Chain, declared_step, without_markers
 from tactile_core.quantities import (
     ContactMask,
     Frame,
@@ -317,7 +317,7 @@ class Load(Quantity):
 class Scale(Estimator):
     """Tells the frame's exposure time as a load."""
 
-    needs_marks = True
+    needs_markers = True
     zero = last = 0.0
     estimated = 0
 
@@ -376,10 +376,10 @@ def test_what_a_step_returns_of_a_tare_is_checked() -> None:
         weighed(Chain(steps), 5.0, tare=True)
 
 
-def test_steps_that_live_on_marks_go_with_those_that_need_them() -> None:
+def test_steps_that_live_on_markers_go_with_those_that_need_them() -> None:
     steps = {"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)}
-    assert without_marks(steps) == ["scale", "heavy"]
-    assert without_marks({"height": Height(Options(), CONTEXT)}) == []
+    assert without_markers(steps) == ["scale", "heavy"]
+    assert without_markers({"height": Height(Options(), CONTEXT)}) == []
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ def test_reading_past_the_end_says_so(lab: VirtualLab) -> None:
             sensor.read()
 
 
-def test_the_first_frame_as_reference_marks_readings_relative(lab: VirtualLab) -> None:
+def test_the_first_frame_as_reference_markers_readings_relative(lab: VirtualLab) -> None:
     with open_sensor(
         lab.profile_path, bundle=lab.bundle, input=lab.presses, reference="first"
     ) as sensor:

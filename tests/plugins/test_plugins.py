@@ -194,7 +194,7 @@ def test_a_component_that_is_not_what_it_claims_is_refused(
         ("typo", "did you mean 'tactile_estimators'?"),
         ("greedy", "config"),
         ("listing", "must return {name: 'module:Class'}"),
-        ("unmarked", "mark tactile_cameras with @hookimpl"),
+        ("unmarked", "marker tactile_cameras with @hookimpl"),
     ],
 )
 def test_a_plugin_that_breaks_the_hook_contract_is_refused(plugin: str, fault: str) -> None:

@@ -65,7 +65,8 @@ TWELVE_SAID = [
     "9:3: image.colour: unknown key; did you mean 'color'?",
     "10:1: gel.radius_mm: is missing, and a dome needs it; add it",
     "13:3: gel.thickness_mm: stands twice; the first is on line 12",
-    "14:28: gel.markers.diameter_mm: should be smaller than pitch_mm, not 2: marks must not touch",
+    "14:28: gel.markers.diameter_mm: should be smaller than pitch_mm, not 2: "
+    "markers must not touch",
     "15:10: camera.use: plugin 'core' (tactile-core 0.1.0) has no camera 'replai'; "
     "did you mean 'replay'?",
     "16:16: illumination.use: illumination 'nolab.lamp' needs the plugin 'nolab', which is not "

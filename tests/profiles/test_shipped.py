@@ -56,7 +56,7 @@ def test_the_wedge_fills_its_image() -> None:
 
 
 @pytest.mark.recordings
-def test_the_marks_of_the_wedge_are_where_its_profile_says(recordings: Path) -> None:
+def test_the_markers_of_the_wedge_are_where_its_profile_says(recordings: Path) -> None:
     import cv2
     import numpy as np
 
@@ -77,7 +77,7 @@ def test_the_marks_of_the_wedge_are_where_its_profile_says(recordings: Path) -> 
     assert diameter_mm < markers.diameter_mm < diameter_mm + 2 * wedge.image.mm_per_px
 
 
-def test_objectfolder_has_no_marks() -> None:
+def test_objectfolder_has_no_markers() -> None:
     profile = load_profile(EXAMPLES / "objectfolder.yaml")
     assert profile.gel.markers is None
     assert profile.image.width_px * profile.image.mm_per_px == pytest.approx(19.9, abs=0.05)

@@ -100,7 +100,7 @@ def test_an_empty_file_is_an_empty_profile(file: Path) -> None:
     assert read(file, "# nothing yet\n").plain() == {}
 
 
-def test_a_byte_order_mark_and_windows_lines_are_no_matter(file: Path) -> None:
+def test_a_byte_order_marker_and_windows_lines_are_no_matter(file: Path) -> None:
     file.write_bytes("\ufeffa: 1\r\nb: ä\r\n".encode())
     tree, _ = read_yaml(file)
     assert tree.plain() == {"a": 1, "b": "ä"}

@@ -78,7 +78,7 @@ def test_an_object_under_given_lights_is_as_wrong_as_published(recordings: Path)
     assert row.value < row.control["least squares of the six lights"]
 
 
-def test_marks_are_followed_as_near_as_published(recordings: Path) -> None:
+def test_markers_are_followed_as_near_as_published(recordings: Path) -> None:
     distance, kept = marker_rows.rows(recordings)
     assert distance.value == pytest.approx(MARKERS_PX, abs=0.05)
     assert distance.also["swapped"] == 0

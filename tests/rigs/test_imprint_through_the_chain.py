@@ -1,4 +1,4 @@
-"""Marks, displacement and slip of a whole chain, on pictures whose skin and object are known."""
+"""Markers, displacement and slip of a whole chain, on pictures whose skin and object are known."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from support.imprint_scenes import COLUMNS, MARK_PX, PITCH_PX, ROWS, scene
+from support.imprint_scenes import COLUMNS, MARKER_PX, PITCH_PX, ROWS, scene
 from typer.testing import CliRunner
 
 from tactile_core.acquisition.acquisition import average
@@ -26,7 +26,7 @@ PROFILE = f"""\
 schema: 1
 name: printed_on
 image: {{width_px: {COLUMNS}, height_px: {ROWS}, mm_per_px: {MM_PER_PX}}}
-gel: {{markers: {{pitch_mm: {PITCH_PX * MM_PER_PX}, diameter_mm: {MARK_PX * MM_PER_PX}}}}}
+gel: {{markers: {{pitch_mm: {PITCH_PX * MM_PER_PX}, diameter_mm: {MARKER_PX * MM_PER_PX}}}}}
 estimators:
   markers: {{use: core.markers}}
   tracking: {{use: core.tracking}}

@@ -322,7 +322,7 @@ def test_a_turn_of_0_6_degrees_is_taken_along_everywhere(
         assert _turn_deg(rig, turned[0.6], ring) == pytest.approx(0.6, rel=0.06)
 
 
-def test_at_4_5_degrees_the_outer_marks_turn_less(rig: Rig, turned: dict[float, Reading]) -> None:
+def test_at_4_5_degrees_the_outer_markers_turn_less(rig: Rig, turned: dict[float, Reading]) -> None:
     r = np.hypot(*rig.places_mm())
     assert _turn_deg(rig, turned[4.5], r < 3) == pytest.approx(4.5, rel=0.03)
     assert _turn_deg(rig, turned[4.5], r > 8) < 3.8
@@ -340,7 +340,8 @@ def test_the_field_of_a_turn_is_a_spiral(rig: Rig, turned: dict[float, Reading])
 def _step_in_shear(rig: Rig, before_mm: float, step_mm: float) -> list[Array]:
     """Fields along y before, right after, 10 s, 3 min and 10 min after a step."""
     rig.press_and_tare("plate")
-    # all marks of an even print that are a pitch farther on look the same: they are followed there
+    # all markers of an even print that are a pitch farther on look the same: they are followed
+    # there
     for _ in range(4):
         rig.stage.shear(dy_mm=before_mm / 4, steps=2)
         before = rig.look()
@@ -386,12 +387,15 @@ def test_a_large_step_ends_near_the_displacement_before_it(rig: Rig) -> None:
         ("sphere", {"diameter_mm": 25.0}),
     ],
 )
-def test_marks_spread_outwards_under_a_normal_load(
+def test_markers_spread_outwards_under_a_normal_load(
     rig: Rig, kind: str, options: dict[str, float]
 ) -> None:
-    marks = rig.press(4.0, kind=kind, **options)[MarkerField]
+    markers = rig.press(4.0, kind=kind, **options)[MarkerField]
     middle_px = (np.array(rig.shape[::-1]) - 1) / 2
-    at, moved = (marks.reference_px - middle_px)[marks.seen], marks.displacement_mm[marks.seen]
+    at, moved = (
+        (markers.reference_px - middle_px)[markers.seen],
+        markers.displacement_mm[markers.seen],
+    )
     size = np.hypot(*moved.T)
     far = size > 0.3 * size.max()
     assert size.max() > 0.02

@@ -21,7 +21,7 @@ UNMARKED = "hex_fingertip_unmarked"
 
 @pytest.fixture
 def picture(tmp_path: Path) -> Path:
-    """The untouched skin of a small sensor without marks."""
+    """The untouched skin of a small sensor without markers."""
     return photograph(sensor(), tmp_path / "untouched.png")
 
 
@@ -108,7 +108,7 @@ def test_a_rectangle_straightens_the_view_and_gives_the_scale(tmp_path: Path) ->
     assert np.array_equal(np.array(image.warp.source), corners)
 
 
-def test_marks_are_found_and_their_pitch_gives_the_scale(tmp_path: Path) -> None:
+def test_markers_are_found_and_their_pitch_gives_the_scale(tmp_path: Path) -> None:
     small = {"width_px": 320, "height_px": 240, "mm_per_px": 0.06}
     marked = sensor("hex_fingertip", image=small)
     picture = photograph(marked, tmp_path / "marked.png")
@@ -119,10 +119,12 @@ def test_marks_are_found_and_their_pitch_gives_the_scale(tmp_path: Path) -> None
     assert profile.gel.markers.diameter_mm == pytest.approx(0.4, rel=0.25)
 
 
-def test_a_gel_without_marks_is_told_from_a_parent_with_them(picture: Path, tmp_path: Path) -> None:
+def test_a_gel_without_markers_is_told_from_a_parent_with_them(
+    picture: Path, tmp_path: Path
+) -> None:
     made = new_profile("mine", "hex_fingertip", picture, mm_per_px=0.125)
     assert saved(made, tmp_path).gel.markers is None
-    assert any("no lattice of marks" in note for note in made.notes)
+    assert any("no lattice of markers" in note for note in made.notes)
 
 
 def test_dark_surroundings_are_cut_off(tmp_path: Path) -> None:
@@ -309,7 +311,7 @@ def test_real_sensors_get_their_scale(
 
 
 @pytest.mark.recordings
-def test_balls_pressed_are_not_taken_for_marks(recordings: Path, tmp_path: Path) -> None:
+def test_balls_pressed_are_not_taken_for_markers(recordings: Path, tmp_path: Path) -> None:
     pressed = recordings / "six_led/ball_grid/BGA-002"
     assert saved(new_profile("mine", "desktop_six_led", pressed), tmp_path).gel.markers is None
 

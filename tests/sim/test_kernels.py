@@ -76,8 +76,8 @@ def test_what_the_camera_sees_is_the_truth() -> None:
 
 @needs_kernels
 @pytest.mark.parametrize("shape", ["round", "square", "triangle"])
-def test_marks_of_every_shape_are_drawn_alike(shape: str) -> None:
-    looks = {"marks": {"shape": shape, "layout": "quasi_random"}}
+def test_markers_of_every_shape_are_drawn_alike(shape: str) -> None:
+    looks = {"markers": {"shape": shape, "layout": "quasi_random"}}
 
     def printed(compiled: bool) -> np.ndarray:
         stage = VirtualStage("hex_fingertip", 1, overrides={"optics": looks}, compiled=compiled)

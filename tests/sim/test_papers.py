@@ -229,7 +229,7 @@ def test_a_turn_of_0_6_degrees_is_taken_along_everywhere(
     np.testing.assert_allclose(angles[r > 1], 0.6, rtol=0.02)
 
 
-def test_at_4_5_degrees_the_outer_marks_turn_less(
+def test_at_4_5_degrees_the_outer_markers_turn_less(
     turned: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> None:
     angles, r = turned[4.5]
@@ -284,15 +284,15 @@ def test_a_large_step_ends_near_the_force_before_it() -> None:
 
 
 @pytest.mark.parametrize("kind", ["flat", "cylinder", "ball"])
-def test_marks_spread_outwards_under_a_normal_load(kind: str) -> None:
+def test_markers_spread_outwards_under_a_normal_load(kind: str) -> None:
     small = make_indenter("flat", diameter_mm=12.5) if kind == "flat" else PRESSES[kind][0]
     skin = Skin(load_profile("hex_fingertip"), "fast")
     skin.indent_with(small)
     skin.press(force_n=4.0)
     x, y = np.meshgrid(np.arange(-6, 6.1, 1.2), np.arange(-4.8, 4.9, 1.2))
-    marks = np.stack([x.ravel(), y.ravel()], 1)
-    moved = skin.carried(marks) - marks
-    outwards = (moved * marks).sum(1)
+    markers = np.stack([x.ravel(), y.ravel()], 1)
+    moved = skin.carried(markers) - markers
+    outwards = (moved * markers).sum(1)
     far = np.hypot(*moved.T) > 0.3 * np.hypot(*moved.T).max()
     assert (outwards[far] > 0).all()
     np.testing.assert_allclose(moved.mean(0), 0, atol=1e-3)

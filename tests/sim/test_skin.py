@@ -85,7 +85,7 @@ def test_moment_is_about_the_image_centre() -> None:
     assert skin.wrench[3] == pytest.approx(2.0 * skin.wrench[1], rel=0.05)
 
 
-def test_marks_and_dense_field_tell_the_same_displacement() -> None:
+def test_markers_and_dense_field_tell_the_same_displacement() -> None:
     skin = pressed()
     skin.shear(dx_mm=0.3, dy_mm=0.2, steps=4)
     rest = np.stack(np.meshgrid(np.arange(60, 600, 40.0), np.arange(60, 440, 40.0)), -1)
@@ -197,7 +197,7 @@ def test_released_the_skin_is_as_it_was() -> None:
     assert not skin.pressed
 
 
-def test_released_quickly_a_mark_is_left_that_fades() -> None:
+def test_released_quickly_a_marker_is_left_that_fades() -> None:
     skin = Skin(load_profile("hex_fingertip"), "fast")
     skin.indent_with(BALL)
     skin.press(depth_mm=0.4, seconds=0.5)

@@ -71,7 +71,7 @@ def test_a_reset_stage_is_a_new_one() -> None:
     assert not stage.truth().contact.any()
 
 
-def test_marks_are_carried_by_the_skin() -> None:
+def test_markers_are_carried_by_the_skin() -> None:
     stage = VirtualStage("hex_fingertip")
     rest = stage.truth().markers_px
     stage.indenter("flat", size_mm=(8.0, 6.0))

@@ -30,7 +30,7 @@ _HEADING = re.compile(r"^(#+) (.*)$", re.MULTILINE)
 _UNIT = (
     r"°|%|(?:mm²|mm/s|µm|nm|[mck]m|mm|px|ms|s|min|[KMG]i?B|kB|Hz|N·?mm|mN|N|M?Pa|bits?|times|"
     r"degrees|microns?|pixels|seconds|minutes|hours|frames|images|exposures|presses|balls|lifts|"
-    r"slips|trials|grasps|sequences|recordings|marks|markers|objects)\b"
+    r"slips|trials|grasps|sequences|recordings|markers|markers|objects)\b"
 )
 _DIGITS = r"\d+(?: \d{3})*(?:\.\d+)?"
 _RANGE = rf"{_DIGITS}(?:\s?(?:–|-|to|and|or|×|x)\s?{_DIGITS})*"

@@ -1,4 +1,4 @@
-"""Pictures of an object's print on a skin with marks, each of which moves by itself."""
+"""Pictures of an object's print on a skin with markers, each of which moves by itself."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROWS, COLUMNS = 240, 320
-MARK_PX, PITCH_PX = 9.0, 32
-MARKS = np.stack(
+MARKER_PX, PITCH_PX = 9.0, 32
+MARKERS = np.stack(
     np.meshgrid(np.arange(16.0, COLUMNS, PITCH_PX), np.arange(16.0, ROWS, PITCH_PX)), axis=-1
 ).reshape(-1, 2)
 Y, X = np.mgrid[:ROWS, :COLUMNS].astype(np.float32)
@@ -40,10 +40,10 @@ def scene(
     pose = cv2.getRotationMatrix2D(CENTRE, -turn_deg, 1.0)
     pose[:, 2] += object_px
     printed = depth * cv2.warpAffine(TEXTURE, pose, (COLUMNS, ROWS))
-    marks_px = MARKS + np.array(skin_px)
+    markers_px = MARKERS + np.array(skin_px)
     image = (140 + 0.1 * X[..., None]) * (1 + printed)
-    x, y = X - skin_px[0] - MARKS[0, 0], Y - skin_px[1] - MARKS[0, 1]
-    from_mark = np.hypot(*((side + PITCH_PX / 2) % PITCH_PX - PITCH_PX / 2 for side in (x, y)))
-    image *= 1 - 0.8 * np.clip(MARK_PX / 2 + 0.5 - from_mark, 0, 1)[..., None]
+    x, y = X - skin_px[0] - MARKERS[0, 0], Y - skin_px[1] - MARKERS[0, 1]
+    from_marker = np.hypot(*((side + PITCH_PX / 2) % PITCH_PX - PITCH_PX / 2 for side in (x, y)))
+    image *= 1 - 0.8 * np.clip(MARKER_PX / 2 + 0.5 - from_marker, 0, 1)[..., None]
     image = light * image + np.random.default_rng(seed).normal(0, noise, image.shape)
-    return np.clip(np.rint(image), 0, 255).astype(np.uint8), marks_px
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8), markers_px

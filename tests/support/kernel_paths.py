@@ -38,8 +38,8 @@ def _no_kernel_without_its_numpy(request: pytest.FixtureRequest) -> Iterator[Non
     """In the folders that import this: a module that meets kernels runs without them as well."""
     from tactile_core.algorithms import kernels
 
-    mark = getattr(request.module, "pytestmark", None)
-    runs_both = mark is not None and "kernels_or_numpy" in mark.args
+    marker = getattr(request.module, "pytestmark", None)
+    runs_both = marker is not None and "kernels_or_numpy" in marker.args
     if runs_both or request.path.name == "test_kernels.py":  # which compares the two
         yield
         return

@@ -44,7 +44,7 @@ def contact() -> ContactMask:
     return ContactMask(ONES, 0.1)
 
 
-def marks() -> MarkerField:
+def markers() -> MarkerField:
     at = np.array([[2, 2], [5, 2]], np.float32)
     return MarkerField(np.arange(2, dtype=np.int32), at, at + 1, np.array([True, False]), 0.1)
 

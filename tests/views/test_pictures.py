@@ -85,11 +85,11 @@ def test_a_round_length_is_the_largest_that_fits(most: float) -> None:
 
 @given(st.floats(-50, 50), st.floats(1e-3, 100))
 def test_ticks_are_few_round_and_inside(low: float, span: float) -> None:
-    marks = ticks(low, low + span)
-    assert 2 <= len(marks) <= 8
-    assert min(marks) >= low - 1e-5 * span
-    assert max(marks) <= low + span * (1 + 1e-5)
-    words = [in_words(mark, marks[1] - marks[0]) for mark in marks]
+    markers = ticks(low, low + span)
+    assert 2 <= len(markers) <= 8
+    assert min(markers) >= low - 1e-5 * span
+    assert max(markers) <= low + span * (1 + 1e-5)
+    words = [in_words(marker, markers[1] - markers[0]) for marker in markers]
     assert len(set(words)) == len(words)
 
 

@@ -23,7 +23,7 @@ def field(size_mm: float = 0.4, unit: str = "mm") -> VectorMap:
     return VectorMap(np.stack([size, 0 * size], -1).astype(np.float32), ALL, unit, "displacement")
 
 
-def marks(size_px: float = 0.0, *, seen: bool = True) -> Points:
+def markers(size_px: float = 0.0, *, seen: bool = True) -> Points:
     at = np.stack(np.meshgrid(np.arange(20, 640, 40.0), np.arange(20, 480, 40.0)), -1)
     at = at.reshape(-1, 2).astype(np.float32)
     return Points(at + np.float32([size_px, 0]), "markers", at, np.full(len(at), seen))
@@ -54,26 +54,26 @@ def test_arrows_point_where_the_skin_went() -> None:
 def test_small_motions_are_magnified_by_a_round_number_that_is_told(
     size_px: float, words: str
 ) -> None:
-    assert drag(canvas(), marks(size_px)).endswith(words)
+    assert drag(canvas(), markers(size_px)).endswith(words)
 
 
-def test_noise_of_the_marks_gives_no_arrows() -> None:
+def test_noise_of_the_markers_gives_no_arrows() -> None:
     picture = canvas()
-    assert drag(picture, marks(0.1)) == ""
+    assert drag(picture, markers(0.1)) == ""
     assert not red(picture).any()
 
 
-def test_marks_that_are_not_seen_are_hollow() -> None:
+def test_markers_that_are_not_seen_are_hollow() -> None:
     seen, unseen = canvas(), canvas()
-    drag(seen, marks())
-    drag(unseen, marks(seen=False))
+    drag(seen, markers())
+    drag(unseen, markers(seen=False))
     assert seen[20, 20].max() < 70
     assert unseen[20, 20].min() > 200
 
 
 def test_every_map_of_an_image_is_as_large_as_its_relief() -> None:
     height = Surface(np.zeros(SHAPE, np.float32), SCALE_MM)
-    over = Over([Outline(np.hypot(X - 320, Y - 240) < 60)], [marks(9)], field())
+    over = Over([Outline(np.hypot(X - 320, Y - 240) < 60)], [markers(9)], field())
     plain = relief(height, title="press")
     assert relief(height, over).shape == plain.shape
     assert magnitude(field(), over, SCALE_MM).shape == plain.shape
@@ -116,16 +116,16 @@ def test_a_picture_shows_each_map_beside_the_others_and_points_alone_over_the_fr
     assert picture_of(frame, ()) is None
     assert picture_of(frame, [Outline(ALL)]) is None
     maps = [Surface(0 * field().values[..., 0], SCALE_MM), field(), ScalarMap(X, "px", "place")]
-    sheets = [picture_of(frame, [*maps[:count], marks(9)]) for count in range(4)]
+    sheets = [picture_of(frame, [*maps[:count], markers(9)]) for count in range(4)]
     widths = [0 if sheet is None else sheet.shape[1] for sheet in sheets]
     assert widths == sorted(set(widths))
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 6])
-def test_marks_are_shown_over_a_frame_of_any_kind(channels: int) -> None:
+def test_markers_are_shown_over_a_frame_of_any_kind(channels: int) -> None:
     pixels = np.full((120, 160, channels), 30000, np.uint16)
     frame = Frame(pixels, tuple("abcdef"[:channels]), 0.1, 65535)
-    picture = marked(frame, [marks(8.0)], title="press")
+    picture = marked(frame, [markers(8.0)], title="press")
     assert picture.dtype == np.uint8
     assert max(picture.shape) >= 640
 

@@ -27,14 +27,14 @@ class ReferenceLight:
     def __init__(
         self,
         reference: Float32,
-        marks: Bool | None,
+        marker_mask: Bool | None,
         *,
         full_scale: float,
         blur_px: float,
         light_blur_px: float,
     ) -> None:
-        self._smoothing = Smoothing.of(marks, blur_px)
-        base = self.smoothed(reference, marks)
+        self._smoothing = Smoothing.of(marker_mask, blur_px)
+        base = self.smoothed(reference, marker_mask)
         if light_blur_px:
             spread = (0, 0)
             blurred = cv2.GaussianBlur(base, spread, light_blur_px, borderType=cv2.BORDER_REFLECT)
@@ -42,20 +42,22 @@ class ReferenceLight:
         self.base = base
         self.full_scale = full_scale
 
-    def smoothed(self, pixels: NDArray[Any], marks: Bool | None) -> Float32:
-        """(H, W, 3) float32 intensities, marks filled."""
+    def smoothed(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
+        """(H, W, 3) float32 intensities, markers filled."""
         # Rounding means back to bytes would add as much noise again as they have left.
-        return np.asarray(self._smoothing.apply(np.asarray(pixels, np.float32), marks), np.float32)
+        return np.asarray(
+            self._smoothing.apply(np.asarray(pixels, np.float32), marker_mask), np.float32
+        )
 
     def features(
         self,
         pixels: NDArray[Any],
-        marks: Bool | None,
+        marker_mask: Bool | None,
         rows: NDArray[np.int32],
         columns: NDArray[np.int32],
     ) -> Float32:
         """(N, 5) relative change and place of N pixels."""
-        smoothed, base = self.smoothed(pixels, marks)[rows, columns], self.base[rows, columns]
+        smoothed, base = self.smoothed(pixels, marker_mask)[rows, columns], self.base[rows, columns]
         change = relative_change(smoothed, base, full_scale=self.full_scale)
         return np.concatenate([change, place(pixels.shape[:2])[rows, columns]], axis=1)
 
@@ -85,9 +87,9 @@ class HueField:
         angle = angle_of(np.arange(ENTRIES, dtype=np.uint8))
         self._direction = np.exp(1j * angle).astype(np.complex64)
 
-    def measure(self, pixels: NDArray[Any], marks: Bool | None) -> tuple[Float32, Float32]:
+    def measure(self, pixels: NDArray[Any], marker_mask: Bool | None) -> tuple[Float32, Float32]:
         """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
-        channels = cv2.split(self._light.smoothed(pixels, marks))
+        channels = cv2.split(self._light.smoothed(pixels, marker_mask))
         bytes_ = []
         nothing = np.zeros(1)
         for weights, offset in zip(self._weights, self._offsets, strict=True):

@@ -79,7 +79,7 @@ class HueIntensity(Calibration):
             full scale than each other.
         """
         check_fitting(frame, reference, self._shape)
-        gx, gy = self._field(reference).measure(frame.pixels, frame.marks)
+        gx, gy = self._field(reference).measure(frame.pixels, frame.marker_mask)
         return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
 
     def save(self, directory: Path) -> None:
@@ -150,7 +150,7 @@ class HueIntensityCalibrator(Calibrator):
 def _light(reference: Reference, blur_px: float, light_blur_px: float) -> ReferenceLight:
     return ReferenceLight(
         reference.pixels,
-        reference.marks,
+        reference.marker_mask,
         full_scale=reference.full_scale,
         blur_px=blur_px,
         light_blur_px=light_blur_px,
@@ -166,6 +166,6 @@ def _valid(frame: Frame) -> Bool:
         valid &= ~frame.saturated.any(axis=2)
     if darkest <= FLOOR * frame.full_scale:
         valid &= (frame.pixels > FLOOR * frame.full_scale).any(axis=2)
-    if frame.marks is not None:
-        valid &= ~frame.marks
+    if frame.marker_mask is not None:
+        valid &= ~frame.marker_mask
     return valid

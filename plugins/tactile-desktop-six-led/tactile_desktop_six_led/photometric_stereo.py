@@ -93,7 +93,7 @@ class PhotometricStereo(Calibration):
             or they have another full scale than each other.
         """
         check_fitting(frame, reference, self._shape)
-        gx, gy, agreed = self._field(reference).measure(frame.pixels, frame.marks)
+        gx, gy, agreed = self._field(reference).measure(frame.pixels, frame.marker_mask)
         return slopes_of(frame, gx, gy, agreed)
 
     def field(self, reference: Reference) -> StereoField:
@@ -103,7 +103,7 @@ class PhotometricStereo(Calibration):
             self._model.redundancy,
             self._model.drift,
             reference.pixels,
-            reference.marks,
+            reference.marker_mask,
             full_scale=reference.full_scale,
             blur_px=self._blur_px,
             compiled=self._compiled,
@@ -185,5 +185,5 @@ def _seeming_change(field: StereoField, presses: Sequence[Press], exponents: Flo
     pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
     frames = list(pressed.values())
     some = frames[:: max(1, len(frames) // _FRAMES)]
-    gains = np.stack([field.gains(frame.pixels, frame.marks) for frame in some])
+    gains = np.stack([field.gains(frame.pixels, frame.marker_mask) for frame in some])
     return np.asarray((gains**exponents - 1).mean(axis=0), np.float32)

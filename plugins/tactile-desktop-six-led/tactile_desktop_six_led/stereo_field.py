@@ -40,8 +40,8 @@ class StereoField:
     drift : LampDrift
     reference : (H, W, K) float32
         The untouched sensor.
-    marks : (H, W) bool or None
-        Marks of the reference.
+    marker_mask : (H, W) bool or None
+        Markers of the reference.
     full_scale, blur_px : float
         Largest intensity; standard deviation of the smoothing.
     """
@@ -52,7 +52,7 @@ class StereoField:
         redundancy: Redundancy,
         drift: LampDrift,
         reference: Float32,
-        marks: Bool | None,
+        marker_mask: Bool | None,
         *,
         full_scale: float,
         blur_px: float,
@@ -60,8 +60,8 @@ class StereoField:
     ) -> None:
         self._compiled = compiled
         self._field, self._redundancy, self._drift = field, redundancy, drift
-        self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marks, blur_px)
-        base = np.stack(self._sampling.planes(reference, marks)).astype(np.float32)
+        self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marker_mask, blur_px)
+        base = np.stack(self._sampling.planes(reference, marker_mask)).astype(np.float32)
         lamps, height, width = base.shape
         self._place = place((height, width)).reshape(-1, 2)
         # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, of which the second factor is known beforehand.
@@ -79,16 +79,16 @@ class StereoField:
         self._sparse_rows = np.ascontiguousarray(sparse_rows)
 
     def measure(
-        self, pixels: NDArray[Any], marks: Bool | None = None
+        self, pixels: NDArray[Any], marker_mask: Bool | None = None
     ) -> tuple[Float32, Float32, Bool]:
         """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes, and where the lamps agree on them.
 
         Parameters
         ----------
         pixels : (H, W, K) uint8, uint16 or float32
-        marks : (H, W) bool, optional
+        marker_mask : (H, W) bool, optional
         """
-        planes = self._sampling.planes(pixels, marks)
+        planes = self._sampling.planes(pixels, marker_mask)
         height, width = self._untouched.shape[1:]
         with borrowed((2, height, width), np.float32) as sides:
             odd, response = self._solve(planes, self._gains(planes), sides)
@@ -101,9 +101,9 @@ class StereoField:
         coarse.ravel()[unsure] = 1
         return gx, gy, self._sampling.enlarged(coarse, shape) == 0
 
-    def gains(self, pixels: NDArray[Any], marks: Bool | None = None) -> Float32:
+    def gains(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> Float32:
         """(K,) brightness of each lamp in (H, W, K) pixels over that at calibration."""
-        return self._gains(self._sampling.planes(pixels, marks))
+        return self._gains(self._sampling.planes(pixels, marker_mask))
 
     def _gains(self, planes: list[NDArray[Any]]) -> Float32:
         sparse = [np.ascontiguousarray(plane[self._sparse]) for plane in planes]

@@ -40,7 +40,7 @@ def test_the_profile_has_the_papers_numbers() -> None:
     assert profile.gel.thickness_mm == 2.0
 
 
-def test_the_unmarked_tip_differs_in_its_marks_alone() -> None:
+def test_the_unmarked_tip_differs_in_its_markers_alone() -> None:
     marked, unmarked = load_profile("hex_fingertip"), load_profile("hex_fingertip_unmarked")
     assert unmarked.gel.markers is None
     assert unmarked.gel == marked.gel.model_copy(update={"markers": None})

@@ -123,15 +123,17 @@ class _Balls:
     @classmethod
     def of(cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool) -> Self:
         """Prepare a frame: its relative change, and perhaps the place."""
-        smoothing = Smoothing.of(image.marks, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius_px))
+        smoothing = Smoothing.of(image.marker_mask, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius_px))
         features = relative_change(
-            smoothing.apply(image.pixels, image.marks),
-            np.asarray(smoothing.apply(image.reference, image.marks), np.float32),
+            smoothing.apply(image.pixels, image.marker_mask),
+            np.asarray(smoothing.apply(image.reference, image.marker_mask), np.float32),
             full_scale=image.full_scale,
         )
         if with_place:
             features = np.concatenate([features, place(features.shape[:2])], axis=2)
-        skin = np.ones(features.shape[:2], bool) if image.marks is None else ~image.marks
+        skin = (
+            np.ones(features.shape[:2], bool) if image.marker_mask is None else ~image.marker_mask
+        )
         return cls(features, skin, np.array(centres_px, float), radius_px)
 
     def _disc(self, centre: Float64, reach: float) -> tuple[Float32, Float64]:

@@ -31,14 +31,14 @@ class PressImage:
     pixels, reference : (H, W, K)
         Intensities on one scale.
     full_scale : float
-    marks : (H, W) bool or None
+    marker_mask : (H, W) bool or None
         Pixels that show a marker in either.
     """
 
     pixels: NDArray[Any]
     reference: NDArray[Any]
     full_scale: float = 255.0
-    marks: Bool | None = None
+    marker_mask: Bool | None = None
 
     @classmethod
     def prepare(
@@ -47,11 +47,11 @@ class PressImage:
         reference: NDArray[Any],
         *,
         full_scale: float = 255.0,
-        marks: Bool | None = None,
-        reference_marks: Bool | None = None,
+        marker_mask: Bool | None = None,
+        reference_markers: Bool | None = None,
     ) -> Self:
-        """Join the marks of frame and reference."""
-        both = [mask for mask in (marks, reference_marks) if mask is not None]
+        """Join the markers of frame and reference."""
+        both = [mask for mask in (marker_mask, reference_markers) if mask is not None]
         joined = np.logical_or.reduce(both) if both else None
         return cls(pixels, reference, full_scale, joined)
 
@@ -63,9 +63,9 @@ class Change:
     Attributes
     ----------
     values : (h, w, K) float64
-        I − I₀ on a scale of 255, smoothed; marks filled.
+        I − I₀ on a scale of 255, smoothed; markers filled.
     weight : (h, w) float64
-        0 where a mark or a folded highlight hides the skin.
+        0 where a marker or a folded highlight hides the skin.
     full : (h, w, K) bool
         The channel is saturated: the change is at least this.
     noise : float
@@ -126,10 +126,10 @@ def change_of(press: PressImage, scale: float) -> Change:
         _shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference)
     )
     weight = np.ones(frame.shape[:2])
-    if press.marks is not None:
+    if press.marker_mask is not None:
         rows, columns, _ = frame.shape
         size = columns, rows
-        share = cv2.resize(press.marks.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        share = cv2.resize(press.marker_mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
         weight[share > 0.1] = 0
     full = frame >= CEILING * 255
     for k in range(frame.shape[2]):

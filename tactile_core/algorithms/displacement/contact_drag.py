@@ -1,7 +1,7 @@
 """How a bonded layer moves when a contact pulls at it: the fields that marks are too far apart for.
 
-Between two marks the skin bends sharply at a contact's border, for outside it nothing pulls. Where
-the contact is known, elasticity says how, whatever the object does inside.
+Between two markers the skin bends sharply at a contact's border, for outside it nothing pulls.
+Where the contact is known, elasticity says how, whatever the object does inside.
 """
 
 from __future__ import annotations

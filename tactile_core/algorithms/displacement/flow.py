@@ -1,4 +1,4 @@
-"""How the picture of a contact moves from frame to frame, for skins without marks."""
+"""How the picture of a contact moves from frame to frame, for skins without markers."""
 
 from __future__ import annotations
 

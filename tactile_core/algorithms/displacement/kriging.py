@@ -1,4 +1,4 @@
-"""The likeliest smooth field through values at scattered marks, with weights that are kept."""
+"""The likeliest smooth field through values at scattered markers, with weights that are kept."""
 
 from __future__ import annotations
 
@@ -7,39 +7,39 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
 NOISE_VARIANCE = 3e-4
-"""Of a mark, over the variance of the field: 0.1 px of 28 µm beside 0.16 mm."""
+"""Of a marker, over the variance of the field: 0.1 px of 28 µm beside 0.16 mm."""
 
 _SHIFT_VARIANCE, _SLOPE_VARIANCE = 1e2, 1e1
 """A shift or a slope of the whole field is not held back."""
 
 
 class Kriging:
-    """Interpolation of values at marks by a Matérn covariance (ν = 3/2) and a plane.
+    """Interpolation of values at markers by a Matérn covariance (ν = 3/2) and a plane.
 
-    The weights depend on where the marks are, not on their values nor on which of them are seen: a
-    mark that is not seen takes the value that the others make likeliest, and the result is exactly
-    what the others alone give.
+    The weights depend on where the markers are, not on their values nor on which of them are seen:
+    a marker that is not seen takes the value that the others make likeliest, and the result is
+    exactly what the others alone give.
 
     Parameters
     ----------
-    marks_mm : (N, 2) float
-        Where the marks are.
+    markers_mm : (N, 2) float
+        Where the markers are.
     points_mm : (M, 2) float
         Where the field is wanted.
     range_mm : float
         Distance over which the field changes.
     """
 
-    def __init__(self, marks_mm: Array, points_mm: Array, *, range_mm: float) -> None:
-        marks, points = (np.array(at, np.float64) / range_mm for at in (marks_mm, points_mm))
+    def __init__(self, markers_mm: Array, points_mm: Array, *, range_mm: float) -> None:
+        markers, points = (np.array(at, np.float64) / range_mm for at in (markers_mm, points_mm))
         middle = points.mean(axis=0)
-        marks, points = marks - middle, points - middle
-        between: Float64 = _covariance(marks, marks) + NOISE_VARIANCE * np.eye(len(marks))
+        markers, points = markers - middle, points - middle
+        between: Float64 = _covariance(markers, markers) + NOISE_VARIANCE * np.eye(len(markers))
         self._precision = np.asarray(np.linalg.inv(between), np.float64)
-        self._weights: Float32 = (_covariance(points, marks) @ self._precision).astype(np.float32)
+        self._weights: Float32 = (_covariance(points, markers) @ self._precision).astype(np.float32)
 
     def completed(self, values: Float64, seen: Bool) -> Float64:
-        """Replace the values of unseen marks by what the others make likeliest.
+        """Replace the values of unseen markers by what the others make likeliest.
 
         Parameters
         ----------

@@ -22,17 +22,17 @@ _STEPS = 2
 _TINY = float(np.finfo(np.float32).tiny)
 
 
-class MarkedSkin:
-    """Turns the places of marks into the displacement at every pixel.
+class MarkedSurface:
+    """Turns the places of markers into the displacement at every pixel.
 
-    What the contact explains (:class:`ContactDrag`, four numbers fitted to the marks) is taken off
-    the marks' displacements, the rest is interpolated (:class:`Kriging`), and both are added where
-    the skin is now. All that depends on the untouched marks alone is computed once.
+    What the contact explains (:class:`ContactDrag`, four numbers fitted to the markers) is taken
+    off the markers' displacements, the rest is interpolated (:class:`Kriging`), and both are added
+    where the skin is now. All that depends on the untouched markers alone is computed once.
 
     Parameters
     ----------
     reference_px : (N, 2) float
-        x and y of each mark on the untouched skin.
+        x and y of each marker on the untouched skin.
     shape : (H, W)
         Of the image.
     mm_per_px : float
@@ -43,7 +43,7 @@ class MarkedSkin:
     Raises
     ------
     InputError
-        The marks are not (N, 2).
+        The markers are not (N, 2).
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class MarkedSkin:
         poisson_ratio: float = POISSON_RATIO,
     ) -> None:
         if reference_px.ndim != 2 or reference_px.shape[1] != 2:
-            raise InputError(f"marks are (N, 2); these are {reference_px.shape}")
+            raise InputError(f"markers are (N, 2); these are {reference_px.shape}")
         self.reference_px = np.array(reference_px, np.float64)
         self._pitch_px = pitch(self.reference_px)
         self._mm_per_px = mm_per_px
@@ -69,7 +69,7 @@ class MarkedSkin:
         reach_px = min(_REACH_PITCHES * self._pitch_px, max(shape))
         across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
         self._around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down))
-        # two nodes between marks are enough for what is as smooth as the marks are apart
+        # two nodes between markers are enough for what is as smooth as the markers are apart
         self._rough = grid.half
         self._kriging = Kriging(
             self.reference_px * mm_per_px,
@@ -89,7 +89,7 @@ class MarkedSkin:
         Parameters
         ----------
         px : (N, 2) float
-            x and y of each mark now.
+            x and y of each marker now.
         seen : (N,) bool
             The others have no say.
         contact : (H, W) bool, optional
@@ -99,7 +99,7 @@ class MarkedSkin:
         Returns
         -------
         (rows, columns, 2) float32
-            +x right, +y down, mm; 0 where no mark is seen at all. The cells tile the image.
+            +x right, +y down, mm; 0 where no marker is seen at all. The cells tile the image.
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
@@ -114,7 +114,7 @@ class MarkedSkin:
         return self._carried(rest, dragged)
 
     def supported(self, px: Array, seen: Bool) -> Bool:
-        """(H, W) bool: within a pitch of a mark that is seen."""
+        """(H, W) bool: within a pitch of a marker that is seen."""
         grid = self._grid
         near = np.asarray(cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around))
         return grid.marked(near.view(np.bool_))
@@ -122,7 +122,7 @@ class MarkedSkin:
     def _without(
         self, moved_mm: Float64, pulled: Complex64, at: Float32, seen: Bool
     ) -> tuple[Float64, Float64]:
-        """Marks' displacements that the contact leaves unexplained, and the strength of its pulls.
+        """Displacements that the contact leaves unexplained, and the strength of its pulls.
 
         The strengths are those that make the rest most likely.
         """

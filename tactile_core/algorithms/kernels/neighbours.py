@@ -12,7 +12,7 @@ from tactile_core.algorithms.kernels.options import LOOP
 
 @njit(**LOOP)
 def neighbours_plane(index: Any, moments: Any, values: Any, trust: Any) -> Any:
-    """At each mark, a weighted plane through its neighbours' (N, 2) values."""
+    """At each marker, a weighted plane through its neighbours' (N, 2) values."""
     count, neighbours = index.shape
     out = np.zeros((count, 2))
     for i in range(count):
@@ -39,7 +39,7 @@ def neighbours_plane(index: Any, moments: Any, values: Any, trust: Any) -> Any:
 
 @njit(**LOOP)
 def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
-    """Index of the detection that is each mark's nearest and whose nearest the mark is; or -1.
+    """Index of the detection that is each marker's nearest and whose nearest the marker is; or -1.
 
     Detections are sorted into squares as wide as the widest gate, so that only nine are searched.
     """

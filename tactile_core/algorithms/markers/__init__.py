@@ -1,4 +1,4 @@
-"""Printed marks on the skin: which pixels they hide, where they are, and how they are laid out."""
+"""Printed markers: which pixels they hide, where they are, and how they are laid out."""
 
 from tactile_core.algorithms.markers.darkness import darkness_of
 from tactile_core.algorithms.markers.detection import find_markers

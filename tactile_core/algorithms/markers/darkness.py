@@ -23,21 +23,21 @@ def darkness_of(pixels: Array, *, diameter_px: float) -> UInt8:
     """Share of the light of its surroundings that each pixel lacks.
 
     The paper subtracts a blurred first frame; here the surroundings come from the frame itself, the
-    closing that bridges what is dark and smaller than 2.2 marks. The mean of the channels hardly
-    changes with the colour of light or slope, and shading and shadows wider than a mark are their
-    own surroundings. Large marks are looked at with reduced resolution.
+    closing that bridges what is dark and smaller than 2.2 markers. The mean of the channels hardly
+    changes with the colour of light or slope, and shading and shadows wider than a marker are their
+    own surroundings. Large markers are looked at with reduced resolution.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K) uint8, uint16 or float32
         The image.
     diameter_px : float
-        Size of a mark.
+        Size of a marker.
 
     Returns
     -------
     (H // n, W // n) uint8
-        255 where all light is lost; n is 1 to 4, such that a mark still measures 6 pixels.
+        255 where all light is lost; n is 1 to 4, such that a marker still measures 6 pixels.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def darkness_of(pixels: Array, *, diameter_px: float) -> UInt8:
     """
     check_image(pixels)
     if not diameter_px > 0:
-        raise InputError(f"marks of {diameter_px} px cannot be found; give a positive diameter")
+        raise InputError(f"markers of {diameter_px} px cannot be found; give a positive diameter")
     times = max(1, min(4, int(diameter_px / _COARSE_DOT_PX)))
     brightness = brightness_of(pixels, times)
     around = surroundings(brightness, diameter_px / times)

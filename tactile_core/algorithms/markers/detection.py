@@ -1,4 +1,4 @@
-"""Printed marks in one frame: the centroids of connected dark spots."""
+"""Printed markers in one frame: the centroids of connected dark spots."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, UInt8
 from tactile_core.algorithms.markers.darkness import FULL
 from tactile_core.algorithms.markers.spots import Spots, measured_spots
 
-# Lengths in diameters of a mark: smoothing, what is opened, the neighbourhood of a peak, the rim.
+# Lengths in diameters of a marker: smoothing, what is opened, the neighbourhood of a peak, the rim.
 _SMOOTH, _OPEN, _AROUND, _RIM = 1 / 3, 0.4, 2.2, 0.28
-# Shares of a peak: what belongs to a mark, and what its rim is weighed from.
+# Shares of a peak: what belongs to a marker, and what its rim is weighed from.
 _OWN_SHARE, _BACKGROUND_SHARE = 0.6, 0.15
-# Shares of the usual darkness: what may belong to a mark, and the faintest mark; the latter also
-# as a share of nearly the faintest mark of the print.
+# Shares of the usual darkness: what may belong to a marker, and the faintest marker; the latter
+# also as a share of nearly the faintest marker of the print.
 _LEVEL_SHARE, _FAINTEST, _FAINTER = 0.3, 0.28, 0.45
-# In marks of usual ink. A mark that is faint and small is dirt (ink times darkness).
+# In markers of usual ink. A marker that is faint and small is dirt (ink times darkness).
 _SPECK, _LEAST_INK, _MOST_INK, _LEAST_IN_VIEW, _LEAST_FAINT_INK = 0.2, 0.33, 9.0, 0.12, 0.11
 # Longest over widest spread; ink over that of an even ellipse as dark as the peak.
 _LONGEST, _SPARSEST = 2.4, 0.57
-# Longest spread of what a border leaves of a mark, in half sizes.
+# Longest spread of what a border leaves of a marker, in half sizes.
 _SLIVER = 0.7
-# Two pieces of one mark: ink of each and of both, and how many half sizes they are apart.
+# Two pieces of one marker: ink of each and of both, and how many half sizes they are apart.
 _PIECE_INK, _PIECES_INK, _PIECES_APART = (0.12, 0.75), (0.5, 1.35), 1.5
-# Several marks in one: ink, half sizes of spread across, darkness, and how even the pitch is.
+# Several markers in one: ink, half sizes of spread across, darkness, and how even the pitch is.
 _BAR_INK, _BAR_WIDTH, _BAR_PEAK, _PITCH_TOLERANCE = 1.6, 0.8, 0.75, 0.4
 # Half the side of a square, and half the diameter of a disc, in standard deviations: about.
 _HALF_SIZE = 1.85
@@ -44,15 +44,15 @@ def find_markers(
     least: float = 0.08,
     compiled: bool = False,
 ) -> tuple[Float32, Bool]:
-    """Find the printed marks of one frame, of any compact shape.
+    """Find the printed markers of one frame, of any compact shape.
 
     The way of the 2015 paper: background, difference, threshold, connected components, centroids.
-    The threshold follows each mark: what is 0.6 times as dark as the darkest pixel of its
-    neighbourhood belongs to it, so that faint and strong marks, blurred and sharp ones are cut at
+    The threshold follows each marker: what is 0.6 times as dark as the darkest pixel of its
+    neighbourhood belongs to it, so that faint and strong markers, blurred and sharp ones are cut at
     the same height of their flanks. Ridges and grain of the object are thinner or fainter than
-    marks, specks of dirt smaller. The print itself tells what is usual: marks of a third to nine
-    times the median ink pass. Two pieces that a highlight has left of a mark are one; marks that
-    have run into their neighbours, a bar of a pitch or two, are taken apart.
+    markers, specks of dirt smaller. The print itself tells what is usual: markers of a third to
+    nine times the median ink pass. Two pieces that a highlight has left of a marker are one;
+    markers that have run into their neighbours, a bar of a pitch or two, are taken apart.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def find_markers(
     shape : (H, W)
         Of the image.
     diameter_px, pitch_px : float
-        Size of a mark, and distance of neighbours, in the image.
+        Size of a marker, and distance of neighbours, in the image.
     least : float
         Share of light that marks take away, at least.
     compiled : bool
@@ -72,7 +72,7 @@ def find_markers(
     centres_px : (N, 2) float32
         x and y.
     cut : (N,) bool
-        The border cuts the mark. Where its centre is, perhaps just out of view, is told from its
+        The border cuts the marker. Where its centre is, perhaps just out of view, is told from its
         part in view and the size of the others.
     """
     scale = shape[1] / darkness.shape[1], shape[0] / darkness.shape[0]
@@ -88,13 +88,13 @@ def find_markers(
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
     faintest, rim = max(_FAINTEST * level, least * FULL), max(1, round(_RIM * size))
     spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
-    centres, cut = _marks(spots, pitch_px / scale[0], darkness.shape)
+    centres, cut = _markers(spots, pitch_px / scale[0], darkness.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), cut
 
 
-def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64, Bool]:
-    """Centres (N, 2) of the spots that are marks, and whether the border cuts them."""
+def _markers(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64, Bool]:
+    """Centres (N, 2) of the spots that are markers, and whether the border cuts them."""
     cut = spots.cut.any(1)
     long, wide = spots.spread.T
     compact = long < _LONGEST * wide
@@ -106,22 +106,24 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
     area = long * wide
     filled = spots.ink > _SPARSEST * 4 * np.pi * area * spots.peak
     peak = spots.peak / _middle(spots.peak[usual])
-    mark = whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK) & (ink * peak > _LEAST_FAINT_INK)
-    if mark.any():
-        # an even print has no faint marks: what looks like one is shading
-        mark &= peak > _FAINTER * _lowest(peak[mark], 0.05)
+    marker = (
+        whole & filled & (ink > _LEAST_INK) & (ink < _MOST_INK) & (ink * peak > _LEAST_FAINT_INK)
+    )
+    if marker.any():
+        # an even print has no faint markers: what looks like one is shading
+        marker &= peak > _FAINTER * _lowest(peak[marker], 0.05)
     half_size = _HALF_SIZE * float(np.sqrt(_middle(area[usual])))
     piece = np.flatnonzero(~cut & filled & (ink > _PIECE_INK[0]) & (ink < _PIECE_INK[1]))
     centres = list[Float64]()
     if piece.size > 1:
         centres, united = _united(spots.chosen(piece), ink[piece], _PIECES_APART * half_size)
-        mark[piece[united]] = False
-    centres.append(spots.centres[mark])
-    bar = ~cut & ~mark & filled & (ink > _BAR_INK) & (wide < _BAR_WIDTH * half_size)
+        marker[piece[united]] = False
+    centres.append(spots.centres[marker])
+    bar = ~cut & ~marker & filled & (ink > _BAR_INK) & (wide < _BAR_WIDTH * half_size)
     if bar.any():
         bar &= peak > _BAR_PEAK
         centres += _taken_apart(spots.chosen(bar), ink[bar], pitch, half_size)
-    # the sliver of a mark is long, but no longer than a mark
+    # the sliver of a marker is long, but no longer than a marker
     cut &= (ink > _LEAST_IN_VIEW) & (compact | (long < _SLIVER * half_size))
     inside = sum(map(len, centres))
     if cut.any():
@@ -131,9 +133,9 @@ def _marks(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64,
 
 
 def _united(spots: Spots, ink: Float64, near: float) -> tuple[list[Float64], NDArray[np.intp]]:
-    """Centres (1, 2) of marks of which a highlight has left two pieces, and which spots these are.
+    """Centres (1, 2) of markers that a highlight has split in two, and which spots these are.
 
-    Each piece belongs to one mark, the nearest two first.
+    Each piece belongs to one marker, the nearest two first.
     """
     apart = np.linalg.norm(spots.centres[:, None] - spots.centres, axis=2)
     total = ink[:, None] + ink
@@ -148,7 +150,7 @@ def _united(spots: Spots, ink: Float64, near: float) -> tuple[list[Float64], NDA
 
 
 def _completed(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float64:
-    """Centres of marks that the border cuts; they may lie beyond it.
+    """Centres of markers that the border cuts; they may lie beyond it.
 
     The part in view is as deep as twice the distance of its centroid from the border.
     """
@@ -162,17 +164,17 @@ def _completed(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float6
 
 
 def _taken_apart(spots: Spots, ink: Float64, pitch: float, half_size: float) -> list[Float64]:
-    """Centres of the marks that make up each bar, about a pitch apart along it.
+    """Centres of the markers that make up each bar, about a pitch apart along it.
 
-    A bar that is inked evenly has the variance of a uniform distribution. Of two marks, each holds
-    a mark's ink, and only what else there is lies evenly between them.
+    A bar that is inked evenly has the variance of a uniform distribution. Of two markers, each
+    holds a marker's ink, and only what else there is lies evenly between them.
     """
     long, wide = spots.spread.T
     reach = np.sqrt(3) * (long - wide)
     count = 1 + np.rint(2 * reach / pitch).astype(int)
-    marks = np.minimum(2 / ink, 1)
-    bridge = (1 - marks) / 3
-    a, b, variance = marks + bridge, bridge * half_size, long**2 - wide**2
+    markers = np.minimum(2 / ink, 1)
+    bridge = (1 - markers) / 3
+    a, b, variance = markers + bridge, bridge * half_size, long**2 - wide**2
     of_two = (b + np.sqrt(b * b + a * np.maximum(variance - b * half_size, 0))) / a
     reach = np.where(count == 2, of_two, reach)
     apart = 2 * reach / np.maximum(count - 1, 1)
@@ -186,10 +188,10 @@ def _taken_apart(spots: Spots, ink: Float64, pitch: float, half_size: float) -> 
 
 
 def _usual(peaks: UInt8) -> float:
-    """How dark marks usually are.
+    """How dark markers usually are.
 
-    Much of the image lies beside a mark and shows its peak; the darker, the more it counts, so that
-    grain between marks that lie far apart does not.
+    Much of the image lies beside a marker and shows its peak; the darker, the more it counts, so
+    that grain between markers that lie far apart does not.
     """
     counts = np.bincount(peaks[::_SAMPLE_PX, ::_SAMPLE_PX].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * _SQUARES)
@@ -197,7 +199,7 @@ def _usual(peaks: UInt8) -> float:
 
 
 def _heavy(ink: Float64) -> float:
-    """Ink of the spot that holds the middle of all ink: a mark, however many specks there are."""
+    """Ink of the spot that holds the middle of all ink: a marker, however many specks there are."""
     ordered = np.sort(ink)
     total = np.cumsum(ordered)
     return float(ordered[total.searchsorted(total[-1] / 2)])

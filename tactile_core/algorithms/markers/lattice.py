@@ -1,4 +1,4 @@
-"""The lattice of printed marks: whether there is one, how large they are and how far apart."""
+"""The lattice of printed markers: whether there is one, how large they are and how far apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which pixels show a printed mark instead of the skin."""
+"""Which pixels show a printed marker instead of the skin."""
 
 from __future__ import annotations
 

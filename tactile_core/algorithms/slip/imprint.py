@@ -1,8 +1,8 @@
 """Whether the imprint of the object stays where it was printed on the skin.
 
-The 2015 paper compares the motion of the marks with that of the object's own texture: where they
+The 2015 paper compares the motion of the markers with that of the object's own texture: where they
 part, the object slips [Yuan 2015]. Here both are told from one image. It is drawn back along the
-marks, so that the skin stands still, and what then still moves has left its place on the skin.
+markers, so that the skin stands still, and what then still moves has left its place on the skin.
 """
 
 from __future__ import annotations
@@ -92,16 +92,16 @@ class ImprintFollower:
     Parameters
     ----------
     pixels : (H, W) or (H, W, K)
-        The image in which the marks are at ``reference_px``.
+        The image in which the markers are at ``reference_px``.
     reference_px : (N, 2)
-        x and y of every mark; at least three.
+        x and y of every marker; at least three.
     diameter_px : float
-        Size of a mark.
+        Size of a marker.
 
     Raises
     ------
     InputError
-        There are too few marks, or the diameter is not positive.
+        There are too few markers, or the diameter is not positive.
     """
 
     def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
@@ -131,7 +131,7 @@ class ImprintFollower:
         pixels : (H, W) or (H, W, K)
             The frame, in the shape of the first.
         px : (N, 2)
-            Where every mark is now, inferred ones included.
+            Where every marker is now, inferred ones included.
         timestamp_s : float
             When it was taken.
 

@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
 
 _COLUMNS = 80
-"""A displacement between marks a millimetre apart has no more to tell."""
+"""A displacement between markers a millimetre apart has no more to tell."""
 
 
 def stride_of(width_px: int) -> int:

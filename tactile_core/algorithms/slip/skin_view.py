@@ -1,4 +1,4 @@
-"""The image as the skin sees it: every frame drawn back to where the marks were at rest."""
+"""The image as the skin sees it: every frame drawn back to where the markers were at rest."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _RIM_DIAMETERS = 0.25
 _HIDDEN_SHARE = 0.25
 _NEIGHBOURHOOD_PITCHES = 1.5
 _GRAIN_PX = 3
-_FEWEST_MARKS = 3
+_FEWEST_MARKERS = 3
 
 
 class SkinView:
-    """Draws frames back along the marks and keeps what the object printed between them.
+    """Draws frames back along the markers and keeps what the object printed between them.
 
     A point of the view is a point of the skin, whatever drags it. While the object sticks, its
     imprint moves with the skin and the view stands still.
@@ -31,44 +31,44 @@ class SkinView:
     Parameters
     ----------
     pixels : (H, W) or (H, W, K)
-        The skin where the marks are at ``reference_px``.
+        The skin where the markers are at ``reference_px``.
     reference_px : (N, 2)
         Their x and y; at least three.
     diameter_px : float
-        Size of a mark.
+        Size of a marker.
     """
 
     def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
-        if len(reference_px) < _FEWEST_MARKS:
+        if len(reference_px) < _FEWEST_MARKERS:
             raise InputError(
-                f"{len(reference_px)} marks do not tell how the skin moves; follow at least "
-                f"{_FEWEST_MARKS}, or leave the imprint out"
+                f"{len(reference_px)} markers do not tell how the skin moves; follow at least "
+                f"{_FEWEST_MARKERS}, or leave the imprint out"
             )
         self.times = max(1, round(pixels.shape[1] / _WIDTH_PX))
         first = _reduced(pixels, self.times)
         height, width = first.shape[:2]
-        self._marks_px = _at(reference_px, self.times)
+        self._markers_px = _at(reference_px, self.times)
         diameter_px /= self.times
         self._columns, self._rows = np.meshgrid(
             np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
         )
-        pitch_px = pitch(self._marks_px)
-        self._spread, self._nodes = _spread(self._marks_px, pitch_px, height, width)
+        pitch_px = pitch(self._markers_px)
+        self._spread, self._nodes = _spread(self._markers_px, pitch_px, height, width)
         rim = 2 * int(np.ceil(_RIM_DIAMETERS * diameter_px)) + 1
-        marks = marker_mask(pixels, diameter_px=diameter_px * self.times)
-        share = shrunk(marks.astype(np.float32), (width, height))
+        mask = marker_mask(pixels, diameter_px=diameter_px * self.times)
+        share = shrunk(mask.astype(np.float32), (width, height))
         self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > _HIDDEN_SHARE
         self._side = 2 * round(0.5 * _NEIGHBOURHOOD_PITCHES * pitch_px) + 1
 
     def imprint(self, pixels: Array, px: Array) -> tuple[Float32, Float32]:
-        """Draw a frame back and leave what is finer than the spaces between the marks.
+        """Draw a frame back and leave what is finer than the spaces between the markers.
 
         Parameters
         ----------
         pixels : (H, W) or (H, W, K)
             The frame.
         px : (N, 2)
-            Where the marks are in it.
+            Where the markers are in it.
 
         Returns
         -------
@@ -79,7 +79,7 @@ class SkinView:
         """
         frame = _reduced(pixels, self.times)
         height, width = frame.shape[:2]
-        moved = self._spread @ (_at(px, self.times) - self._marks_px)
+        moved = self._spread @ (_at(px, self.times) - self._markers_px)
         x, y = (cv2.resize(along.reshape(self._nodes), (width, height)) for along in moved.T)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
         drawn = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
@@ -117,16 +117,16 @@ def _at(points_px: Array, times: int) -> Float32:
 
 
 def _spread(
-    marks_px: Float32, pitch_px: float, height: int, width: int
+    markers_px: Float32, pitch_px: float, height: int, width: int
 ) -> tuple[Float32, tuple[int, int]]:
-    """(G, N) weights that spread a value of each mark over a grid of nodes, locally linear."""
+    """(G, N) weights that spread a value of each marker over a grid of nodes, locally linear."""
     rows, columns = -(-height // _NODE_PX), -(-width // _NODE_PX)
     x, y = np.meshgrid(
         (np.arange(columns) + 0.5) * width / columns - 0.5,
         (np.arange(rows) + 0.5) * height / rows - 0.5,
     )
     apart = np.stack(
-        [marks_px[:, 0] - x.reshape(-1, 1), marks_px[:, 1] - y.reshape(-1, 1)], axis=-1
+        [markers_px[:, 0] - x.reshape(-1, 1), markers_px[:, 1] - y.reshape(-1, 1)], axis=-1
     )
     near = np.exp(-np.square(apart).sum(-1) / (2 * (_REACH_PITCHES * pitch_px) ** 2)) + 1e-12
     basis = np.concatenate([np.ones((*near.shape, 1)), apart / pitch_px], axis=-1)

@@ -36,7 +36,7 @@ def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
     now, untouched : (h, w, K) float32
         Of :func:`small_image`.
     hidden : (h, w) bool
-        Where a mark is, or was.
+        Where a marker is, or was.
     """
     seen = (~hidden).astype(np.float32)
     change = reduce(np.maximum, cv2.split(cv2.absdiff(now, untouched))) * seen

@@ -1,11 +1,11 @@
-"""The first look at a frame: marks and detections as a small, even step would have them."""
+"""The first look at a frame: markers and detections as a small, even step would have them."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.tracking.growth import BEYOND_DOUBT, FEWEST_MARKS, SUPPORT, Scene
+from tactile_core.algorithms.tracking.growth import BEYOND_DOUBT, FEWEST_MARKERS, SUPPORT, Scene
 
 FEW_MISFITS = 3
 _GATE = 0.5
@@ -13,13 +13,13 @@ _ENOUGH = 0.3
 
 
 def begun(scene: Scene, last_px: Array, momentum_px: Array, sought: Bool) -> tuple[Intp, Bool]:
-    """Pair each mark with the detection that is mutually nearest.
+    """Pair each marker with the detection that is mutually nearest.
 
     Parameters
     ----------
     scene : Scene
     last_px : (N, 2) float64
-        Where the marks were.
+        Where the markers were.
     momentum_px : (N, 2) float64
         By how much they should have moved on.
     sought : (N,) bool
@@ -27,14 +27,14 @@ def begun(scene: Scene, last_px: Array, momentum_px: Array, sought: Bool) -> tup
     Returns
     -------
     owner : (N,) intp
-        The detection of each mark, or -1.
+        The detection of each marker, or -1.
     small, calm : (2,) bool
-        Whether enough marks are paired, and alike with momentum and without; and whether, besides,
-        each is where its neighbours have it and none could be added.
+        Whether enough markers are paired, and alike with momentum and without; and whether,
+        besides, each is where its neighbours have it and none could be added.
     """
     base_px = last_px + momentum_px
     gate = np.where(sought, _GATE * scene.room_px, -1.0)
-    enough = max(FEWEST_MARKS, _ENOUGH * np.count_nonzero(sought))
+    enough = max(FEWEST_MARKERS, _ENOUGH * np.count_nonzero(sought))
     owner = scene.paired(base_px, gate)
     still = scene.paired(last_px, gate)
     misfits = np.count_nonzero((still != owner) & (still >= 0) & (owner >= 0))

@@ -1,4 +1,4 @@
-"""Whether marks that should be at rest are stretched apart."""
+"""Whether markers that should be at rest are stretched apart."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _NEAR, _FAR = 1.6, 2.3
 
 
 def shows_contact(places_px: NDArray[Any]) -> bool:
-    """Say whether the spacing of marks varies as a contact stretches it.
+    """Say whether the spacing of markers varies as a contact stretches it.
 
-    Print is irregular from mark to mark, and a lens or a dome widens the spacing slowly over the
+    Print is irregular from marker to mark, and a lens or a dome widens the spacing slowly over the
     whole view. A contact does it in between: spacings two pitches apart are alike. A light press
     does not show; False therefore does not promise untouched skin.
 

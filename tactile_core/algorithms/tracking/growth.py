@@ -1,4 +1,4 @@
-"""From a sure beginning outwards: each mark is looked for where its known neighbours expect it."""
+"""Region growing: each marker is looked for where its known neighbours expect it."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import NOBODY, paired
 
-FEWEST_MARKS = 4
+FEWEST_MARKERS = 4
 """With fewer there is no telling which is which."""
 
 SUPPORT = 3
-"""So many neighbours are needed to say where a mark is."""
+"""So many neighbours are needed to say where a marker is."""
 
 _TEAR = 0.45
 """Neighbours that part by more pitches from one frame to the next belong to two interpretations."""
@@ -24,17 +24,17 @@ _TEAR = 0.45
 _TEAR_BEYOND = 1.3
 _OPEN_GATE = 0.3
 BEYOND_DOUBT = 0.1
-"""Of the room around a mark: nearer to what its neighbours let expect, it is itself."""
+"""Of the room around a marker: nearer to what its neighbours let expect, it is itself."""
 
 _RIVALRY, _RIVALRY_OF_LOST = 0.5, 0.3
 _WIDEST, _NARROWEST = 0.3, 0.06
 _FREE_FLOOR = 0.3
-"""How far off a mark may be, in pitches, when there is nothing else to be taken for it."""
+"""How far off a marker may be, in pitches, when there is nothing else to be taken for it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """One frame's detections, to be explained from where the marks are thought to be.
+    """One frame's detections, to be explained from where the markers are thought to be.
 
     Attributes
     ----------
@@ -42,11 +42,11 @@ class Scene:
     found_px : (M, 2) float64
         Detections.
     in_view : (N,) bool
-        Marks that the image could show.
+        Markers that the image could show.
     room_px : (N,) float64
-        Distance of the nearest other mark, on the resting skin or now, whichever is less.
+        Distance of the nearest other marker, on the resting skin or now, whichever is less.
     doubt_px : (N,) float64
-        How far a mark may be from where it is thought to be.
+        How far a marker may be from where it is thought to be.
     """
 
     around: Neighbourhood
@@ -56,12 +56,12 @@ class Scene:
     doubt_px: Array
 
     def paired(self, expected_px: Array, within_px: Array, found_px: Array | None = None) -> Intp:
-        """Pair marks with all detections, or with those given; see :func:`paired`."""
+        """Pair markers with all detections, or with those given; see :func:`paired`."""
         found_px = self.found_px if found_px is None else found_px
         return paired(expected_px, found_px, within_px, compiled=self.around.compiled)
 
     def moved(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
-        """How far each mark is from ``base_px``, 0 where unknown, and which are known."""
+        """How far each marker is from ``base_px``, 0 where unknown, and which are known."""
         known = owner >= 0
         if known.all():
             return self.found_px.take(owner, axis=0) - base_px, known
@@ -70,7 +70,7 @@ class Scene:
         return step, known
 
     def tolerance(self, distance: Array, known: Bool) -> Array:
-        """How far each mark may deviate from what its neighbours let expect, (N,) px.
+        """How far each marker may deviate from what its neighbours let expect, (N,) px.
 
         As far as others around it do, or as its place is doubtful, and further while no detections
         are left over: where there are many impostors and many gaps, one falls into a gap the more
@@ -86,7 +86,7 @@ class Scene:
         return np.clip(allowed, max(floor, _NARROWEST) * room, _WIDEST * room)
 
     def free_share(self, known: Bool) -> float:
-        """Of the room around a mark: so far off it may be with so many gaps and impostors."""
+        """Of the room around a marker: so far off it may be with so many gaps and impostors."""
         left_over = max(len(self.found_px) - int(np.count_nonzero(known)), 0)
         missing = int(np.count_nonzero(self.in_view & ~known))
         return _FREE_FLOOR / (1 + missing * left_over / len(known))
@@ -94,16 +94,16 @@ class Scene:
     def grown(
         self, base_px: Array, owner: Intp, sought: Bool, *, rounds: int, boldly: bool
     ) -> Intp:
-        """Add marks beside known ones, and drop those that do not fit, until nothing changes.
+        """Add markers beside known ones, and drop those that do not fit, until nothing changes.
 
         Parameters
         ----------
         base_px : (N, 2) float64
-            Where each mark was, or was thought to be: motion from there is smooth.
+            Where each marker was, or was thought to be: motion from there is smooth.
         owner : (N,) intp
-            Detection of each mark that is known, -1 of the others.
+            Detection of each marker that is known, -1 of the others.
         sought : (N,) bool
-            Marks that may be added.
+            Markers that may be added.
         rounds : int
             At most.
         boldly : bool
@@ -112,7 +112,7 @@ class Scene:
         around = self.around
         for _ in range(rounds):
             step, known = self.moved(base_px, owner)
-            if known.sum() < FEWEST_MARKS:
+            if known.sum() < FEWEST_MARKERS:
                 return np.full_like(owner, NOBODY)
             expected, distance = around.deviation(step, known, rounds=1)
             tolerance = self.tolerance(distance, known)
@@ -134,10 +134,10 @@ class Scene:
         return owner
 
     def sure(self, base_px: Array, owner: Intp, fresh: Bool) -> Intp:
-        """Drop the marks whose detection might as well show another one.
+        """Drop the markers whose detection might as well show another one.
 
-        A mark that lies off what its neighbours let expect has to lie much nearer to it than its
-        detection lies to any other mark's expected place, even that of one that is known.
+        A marker that lies off what its neighbours let expect has to lie much nearer to it than its
+        detection lies to any other marker's expected place, even that of one that is known.
         """
         step, known = self.moved(base_px, owner)
         expected, distance = self.around.deviation(step, known, rounds=1)

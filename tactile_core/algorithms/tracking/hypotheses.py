@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, Scene
+from tactile_core.algorithms.tracking.growth import FEWEST_MARKERS, Scene
 from tactile_core.algorithms.tracking.nearest import nearest
 from tactile_core.algorithms.tracking.pairing import NOBODY
 
@@ -44,20 +44,20 @@ def best_explanation(
     ----------
     scene : Scene
     last_px : (N, 2) float64
-        Where the marks were.
+        Where the markers were.
     momentum_px : (N, 2) float64
         By how much they should have moved on.
     rest_px : (N, 2) float64
         Where they are on the resting skin.
     sought : (N,) bool
-        Marks whose last place is known well enough to look for them around it.
+        Markers whose last place is known well enough to look for them around it.
     certain : (N,) bool
-        Marks that were seen in the last frame.
+        Markers that were seen in the last frame.
 
     Returns
     -------
     (N,) intp
-        The detection of each mark; -1 where none is sure.
+        The detection of each marker; -1 where none is sure.
     """
     beginnings: list[Intp] = []
     explanations: list[tuple[float, Intp]] = []
@@ -86,7 +86,7 @@ def best_explanation(
 
 
 def _seeds(scene: Scene, base_px: Array, guess_px: Array, seeking: Bool) -> Iterator[Intp]:
-    """Large pieces of skin whose marks, paired with what is nearest, move alike."""
+    """Large pieces of skin whose markers, paired with what is nearest, move alike."""
     gate = np.where(seeking, _FIRST_GATE * scene.room_px, -1.0)
     owner = scene.paired(base_px + guess_px, gate)
     step, known = scene.moved(base_px, owner)
@@ -95,14 +95,14 @@ def _seeds(scene: Scene, base_px: Array, guess_px: Array, seeking: Bool) -> Iter
     piece = scene.around.pieces(scene.around.agreeing(step, known, _ALIKE, 2.0))
     size = np.bincount(piece[known])
     for number in np.argsort(-size, kind="stable")[:_SEEDS]:
-        if size[number] >= max(FEWEST_MARKS, _SMALLEST_SEED * len(known)):
+        if size[number] >= max(FEWEST_MARKERS, _SMALLEST_SEED * len(known)):
             yield np.where(known & (piece == number), owner, NOBODY)
 
 
 def _score(scene: Scene, owner: Intp, last_px: Array, momentum_px: Array) -> float:
-    """Many marks explained, by a small motion that is even, or that goes on evenly."""
+    """Many markers explained, by a small motion that is even, or that goes on evenly."""
     step, known = scene.moved(last_px, owner)
-    if known.sum() < FEWEST_MARKS:
+    if known.sum() < FEWEST_MARKERS:
         return -np.inf
     one, other = scene.around.pairs.T
     both = known[one] & known[other]
@@ -117,13 +117,13 @@ def _score(scene: Scene, owner: Intp, last_px: Array, momentum_px: Array) -> flo
 
 
 def _shared_shifts(scene: Scene, last_px: Array) -> list[Array]:
-    """The (2,) shifts by which most detections lie beside some mark."""
+    """The (2,) shifts by which most detections lie beside some marker."""
     pitch = scene.around.pitch_px
     reach = _FARTHEST_SHIFT * pitch
     wanted = min(_CANDIDATES, len(scene.found_px))
     distance, index = nearest(last_px, scene.found_px, wanted, reach)
-    mark, rank = np.nonzero(np.isfinite(distance))
-    shift = scene.found_px[index[mark, rank]] - last_px[mark]
+    marker, rank = np.nonzero(np.isfinite(distance))
+    shift = scene.found_px[index[marker, rank]] - last_px[marker]
     bins = np.floor((shift + reach) / pitch * _BINS_PER_PITCH).astype(np.intp) + 1
     side = int(2 * _FARTHEST_SHIFT * _BINS_PER_PITCH) + 4
     votes = np.zeros((side, side))

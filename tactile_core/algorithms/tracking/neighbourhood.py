@@ -1,4 +1,4 @@
-"""The marks around each mark of the resting skin, and what they say of its motion."""
+"""The markers around each marker of the resting skin, and what they say of its motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TAME = 0.05
 
 
 _AMONG = 1.1
-"""In pitches: with the middle of its neighbours nearer than this, a mark is among them."""
+"""In pitches: with the middle of its neighbours nearer than this, a marker is among them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,21 +29,21 @@ class Neighbourhood:
     Attributes
     ----------
     index : (N, K) intp
-        The neighbours of each mark, nearest first.
+        The neighbours of each marker, nearest first.
     moments : (N, K, 6) float64
         Weight w, w x, w y, w x², w x y and w y² of each neighbour's place.
     shares : (N, K) float64
-        What each neighbour adds to the plane at a mark's place when all are trusted alike.
+        What each neighbour adds to the plane at a marker's place when all are trusted alike.
     offsets : (N, K, 2) float64
-        Where each neighbour is from the mark, in pitches.
+        Where each neighbour is from the marker, in pitches.
     pairs : (E, 2) intp
-        Every two marks of which one is among the other's neighbours.
+        Every two markers of which one is among the other's neighbours.
     apart : (E,) float64
         Their distance, in pitches.
     pitch_px : float
         Median distance of nearest neighbours.
     nearest_px : (N,) float64
-        Distance of each mark's nearest neighbour, at most the pitch.
+        Distance of each marker's nearest neighbour, at most the pitch.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
@@ -60,7 +60,7 @@ class Neighbourhood:
 
     @classmethod
     def of(cls, places_px: Array, *, compiled: bool = False) -> Neighbourhood:
-        """Return the neighbourhood of (N, 2) marks; N at least 2."""
+        """Return the neighbourhood of (N, 2) markers; N at least 2."""
         count = len(places_px)
         wanted = min(_NEIGHBOURS, count - 1)
         distance, index = nearest(places_px, places_px, wanted + 1)
@@ -88,19 +88,19 @@ class Neighbourhood:
         )
 
     def room_px(self, places_px: Array) -> Array:
-        """Distance of each mark's nearest neighbour, at rest or at (N, 2) places, the lesser."""
+        """Distance of each marker's nearest neighbour, at rest or at (N, 2) places, the lesser."""
         # neighbour by neighbour: a minimum over the first axis is many times faster
         x, y = (side.take(self.index.T) - side for side in (places_px[:, 0], places_px[:, 1]))
         return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=0))))
 
     def fit(self, values: Array, trust: Array) -> Array:
-        """What its neighbours let expect of each mark: a plane through theirs, at its place.
+        """What its neighbours let expect of each marker: a plane through theirs, at its place.
 
         Parameters
         ----------
         values : (N, 2) float64
         trust : (N,) float64
-            Weight of each mark as a neighbour, 0 for one that says nothing.
+            Weight of each marker as a neighbour, 0 for one that says nothing.
 
         Returns
         -------
@@ -117,9 +117,9 @@ class Neighbourhood:
         return np.asarray((share[:, None] @ values[self.index])[:, 0])
 
     def deviation(self, values: Array, known: Bool, rounds: int = 2) -> tuple[Array, Array]:
-        """What each mark's neighbours let expect, and how far from it the mark is.
+        """What each marker's neighbours let expect, and how far from it the marker is.
 
-        Marks that deviate lose their say over their neighbours, round by round.
+        Markers that deviate lose their say over their neighbours, round by round.
 
         Returns
         -------
@@ -137,15 +137,15 @@ class Neighbourhood:
         return expected, distance
 
     def nearby(self, distance: Array, known: Bool) -> Array:
-        """Mean (N,) of what is told of the known marks around each; 0 where none is known."""
+        """Mean (N,) of what is told of the known markers around each; 0 where none is known."""
         counted = known[self.index]
         total = (distance[self.index] * counted).sum(axis=1)
         return np.asarray(total / np.maximum(counted.sum(axis=1), 1))
 
     def reach_beyond(self, known: Bool) -> Array:
-        """By how much worse the known neighbours tell of a mark when they lie to one side, (N,).
+        """By how much worse the known neighbours tell of a marker when they lie to one side, (N,).
 
-        1 while the mark is among them, then as the square of the distance of their middle.
+        1 while the marker is among them, then as the square of the distance of their middle.
         """
         counted = known[self.index].astype(np.float64)
         middle = (counted[:, None] @ self.offsets)[:, 0]
@@ -153,11 +153,11 @@ class Neighbourhood:
         return np.asarray(np.maximum(distance / _AMONG, 1) ** 2)
 
     def supporters(self, known: Bool) -> NDArray[np.intp]:
-        """How many neighbours of each mark are known."""
+        """How many neighbours of each marker are known."""
         return np.asarray(known[self.index].sum(axis=1))
 
     def agreeing(self, values: Array, known: Bool, most: float, beyond: float = 1.0) -> Bool:
-        """Which pairs of known marks differ by less than ``most`` pitches per pitch of distance.
+        """Which pairs of known markers differ by less than ``most`` pitches per pitch of distance.
 
         Pairs up to one pitch apart are all granted the same, those further apart as much as at
         ``beyond`` pitches.
@@ -168,7 +168,7 @@ class Neighbourhood:
         return np.asarray(known[one] & known[other] & (difference <= granted))
 
     def pieces(self, bonds: Bool) -> NDArray[np.int32]:
-        """Number the pieces into which the marks fall when only some pairs hold together.
+        """Number the pieces into which the markers fall when only some pairs hold together.
 
         Parameters
         ----------
@@ -188,7 +188,7 @@ class Neighbourhood:
 
 
 def _shares(moments: Array, trusted: Array) -> Array:
-    """What each neighbour, (N, K) trusted, adds to the plane at a mark's place."""
+    """What each neighbour, (N, K) trusted, adds to the plane at a marker's place."""
     one, x, y, xx, xy, yy = (trusted[:, None] @ moments)[:, 0].T
     minors = np.stack([xx * yy - xy * xy, xy * y - x * yy, x * xy - xx * y], axis=-1)
     determinant = one * minors[:, 0] + x * minors[:, 1] + y * minors[:, 2]

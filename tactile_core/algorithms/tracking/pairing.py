@@ -1,4 +1,4 @@
-"""Marks and detections that are each other's nearest."""
+"""Markers and detections that are each other's nearest."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ NOBODY = -1
 def paired(
     expected_px: Array, found_px: Array, within_px: Array, *, compiled: bool = False
 ) -> Intp:
-    """Pair marks with detections, each the other's nearest.
+    """Pair markers with detections, each the other's nearest.
 
     Parameters
     ----------
     expected_px : (N, 2) float64
-        Where the marks should be.
+        Where the markers should be.
     found_px : (M, 2) float64
         Detections.
     within_px : (N,) float64
-        How far a mark may be from its detection; negative for one that seeks none.
+        How far a marker may be from its detection; negative for one that seeks none.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     (N,) intp
-        Index of each mark's detection, or -1.
+        Index of each marker's detection, or -1.
     """
     result = np.full(len(expected_px), NOBODY, np.intp)
     seeking = np.flatnonzero(within_px >= 0)

@@ -1,4 +1,4 @@
-"""Whether a mark that is followed is itself beyond doubt."""
+"""Whether a marker that is followed is itself beyond doubt."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ _ODD_WHEN_FREE = 6.0
 class Sureness:
     """Remembers which marks are sure to be themselves.
 
-    All limits are shares of the room around a mark. One is doubted when it leaps, moves unlike the
-    marks around it, or was inferred with a doubt meanwhile; sooner where few are around it, and
-    later where hardly one is missing, because it takes a gap to be mistaken. It is
-    sure again once its displacement is told by the sure marks around it, and twice so, in the
+    All limits are shares of the room around a marker. One is doubted when it leaps, moves unlike
+    the markers around it, or was inferred with a doubt meanwhile; sooner where few are around it,
+    and later where hardly one is missing, because it takes a gap to be mistaken. It is
+    sure again once its displacement is told by the sure markers around it, and twice so, in the
     frames in which it is followed, when it leapt or when its place was unknown: in one frame, gaps
-    and chance can show a neighbour in its place. A mark that is off what its neighbours let expect,
-    further than they are, may be a speck: it is not seen in this frame, and no more is concluded.
+    and chance can show a neighbour in its place. A marker that is off what its neighbours let
+    expect, further than they are, may be a speck: it is not seen in this frame, and no more is
+    concluded.
     """
 
     def __init__(self, count: int) -> None:
@@ -42,16 +43,16 @@ class Sureness:
         before: Bool,
         calm: bool,
     ) -> Bool:
-        """Doubt marks, or trust them again, and say which are seen.
+        """Doubt markers, or trust them again, and say which are seen.
 
         Parameters
         ----------
         scene : Scene
-            Its doubt is that before the marks were found in this frame.
+            Its doubt is that before the markers were found in this frame.
         step_px, momentum_px, displaced_px : (N, 2) float64
-            By how much each mark moved, was expected to, and is away from rest.
+            By how much each marker moved, was expected to, and is away from rest.
         followed, before : (N,) bool
-            Marks that are found in this frame, and in the one before.
+            Markers that are found in this frame, and in the one before.
         calm : bool
             Whether all that are found moved as their neighbours do, by less than half their room.
 
@@ -81,7 +82,7 @@ class Sureness:
         return np.asarray(followed & self._sure & ~self._odd(scene, distance, followed, granted_px))
 
     def forget(self, scene: Scene, doubt_px: Array, followed: Bool) -> None:
-        """Doubt marks whose inferred places are doubtful, or told by others that are."""
+        """Doubt markers whose inferred places are doubtful, or told by others that are."""
         told = followed | (scene.around.supporters(followed & self._sure) >= SUPPORT)
         self._sure = self._sure & told & (doubt_px <= _UNSURE * scene.room_px)
         self._agreed = self._agreed & told & (doubt_px <= _UNKNOWN * scene.room_px)
@@ -96,7 +97,7 @@ class Sureness:
 
     @staticmethod
     def _surprise_px(step_px: Array, momentum_px: Array, followed: Bool) -> Array:
-        """How far each mark moved, beyond what it did before or what most do, (N,) px."""
+        """How far each marker moved, beyond what it did before or what most do, (N,) px."""
         common_px = np.median(step_px[followed], axis=0) if followed.any() else 0.0
         surprises_px = np.stack([step_px, step_px - momentum_px, step_px - common_px])
         return np.asarray(np.sqrt(np.einsum("kij,kij->ki", surprises_px, surprises_px).min(axis=0)))
@@ -113,7 +114,7 @@ class Sureness:
         return np.asarray(odd)
 
     def _told_by_sure(self, scene: Scene, displaced_px: Array, followed: Bool) -> Bool:
-        """Sure marks, and outwards from them those whose displacement they tell."""
+        """Sure markers, and outwards from them those whose displacement they tell."""
         around = scene.around
         trusted = followed & self._sure
         while (trusted != followed).any():

@@ -1,4 +1,4 @@
-"""Follows the marks of the resting skin from frame to frame."""
+"""Follows the markers of the resting skin from frame to frame."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.tracking.beginning import FEW_MISFITS, begun
-from tactile_core.algorithms.tracking.growth import FEWEST_MARKS, SUPPORT, Scene
+from tactile_core.algorithms.tracking.growth import FEWEST_MARKERS, SUPPORT, Scene
 from tactile_core.algorithms.tracking.hypotheses import best_explanation
 from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.tracking.pairing import NOBODY
@@ -16,51 +16,51 @@ _MOMENTUM = 0.7
 _MISFITS = 0.12
 _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
 _WHISPER = 0.02
-"""Say of a mark that is not seen, heard only where nobody is."""
+"""Say of a marker that is not seen, heard only where nobody is."""
 
 _DOUBTFUL = 0.3
-"""Of the room around a mark: it is not looked for where its place is less certain."""
+"""Of the room around a marker: it is not looked for where its place is less certain."""
 
 _UNSUPPORTED = 0.1
 _SMALL_MOTION = 0.1
 
 
-class MarkTracker:
-    """Keeps the identity of marks.
+class MarkerTracker:
+    """Keeps the identity of markers.
 
-    Each mark is expected where it was, moved on by its momentum, and paired with the detection
+    Each marker is expected where it was, moved on by its momentum, and paired with the detection
     that is mutually nearest. Its neighbours on the resting skin then say where it should be: a
-    plane through their motions, in which those that deviate lose their say. Marks that do not fit
+    plane through their motions, in which those that deviate lose their say. Markers that do not fit
     are dropped and looked for anew where the plane has them. When many do not fit, or the motion
     tears, the frame is explained in several ways, and only what the best of them have in common
-    counts: a mark whose identity is not sure is not seen. Its place is then the plane's, with what
-    set it off from its neighbours when it was last seen.
+    counts: a marker whose identity is not sure is not seen. Its place is then the plane's, with
+    what set it off from its neighbours when it was last seen.
 
     Parameters
     ----------
     reference_px : (N, 2) float
-        The marks on the resting skin.
+        The markers on the resting skin.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Attributes
     ----------
     reference_px, px : (N, 2) float64
-        Where each mark was on the resting skin, and where it is now.
+        Where each marker was on the resting skin, and where it is now.
     seen : (N,) bool
-        False where ``px`` is inferred from neighbours, or the identity of the mark is not sure.
+        False where ``px`` is inferred from neighbours, or the identity of the marker is not sure.
     lost : bool
         So few were found that none can be told apart; ``px`` stays as it was.
     began_displaced : bool or None
-        Whether the first frame showed the marks away from the reference or could not be matched to
-        it; None before that frame.
+        Whether the first frame showed the markers away from the reference or could not be matched
+        to it; None before that frame.
     """
 
     def __init__(self, reference_px: Array, *, compiled: bool = False) -> None:
         self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
         count = len(self.reference_px)
         self._around: Neighbourhood | None = None
-        if count >= FEWEST_MARKS:
+        if count >= FEWEST_MARKERS:
             self._around = Neighbourhood.of(self.reference_px, compiled=compiled)
             self._low_px = self.reference_px.min(axis=0)
             self._high_px = self.reference_px.max(axis=0)
@@ -74,7 +74,7 @@ class MarkTracker:
         self._doubt_px = np.zeros(count)
 
     def follow(self, found_px: Array) -> None:
-        """Find the marks among (M, 2) detections; any may be missing, others too many."""
+        """Find the markers among (M, 2) detections; any may be missing, others too many."""
         found_px = np.asarray(found_px, np.float64).reshape(-1, 2)
         if self._around is None:
             self.lost = True
@@ -90,7 +90,7 @@ class MarkTracker:
         known = owner >= 0
         share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
         self.lost = bool(
-            np.count_nonzero(known) < max(FEWEST_MARKS, share * np.count_nonzero(scene.in_view))
+            np.count_nonzero(known) < max(FEWEST_MARKERS, share * np.count_nonzero(scene.in_view))
         )
         if self.lost:
             self.seen = self._followed = np.zeros(len(self.px), np.bool_)
@@ -102,7 +102,7 @@ class MarkTracker:
 
     def _explained(self, scene: Scene) -> tuple[Intp, bool]:
         count = len(self.px)
-        if len(scene.found_px) < FEWEST_MARKS:
+        if len(scene.found_px) < FEWEST_MARKERS:
             return np.full(count, NOBODY, np.intp), False
         sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
         owner, calm = (None, False) if self.lost else self._continued(scene, sought)
@@ -153,7 +153,7 @@ class MarkTracker:
         self.px, self._followed = px, followed
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
-        """Fill in the places of unseen marks: by step or by displacement, whichever is surer."""
+        """Fill in the places of unseen markers: by step or by displacement, whichever is surer."""
         trust = np.where(seen, 1.0, _WHISPER)
         for _ in range(2):
             expected_px = around.fit(step_px, trust)
@@ -169,7 +169,7 @@ class MarkTracker:
 
     @staticmethod
     def _strangeness(around: Neighbourhood, deviation: Array, seen: Bool) -> Array:
-        """How badly the seen marks around each one are told by their own neighbours, (N,) px."""
+        """How badly the seen markers around each one are told by their own neighbours, (N,) px."""
         distance = np.hypot(deviation[:, 0], deviation[:, 1])
         supported = around.supporters(seen) >= SUPPORT
         unknown = _UNSUPPORTED * around.pitch_px

@@ -52,8 +52,8 @@ class Clock:
     def note(self, readings: Sequence[Reading]) -> None:
         """Count the readings of a frame, one of each pipeline."""
         if len(self._frames) < LEAST_FRAMES:
-            # found marks are part of the work, so a repetition has to find them again
-            self._frames.append(replace(readings[0].frame, marks=None))
+            # found markers are part of the work, so a repetition has to find them again
+            self._frames.append(replace(readings[0].frame, marker_mask=None))
         if self._warm:
             for times, reading in zip(self._latency_ms, readings, strict=True):
                 times.append(reading.latency_ms)

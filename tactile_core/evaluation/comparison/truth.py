@@ -62,7 +62,7 @@ class Truth:
 def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
     """Return the arrays that both have and that can be told apart in numbers.
 
-    Lists of marks are left out: which of them is which is not known.
+    Lists of markers are left out: which of them is which is not known.
 
     Raises
     ------

@@ -19,7 +19,7 @@ from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 
-ACQUIRE, LAMPS, MARKS, SLOPES = "acquire", "lamps verified", "marks masked", "slopes"
+ACQUIRE, LAMPS, MARKERS, SLOPES = "acquire", "lamps verified", "markers masked", "slopes"
 WHOLE = "whole frame"
 
 
@@ -29,7 +29,7 @@ class Stream:
     What the camera sends costs as much whatever it shows, so an even image takes its way through
     the geometry, and the rendered frame follows. The frames show one contact that is dragged to and
     fro, as a live sensor sees: a new contact in each would be searched for anew by the steps that
-    follow marks and slip.
+    follow markers and slip.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Stream:
             with _timed(times, LAMPS):
                 self._condition.verify(frame)
         if self._condition.finder is not None:
-            with _timed(times, MARKS):
+            with _timed(times, MARKERS):
                 frame = self._condition.masked(frame)
         calibration = self._bundle.calibration
         with _timed(times, SLOPES):

@@ -40,7 +40,7 @@ class VirtualUnit:
     Attributes
     ----------
     frames : tuple of Frame
-        Balls pressed here and there; their marks are not found yet.
+        Balls pressed here and there; their markers are not found yet.
     stroke : tuple of Frame
         One ball that drags the skin to and fro, a pixel from frame to frame, over and over.
     """
@@ -102,7 +102,7 @@ def virtual_unit(
         presses_used=PRESSES,
         profile_hash=profile_hash(profile),
     )
-    frames = tuple(replace(press.frame, marks=None) for press in presses[:_KEPT_FRAMES])
+    frames = tuple(replace(press.frame, marker_mask=None) for press in presses[:_KEPT_FRAMES])
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
     held = BallPress(middle_px, ball_mm, _DEPTH_OF_BALL * ball_mm)
     stroke = tuple(take(held, seed, moved) for seed, moved in enumerate(_STROKE_PX))

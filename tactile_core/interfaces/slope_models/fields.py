@@ -20,7 +20,7 @@ def slope_field(
         function,
         table,
         reference.pixels,
-        reference.marks,
+        reference.marker_mask,
         full_scale=reference.full_scale,
         blur_px=blur_px,
         compiled=compiled,
@@ -30,5 +30,5 @@ def slope_field(
 def sampler_of(reference: Reference, blur_px: float) -> Sampler:
     """Prepare relative change and place of pixels, exactly as a function is given them."""
     return Sampler(
-        reference.pixels, reference.marks, full_scale=reference.full_scale, blur_px=blur_px
+        reference.pixels, reference.marker_mask, full_scale=reference.full_scale, blur_px=blur_px
     )

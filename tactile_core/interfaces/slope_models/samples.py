@@ -74,7 +74,7 @@ def thinned(
     presses : sequence of Press
         One at least.
     features_of : callable
-        Of pixels (H, W, K), marks, and N rows and columns; as :meth:`Sampler.features`.
+        Of pixels (H, W, K), markers, and N rows and columns; as :meth:`Sampler.features`.
     most : int
         So many pixels of all presses together.
     """
@@ -84,7 +84,7 @@ def thinned(
     for press in presses:
         pick = rng.permutation(len(press.rows))[:share]
         at = press.rows[pick], press.columns[pick]
-        features.append(features_of(press.frame.pixels, press.frame.marks, *at))
+        features.append(features_of(press.frame.pixels, press.frame.marker_mask, *at))
         sines.append(to_sines(press.gradients[pick]))
     return np.concatenate(features), np.concatenate(sines)
 

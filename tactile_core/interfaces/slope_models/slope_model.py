@@ -88,7 +88,7 @@ class SlopeModel(Generic[F]):
             or they have another full scale than each other.
         """
         check_fitting(frame, reference, self.shape)
-        gx, gy, _ = self._field(reference).measure(frame.pixels, frame.marks)
+        gx, gy, _ = self._field(reference).measure(frame.pixels, frame.marker_mask)
         return slopes_of(frame, gx, gy)
 
     def field(self, reference: Reference) -> SlopeField:
@@ -134,8 +134,8 @@ def slopes_of(frame: Frame, gx: Float32, gy: Float32, sure: Bool | None = None) 
         Where the model vouches for them.
     """
     valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
-    if frame.marks is not None:
-        valid &= skin_of(frame.marks)
+    if frame.marker_mask is not None:
+        valid &= skin_of(frame.marker_mask)
     measurable: Bool = valid.view(np.bool_)
     if sure is not None:
         measurable &= sure

@@ -58,8 +58,8 @@ def faithful(
         apart = []
         for press in some:
             at = press.rows, press.columns
-            gx, gy, _ = field.measure(press.frame.pixels, press.frame.marks)
-            exact = model(sampler.features(press.frame.pixels, press.frame.marks, *at))
+            gx, gy, _ = field.measure(press.frame.pixels, press.frame.marker_mask)
+            exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
             fast = to_sines(np.stack([gx[at], gy[at]], axis=1))
             apart.append(np.linalg.norm(fast - exact, axis=1))
         if np.concatenate(apart).mean() < FAITHFUL_SINE:

@@ -15,7 +15,7 @@ ROUND, SQUARE, TRIANGLE = 0, 1, 2
 
 @njit(**LOOP)
 def draw(centres: Any, turned: Any, size: float, shape: int, ink: float, bare: Float32) -> None:
-    """Darken a bare skin by printed marks.
+    """Darken a bare skin by printed markers.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def draw(centres: Any, turned: Any, size: float, shape: int, ink: float, bare: F
     ink : float
         What is left of the light where all is covered.
     bare : (H, W) float32
-        Ones; overwritten where there are marks.
+        Ones; overwritten where there are markers.
     """
     rows, columns = bare.shape
     reach = size * 0.75 + 1

@@ -38,7 +38,7 @@ class Faults:
     scratches : int
         Furrows in the gel, which move with the skin.
     missing_markers, merged_markers : float
-        Share of the printed marks that have worn off, or have run into a neighbour.
+        Share of the printed markers that have worn off, or have run into a neighbour.
     overexposure : float
         Factor on the light; 3 makes most rigs saturate.
     dropped_frames : float
@@ -128,13 +128,13 @@ class Faults:
         return chance < self.slipped_frames
 
     def worn(self, count: int, seed: int) -> NDArray[np.bool_]:
-        """(count,) bool: marks that are missing."""
+        """(count,) bool: markers that are missing."""
         return np.asarray(
             np.random.default_rng([seed, 24]).random(count) < self.missing_markers, np.bool_
         )
 
     def joined(self, centres: NDArray[np.float64], seed: int) -> NDArray[np.int_]:
-        """(M, 2) int: pairs of neighbouring marks that have run together."""
+        """(M, 2) int: pairs of neighbouring markers that have run together."""
         chosen = np.random.default_rng([seed, 27]).random(len(centres)) < self.merged_markers / 2
         pairs = []
         for number in np.nonzero(chosen)[0]:

@@ -1,4 +1,4 @@
-"""Marks printed on the skin: where they are, and how they darken it."""
+"""Markers printed on the skin: where they are, and how they darken it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults
 
 SHAPES = ("round", "square", "triangle")
-"""What marks look like; compiled loops know them by their places here."""
+"""What markers look like; compiled loops know them by their places here."""
 
 _FURTHEST_SIZES = 0.75
 """No corner of any shape is further from its middle."""
@@ -27,7 +27,7 @@ _BRIDGED_PITCHES = 1.2
 
 
 @dataclass(frozen=True, eq=False)
-class Marks:
+class MarkerPrint:
     """The print of one gel.
 
     Attributes
@@ -38,12 +38,12 @@ class Marks:
     angles : (N,) float64
         By how much each is turned, rad from x towards y.
     size_px : float
-        Diameter of a round mark, side of a square or a triangle.
+        Diameter of a round marker, side of a square or a triangle.
     shape : {"round", "square", "triangle"}
     worn : (N,) bool
-        Marks that are missing.
+        Markers that are missing.
     joined : (M, 2) int
-        Pairs of marks whose ink has run together.
+        Pairs of markers whose ink has run together.
     """
 
     rest_px: Float64
@@ -54,12 +54,12 @@ class Marks:
     joined: NDArray[np.int_]
 
     @classmethod
-    def of(cls, profile: SensorBuild, faults: Faults, seed: int) -> Marks | None:
+    def of(cls, profile: SensorBuild, faults: Faults, seed: int) -> MarkerPrint | None:
         """Return the print that the profile's gel carries; None for a bare one."""
         told = profile.gel.markers
         if told is None:
             return None
-        image, look = profile.image, profile.optics.marks
+        image, look = profile.image, profile.optics.markers
         if isinstance(told, Markers):
             pitch, size = told.pitch_mm / image.mm_per_px, told.diameter_mm / image.mm_per_px
         else:
@@ -79,18 +79,18 @@ class Marks:
 
     @property
     def margin_px(self) -> int:
-        """How far around the image there are marks."""
+        """How far around the image there are markers."""
         lowest = self.rest_px.min()
         return max(0, int(np.floor(-lowest - self.size_px)))
 
     def cover(self, shape: tuple[int, int], centres_px: Float64) -> Float32:
-        """Draw the marks where they are now.
+        """Draw the markers where they are now.
 
         Parameters
         ----------
         shape : (height, width) in px
         centres_px : (N, 2) float
-            x and y. Marks whose place is not finite or lies outside are left out.
+            x and y. Markers whose place is not finite or lies outside are left out.
 
         Returns
         -------
@@ -114,12 +114,12 @@ class Marks:
         return np.ascontiguousarray(cover[beyond:-beyond, beyond:-beyond])
 
     def blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
-        """Places and turns of all ink within reach of an image: marks, and bridges between some.
+        """Places and turns of all ink within reach of an image: markers, and bridges between some.
 
         Parameters
         ----------
         centres_px : (N, 2) float
-            Where the marks are now.
+            Where the markers are now.
         shape : (height, width) in px
 
         Returns
@@ -133,7 +133,7 @@ class Marks:
         return centres[near], turned[near]
 
     def _all_blots(self, centres_px: Float64) -> tuple[Float64, Float64]:
-        """Places and turns of all ink: marks that have not worn off, and bridges between some."""
+        """Places and turns of all ink: markers that have not worn off, and bridges between some."""
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
         count = int(np.ceil(_BRIDGED_PITCHES * self._pitch_px / self.size_px))
         bridges = [first + (second - first) * k / (count + 1) for k in range(1, count + 1)]

@@ -112,9 +112,9 @@ class RigOptics:
 
     @property
     def markers_px(self) -> NDArray[np.float64]:
-        """(N, 2) centres of the printed marks at rest, x and y; some lie beyond the image."""
-        marks = self._membrane.marks
-        return np.zeros((0, 2)) if marks is None else marks.rest_px.copy()
+        """(N, 2) centres of the printed markers at rest, x and y; some lie beyond the image."""
+        markers = self._membrane.markers
+        return np.zeros((0, 2)) if markers is None else markers.rest_px.copy()
 
     def expose(
         self,
@@ -134,7 +134,7 @@ class RigOptics:
             How far the skin that is now at a pixel has moved, x right and y down. Carries print,
             grain and scratches.
         markers_px : (N, 2) float, optional
-            Where the marks of :attr:`markers_px` are now, in place of where the displacement
+            Where the markers of :attr:`markers_px` are now, in place of where the displacement
             carries them; NaN where one is out of sight.
         frame : int, optional
             Number of the frame, for its noise and its faults; the next one if left out.
@@ -182,7 +182,7 @@ class RigOptics:
         if markers_px is not None and np.shape(markers_px) != self.markers_px.shape:
             raise InputError(
                 f"markers_px has the shape {np.shape(markers_px)} where the print has "
-                f"{self.markers_px.shape}; give one place per mark, NaN for those out of sight"
+                f"{self.markers_px.shape}; give one place per marker, NaN for those out of sight"
             )
         loops = kernels.chosen(self._compiled)
         return self._membrane.state(height, displacement, markers_px, compiled=loops)

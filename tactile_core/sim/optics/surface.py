@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.markers import SHAPES, Marks
+from tactile_core.sim.optics.markers import SHAPES, MarkerPrint
 
 _MARGIN = 0.1
 """Surface around the image, of its width, which shear may bring into it."""
@@ -97,7 +97,7 @@ class Membrane:
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
         self._ink = coat.ink
-        self.marks = Marks.of(profile, faults, seed)
+        self.markers = MarkerPrint.of(profile, faults, seed)
         self.rest_mm: Float32 | None = None
         self._rest_slopes: Float32 | None = None
         if profile.gel.radius_mm is not None:
@@ -116,9 +116,11 @@ class Membrane:
         self._furrows = len(textures) if furrows is not None else None
         if furrows is not None:
             textures.append(furrows)
-        self._print = len(textures) if self.marks is not None else None
-        if self.marks is not None:
-            textures.append(self._inked(self.marks.cover(wide, self.marks.rest_px + self._margin)))
+        self._print = len(textures) if self.markers is not None else None
+        if self.markers is not None:
+            textures.append(
+                self._inked(self.markers.cover(wide, self.markers.rest_px + self._margin))
+            )
         # Images of up to four channels are carried in the time of one.
         self._textures = tuple(np.dstack(textures[k : k + 4]) for k in range(0, len(textures), 4))
         m = self._margin
@@ -131,28 +133,30 @@ class Membrane:
         self,
         height_mm: Float32,
         displacement_mm: Float32 | None = None,
-        marks_px: NDArray[np.float64] | None = None,
+        markers_px: NDArray[np.float64] | None = None,
         *,
         compiled: ModuleType | None = None,
     ) -> Surface:
         """Return the skin as it is now; parameters as for ``RigOptics.expose``."""
         textures = self._carried(displacement_mm)
         reflectance = None if self._print is None else _plane(textures, self._print)
-        if self.marks is not None and marks_px is not None:
-            reflectance = self._printed(self.marks, marks_px, compiled)
+        if self.markers is not None and markers_px is not None:
+            reflectance = self._printed(self.markers, markers_px, compiled)
         relief = height_mm
         if self._furrows is not None:
             relief = height_mm + _plane(textures, self._furrows)
         return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
     def _printed(
-        self, marks: Marks, marks_px: NDArray[np.float64], compiled: ModuleType | None
+        self, markers: MarkerPrint, markers_px: NDArray[np.float64], compiled: ModuleType | None
     ) -> Float32:
         if compiled is None:
-            return self._inked(marks.cover(self._shape, marks_px))
+            return self._inked(markers.cover(self._shape, markers_px))
         bare = np.ones(self._shape, np.float32)
-        centres, turned = marks.blots(marks_px, self._shape)
-        compiled.draw(centres, turned, marks.size_px, SHAPES.index(marks.shape), self._ink, bare)
+        centres, turned = markers.blots(markers_px, self._shape)
+        compiled.draw(
+            centres, turned, markers.size_px, SHAPES.index(markers.shape), self._ink, bare
+        )
         return bare
 
     def _inked(self, cover: Float32) -> Float32:

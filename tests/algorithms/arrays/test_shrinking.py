@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
 from tactile_core.algorithms.drift import channel_gains
-from tactile_core.algorithms.photometric import fill_marks
+from tactile_core.algorithms.photometric import fill_markers
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -27,13 +27,13 @@ def test_each_channel_is_shrunk_by_itself_and_keeps_its_mean(
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_marks_are_filled_under_six_lamps(dtype: type) -> None:
+def test_markers_are_filled_under_six_lamps(dtype: type) -> None:
     levels = np.array([60, 80, 100, 120, 140, 160])
     pixels = np.full((101, 133, 6), levels, dtype)
-    marks = np.zeros((101, 133), np.bool_)
-    marks[40:60, 50:70] = True
-    pixels[marks] = 5
-    filled = fill_marks(pixels, marks, 41)
+    markers = np.zeros((101, 133), np.bool_)
+    markers[40:60, 50:70] = True
+    pixels[markers] = 5
+    filled = fill_markers(pixels, markers, 41)
     assert filled.dtype == dtype
     np.testing.assert_allclose(filled[50, 60], levels, atol=2)
 

@@ -1,4 +1,4 @@
-"""The marks of one frame are found to a tenth of a pixel, whatever their shape and the light."""
+"""The markers of one frame are found to a tenth of a pixel, whatever their shape and the light."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def lattice(pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE) -> Array
 
 
 def photograph(centres: Array, size_px: float, outline: str, *, seed: int = 0) -> Array:
-    """Marks of one outline, each turned by chance, blurred, under uneven light and noise."""
+    """Markers of one outline, each turned by chance, blurred, under uneven light and noise."""
     rng = np.random.default_rng(seed)
     fine = np.zeros((SHAPE[0] * FINER, SHAPE[1] * FINER), np.uint8)
     for x, y in centres:
@@ -76,7 +76,7 @@ def misses(truth: Array, centres: Array) -> Array:
     st.floats(2.6, 3.5),
     st.integers(0, 2**32 - 1),
 )
-def test_every_mark_is_found_where_it_is_and_nothing_else(
+def test_every_marker_is_found_where_it_is_and_nothing_else(
     outline: str, size_px: float, ratio: float, seed: int
 ) -> None:
     truth = lattice(ratio * size_px, seed)
@@ -89,7 +89,7 @@ def test_every_mark_is_found_where_it_is_and_nothing_else(
 
 
 @pytest.mark.parametrize("gain", [0.4, 1.3])
-def test_drifting_light_moves_no_mark(gain: float) -> None:
+def test_drifting_light_moves_no_marker(gain: float) -> None:
     image = photograph(lattice(36, 1), 12, "square").astype(np.float32)
     centres, _ = found(image, 12, 36)
     drifted, _ = found(image * np.array([gain, 1, 1], np.float32), 12, 36)
@@ -104,7 +104,7 @@ def test_the_size_needs_to_be_known_only_roughly(told: float) -> None:
     assert misses(truth, centres).max() < 0.4
 
 
-def test_specks_and_thin_lines_are_no_marks() -> None:
+def test_specks_and_thin_lines_are_no_markers() -> None:
     truth = lattice(40, 3)
     image = photograph(truth, 13, "square")
     for x, y in truth[:5]:
@@ -114,7 +114,7 @@ def test_specks_and_thin_lines_are_no_marks() -> None:
     assert len(centres) == len(truth)
 
 
-def test_a_highlight_across_a_mark_leaves_it_one() -> None:
+def test_a_highlight_across_a_marker_leaves_it_one() -> None:
     truth = lattice(50, 4)
     image = photograph(truth, 17, "round", seed=4)
     x, y = np.rint(truth[9])
@@ -124,7 +124,7 @@ def test_a_highlight_across_a_mark_leaves_it_one() -> None:
     assert misses(truth[9:10], centres)[0] < 2
 
 
-def test_a_mark_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> None:
+def test_a_marker_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> None:
     truth = np.array([[60.0 + 40 * k, y] for y in (1.0, 40.0, 80.0, 120.0) for k in range(6)])
     for outline in ("round", "square"):
         centres, cut = found(photograph(truth, 14, outline), 14, 40)
@@ -143,7 +143,7 @@ def test_a_mark_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> No
     ],
     ids=["top", "bottom", "left", "right"],
 )
-def test_marks_are_completed_beyond_whichever_border_cuts_them(
+def test_markers_are_completed_beyond_whichever_border_cuts_them(
     turned: Callable[[Any], Any],
 ) -> None:
     truth = np.array([[60.0 + 40 * k, y] for y in (1.0, 40.0, 80.0, 120.0) for k in range(6)])
@@ -156,7 +156,7 @@ def test_marks_are_completed_beyond_whichever_border_cuts_them(
     assert misses(np.stack([x, y], 1), centres[cut]).max() < 1.2
 
 
-def test_shading_a_third_as_dark_as_the_print_is_no_mark() -> None:
+def test_shading_a_third_as_dark_as_the_print_is_no_marker() -> None:
     truth = lattice(30, 6)
     image = photograph(truth, 10, "round").astype(np.float32)
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
@@ -175,7 +175,7 @@ def test_every_colour_has_the_same_say_in_how_bright_a_pixel_is(dtype: type) -> 
 
 
 @pytest.mark.parametrize("level", [0, 5, 128, 255])
-def test_a_skin_without_marks_shows_none(level: int) -> None:
+def test_a_skin_without_markers_shows_none(level: int) -> None:
     noise = np.random.default_rng(0).normal(0, 1, (*SHAPE, 3))
     centres, cut = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12, 36)
     assert centres.shape == (0, 2)
@@ -184,15 +184,15 @@ def test_a_skin_without_marks_shows_none(level: int) -> None:
 
 def in_view(stage: VirtualStage, size_px: float, border_px: float) -> Array:
     shape = stage.profile.image.height_px, stage.profile.image.width_px
-    marks = stage.truth().markers_px
-    inside = (marks > border_px).all(1) & (marks < np.array(shape[::-1]) - border_px).all(1)
-    return np.asarray(marks[inside])
+    markers = stage.truth().markers_px
+    inside = (markers > border_px).all(1) & (markers < np.array(shape[::-1]) - border_px).all(1)
+    return np.asarray(markers[inside])
 
 
 @pytest.mark.parametrize("outline", ["round", "square", "triangle"])
 @pytest.mark.parametrize("layout", ["grid", "quasi_random"])
-def test_virtual_marks_are_found_at_rest_and_under_a_press(outline: str, layout: str) -> None:
-    look = {"optics": {"marks": {"shape": outline, "layout": layout}}}
+def test_virtual_markers_are_found_at_rest_and_under_a_press(outline: str, layout: str) -> None:
+    look = {"optics": {"markers": {"shape": outline, "layout": layout}}}
     stage = VirtualStage("hex_fingertip", seed=11, overrides=look)
     size_px, pitch_px = 0.4 / 0.0276, 1.1 / 0.0276
     for depth_mm, limit_px in ((0.0, 0.1), (0.6, 0.15)):
@@ -208,7 +208,7 @@ def test_virtual_marks_are_found_at_rest_and_under_a_press(outline: str, layout:
         assert misses(centres[~cut], in_view(stage, size_px, 0)).max() < 1
 
 
-def test_worn_marks_are_absent_and_merged_ones_are_two() -> None:
+def test_worn_markers_are_absent_and_merged_ones_are_two() -> None:
     faults = Faults(missing_markers=0.08, merged_markers=0.05)
     stage = VirtualStage("hex_fingertip", seed=4, faults=faults)
     size_px, pitch_px = 0.4 / 0.0276, 1.1 / 0.0276
@@ -229,7 +229,7 @@ def read(path: Path) -> Array:
 
 
 def of_recording(path: Path) -> list[tuple[Array, Array]]:
-    """The marks of each frame of a folder, size and pitch found in the first."""
+    """The markers of each frame of a folder, size and pitch found in the first."""
     frames = [read(file) for file in sorted(path.iterdir())]
     layout = find_marker_diameter(frames[0])
     assert layout is not None
@@ -251,7 +251,7 @@ def test_all_dots_of_a_real_fingertip_are_found_and_no_dirt(recordings: Path) ->
 
 
 @pytest.mark.recordings
-def test_marks_agree_with_the_labels_of_another_tracker(recordings: Path) -> None:
+def test_markers_agree_with_the_labels_of_another_tracker(recordings: Path) -> None:
     folder = recordings / "markers" / "mini"
     labels = defaultdict(list)
     with (folder / "markers.csv").open() as file:
@@ -268,7 +268,7 @@ def test_marks_agree_with_the_labels_of_another_tracker(recordings: Path) -> Non
 
 @pytest.mark.recordings
 @pytest.mark.parametrize("trial", ["object001/067_00_mm", "object003/052_050_mm"])
-def test_faint_and_speckled_marks_stay_found_through_a_lift(recordings: Path, trial: str) -> None:
+def test_faint_and_speckled_markers_stay_found_through_a_lift(recordings: Path, trial: str) -> None:
     seen = of_recording(recordings / "slip" / "grasp_lift" / trial)
     before = seen[0][0][~seen[0][1]]
     assert len(before) > 60

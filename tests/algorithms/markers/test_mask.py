@@ -35,8 +35,8 @@ def coloured_light(shape: tuple[int, int]) -> Array:
     return np.stack([90 + 90 * u, 180 - 110 * v, 150 - 80 * u + 40 * v], axis=2)
 
 
-def photograph(light: Array, marks: Bool, *, ink: float = 0.3, seed: int = 0) -> Array:
-    shade = cv2.GaussianBlur(np.where(marks, ink, 1.0), (0, 0), 0.7)
+def photograph(light: Array, markers: Bool, *, ink: float = 0.3, seed: int = 0) -> Array:
+    shade = cv2.GaussianBlur(np.where(markers, ink, 1.0), (0, 0), 0.7)
     noise = np.random.default_rng(seed).normal(0, 1.5, light.shape)
     return np.asarray(np.clip(np.rint(light * shade[..., None] + noise), 0, 255), np.uint8)
 
@@ -55,18 +55,18 @@ def dilated(mask: Bool, px: int) -> Bool:
 def test_dots_are_masked_with_their_rim_and_little_else(
     diameter_px: float, ink: float, seed: int
 ) -> None:
-    marks = dots((240, 320), 3.5 * diameter_px, diameter_px)
-    image = photograph(coloured_light(marks.shape), marks, ink=ink, seed=seed)
+    markers = dots((240, 320), 3.5 * diameter_px, diameter_px)
+    image = photograph(coloured_light(markers.shape), markers, ink=ink, seed=seed)
     mask = marker_mask(image, diameter_px=diameter_px)
     assert mask.dtype == bool
-    assert mask[marks].mean() > 0.99
-    assert not (mask & ~dilated(marks, 6)).any()
+    assert mask[markers].mean() > 0.99
+    assert not (mask & ~dilated(markers, 6)).any()
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_the_mask_does_not_depend_on_how_intensities_are_stored(dtype: type) -> None:
-    marks = dots((120, 160), 30, 10)
-    image = photograph(coloured_light(marks.shape), marks)
+    markers = dots((120, 160), 30, 10)
+    image = photograph(coloured_light(markers.shape), markers)
     scale = 16 if dtype is np.uint16 else 1
     mask = marker_mask((image.astype(np.float64) * scale).astype(dtype), diameter_px=10)
     agree = mask == marker_mask(image, diameter_px=10)
@@ -74,10 +74,10 @@ def test_the_mask_does_not_depend_on_how_intensities_are_stored(dtype: type) -> 
 
 
 def test_one_channel_is_as_good_as_three() -> None:
-    marks = dots((120, 160), 30, 10)
-    image = photograph(coloured_light(marks.shape), marks)[..., :1]
-    assert marker_mask(image, diameter_px=10)[marks].all()
-    assert marker_mask(image[..., 0], diameter_px=10)[marks].all()
+    markers = dots((120, 160), 30, 10)
+    image = photograph(coloured_light(markers.shape), markers)[..., :1]
+    assert marker_mask(image, diameter_px=10)[markers].all()
+    assert marker_mask(image[..., 0], diameter_px=10)[markers].all()
 
 
 def test_the_shading_of_a_contact_is_no_dot() -> None:
@@ -93,8 +93,8 @@ def test_the_shading_of_a_contact_is_no_dot() -> None:
 @settings(max_examples=10, deadline=None)
 @given(st.floats(4, 16), st.floats(2.5, 3.5), st.integers(0, 2**32 - 1))
 def test_size_and_pitch_are_found(diameter_px: float, ratio: float, seed: int) -> None:
-    marks = dots((240, 320), ratio * diameter_px, diameter_px)
-    found = find_marker_diameter(photograph(coloured_light(marks.shape), marks, seed=seed))
+    markers = dots((240, 320), ratio * diameter_px, diameter_px)
+    found = find_marker_diameter(photograph(coloured_light(markers.shape), markers, seed=seed))
     assert found is not None
     assert found[0] == pytest.approx(diameter_px, rel=0.2, abs=0.7)
     assert found[1] == pytest.approx(ratio * diameter_px, rel=0.03)
@@ -115,12 +115,12 @@ def test_spots_that_nearly_touch_are_a_weave_and_no_print(ratio: float) -> None:
 
 
 def test_specks_strewn_at_random_are_no_markers() -> None:
-    marks = np.zeros((240, 320), bool)
+    markers = np.zeros((240, 320), bool)
     rng = np.random.default_rng(0)
     for x, y in rng.uniform(10, 230, (60, 2)):
         yy, xx = np.mgrid[:240, :320]
-        marks |= np.hypot(xx - x, yy - y) < 4
-    assert find_marker_diameter(photograph(coloured_light(marks.shape), marks)) is None
+        markers |= np.hypot(xx - x, yy - y) < 4
+    assert find_marker_diameter(photograph(coloured_light(markers.shape), markers)) is None
 
 
 @pytest.mark.parametrize("call", [find_marker_diameter, lambda p: marker_mask(p, diameter_px=5)])

@@ -66,20 +66,20 @@ def test_two_contacts_within_the_view_stay_two() -> None:
     assert not mask[:, 40].any()
 
 
-def test_neither_noise_nor_marks_that_moved_are_a_contact() -> None:
+def test_neither_noise_nor_markers_that_moved_are_a_contact() -> None:
     rng = np.random.default_rng(1)
     now = REST + rng.normal(0, 0.005, REST.shape).astype(np.float32)
     now[5::10, 5::10] -= 0.3
     now[5::10, 6::10] += 0.3
-    marks = np.stack(np.meshgrid(np.arange(5, 80, 10), np.arange(5, 60, 10)), -1).reshape(-1, 2)
-    hidden = covered(marks, 1.0, SHAPE)
+    markers = np.stack(np.meshgrid(np.arange(5, 80, 10), np.arange(5, 60, 10)), -1).reshape(-1, 2)
+    hidden = covered(markers, 1.0, SHAPE)
     assert not touched_within(light_change(now, REST, hidden), least=0.02).any()
 
 
-def test_marks_do_not_break_a_ring_of_changed_light() -> None:
+def test_markers_do_not_break_a_ring_of_changed_light() -> None:
     change = 0.1 * (np.abs(RADIUS - 14) < 1.5)[..., None].astype(np.float32)
-    marks = np.stack(np.meshgrid(np.arange(2, 80, 5), np.arange(2, 60, 5)), -1).reshape(-1, 2)
-    hidden = covered(marks, 1.0, SHAPE)
+    markers = np.stack(np.meshgrid(np.arange(2, 80, 5), np.arange(2, 60, 5)), -1).reshape(-1, 2)
+    hidden = covered(markers, 1.0, SHAPE)
     seen = light_change(REST + change, REST, NOWHERE)
     between = light_change(REST + change, REST, hidden)
     assert _overlap(touched_within(between, least=0.02), touched_within(seen, least=0.02)) > 0.85

@@ -9,7 +9,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.timing import Benches, bench
-from tactile_core.evaluation.timing.stream import ACQUIRE, LAMPS, MARKS, SLOPES, WHOLE, Stream
+from tactile_core.evaluation.timing.stream import ACQUIRE, LAMPS, MARKERS, SLOPES, WHOLE, Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
@@ -67,7 +67,7 @@ def test_the_stages_together_measure_what_the_pipeline_measures(unit: VirtualUni
 
 def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
     steps = ["height", "contact", "markers", "tracking", "displacement", "slip"]
-    assert list(Stream(unit).staged()) == [ACQUIRE, MARKS, SLOPES, *steps]
+    assert list(Stream(unit).staged()) == [ACQUIRE, MARKERS, SLOPES, *steps]
 
 
 def test_what_is_timed_is_a_contact_that_drags_the_skin_and_is_followed() -> None:
@@ -75,16 +75,16 @@ def test_what_is_timed_is_a_contact_that_drags_the_skin_and_is_followed() -> Non
     stream = Stream(unit)
     for frame in unit.stroke:
         measured = stream.through(frame, {})
-        field, marks, contact, slip = (
+        field, markers, contact, slip = (
             measured[kind] for kind in (DisplacementField, MarkerField, ContactMask, SlipState)
         )
         assert isinstance(contact, ContactMask)
         assert isinstance(field, DisplacementField)
-        assert isinstance(marks, MarkerField)
+        assert isinstance(markers, MarkerField)
         assert isinstance(slip, SlipState)
         assert contact.mask.any()
-        assert marks.seen.sum() > 100
-        assert marks.seen.mean() > 0.9
+        assert markers.seen.sum() > 100
+        assert markers.seen.mean() > 0.9
         assert field.mm[contact.mask][:, 0].mean() > 0.5 * unit.profile.image.mm_per_px
         assert slip.state != "none"
         assert slip.entropy_bits is not None

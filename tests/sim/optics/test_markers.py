@@ -19,7 +19,7 @@ def printed(shape: str = "round", layout: str = "grid", **more: object) -> Profi
             "sensor": QUIET,
             "coat": {"grain": 0.0, "ink": 0.0},
             "lamps": {"scatter": 1.0},
-            "marks": {"shape": shape, "layout": layout},
+            "markers": {"shape": shape, "layout": layout},
         }
         | more,
     )
@@ -32,7 +32,7 @@ def ink(optics: RigOptics, *state: object) -> np.ndarray:
 
 
 def centres(cover: np.ndarray) -> np.ndarray:
-    """(N, 2) centroids of the marks that lie wholly in the image."""
+    """(N, 2) centroids of the markers that lie wholly in the image."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats((cover > 0.02).astype(np.uint8))
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     found = []
@@ -45,14 +45,14 @@ def centres(cover: np.ndarray) -> np.ndarray:
 
 
 def off_px(found: np.ndarray, told: np.ndarray) -> float:
-    """Largest distance of a mark that is seen from the nearest one that is told."""
+    """Largest distance of a marker that is seen from the nearest one that is told."""
     between = np.linalg.norm(found[:, None] - told[None], axis=2)
     return float(between.min(1).max())
 
 
 @pytest.mark.parametrize("shape", ["round", "square", "triangle"])
 @pytest.mark.parametrize("layout", ["grid", "quasi_random"])
-def test_marks_are_where_they_are_told(shape: str, layout: str) -> None:
+def test_markers_are_where_they_are_told(shape: str, layout: str) -> None:
     optics = RigOptics(printed(shape, layout), seed=2)
     found = centres(ink(optics))
     assert len(found) > 20
@@ -63,7 +63,7 @@ def test_marks_are_where_they_are_told(shape: str, layout: str) -> None:
     ("shape", "area_mm2"),
     [("round", np.pi / 4), ("square", 1.0), ("triangle", np.sqrt(3) / 4)],
 )
-def test_marks_have_the_area_that_their_size_tells(shape: str, area_mm2: float) -> None:
+def test_markers_have_the_area_that_their_size_tells(shape: str, area_mm2: float) -> None:
     optics = RigOptics(printed(shape))
     places = np.full_like(optics.markers_px, np.nan)
     places[0] = 70.2, 50.7
@@ -72,13 +72,13 @@ def test_marks_have_the_area_that_their_size_tells(shape: str, area_mm2: float) 
 
 
 @given(x=st.floats(-0.8, 0.8), y=st.floats(-0.8, 0.8))
-def test_marks_move_with_the_skin(x: float, y: float) -> None:
+def test_markers_move_with_the_skin(x: float, y: float) -> None:
     optics = RigOptics(printed())
     found = centres(ink(optics, shift(x, y)))
     assert off_px(found, optics.markers_px + np.array([x, y]) / SCALE_MM) < 0.1
 
 
-def test_marks_may_be_placed_one_by_one() -> None:
+def test_markers_may_be_placed_one_by_one() -> None:
     optics = RigOptics(printed())
     places = np.full_like(optics.markers_px, np.nan)
     places[7] = 60.3, 41.6
@@ -86,7 +86,7 @@ def test_marks_may_be_placed_one_by_one() -> None:
     np.testing.assert_allclose(found, [[60.3, 41.6]], atol=0.1)
 
 
-def test_the_marks_of_2015_are_triangles_a_millimetre_apart() -> None:
+def test_the_markers_of_2015_are_triangles_a_millimetre_apart() -> None:
     profile = load_profile("baxter_fingertip_marked")
     image = profile.image
     shape = (image.height_px, image.width_px)
@@ -103,7 +103,7 @@ def test_the_marks_of_2015_are_triangles_a_millimetre_apart() -> None:
     assert np.sqrt(area_mm2 / (count - 1)) == pytest.approx(1.2, rel=0.1)
 
 
-def test_quasi_random_marks_keep_apart() -> None:
+def test_quasi_random_markers_keep_apart() -> None:
     places = RigOptics(printed(layout="quasi_random"), seed=4).markers_px * SCALE_MM
     between = np.linalg.norm(places[:, None] - places[None], axis=2)
     np.fill_diagonal(between, np.inf)
@@ -111,7 +111,7 @@ def test_quasi_random_marks_keep_apart() -> None:
     assert between.min(1).std() > 0.05 * PITCH_MM
 
 
-def test_marks_wear_off_and_run_together() -> None:
+def test_markers_wear_off_and_run_together() -> None:
     whole, worn, merged = (
         len(centres(ink(RigOptics(printed(), seed=3, faults=faults))))
         for faults in (Faults(), Faults(missing_markers=0.3), Faults(merged_markers=0.4))

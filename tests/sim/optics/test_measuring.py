@@ -10,7 +10,7 @@ import pytest
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.conditioning.marker_mask import MarkFinder
+from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.plugins.calibrators import calibrator_of
@@ -47,9 +47,9 @@ def test_held_out_presses_are_measured(
         return Frame(pixels, optics.channels, image.mm_per_px, optics.full_scale)
 
     untouched = average([frame(np.zeros(shape)) for _ in range(4)])
-    finder = MarkFinder.of(profile, untouched)
+    finder = MarkerFinder.of(profile, untouched)
     if finder is not None:
-        untouched = replace(untouched, marks=finder.find(untouched.pixels))
+        untouched = replace(untouched, marker_mask=finder.find(untouched.pixels))
 
     def press() -> tuple[Frame, np.ndarray, np.ndarray, np.ndarray]:
         """A frame, the true height and slopes, and where they count."""
@@ -61,8 +61,8 @@ def test_held_out_presses_are_measured(
         r_mm = np.hypot(x - centre[0], y - centre[1]) * image.mm_per_px
         inside = r_mm < SCORED * ball.contact_radius_mm
         if finder is not None:
-            seen = replace(seen, marks=finder.find(seen.pixels))
-            inside &= ~seen.marks
+            seen = replace(seen, marker_mask=finder.find(seen.pixels))
+            inside &= ~seen.marker_mask
         slope_y, slope_x = np.gradient(height, image.mm_per_px)
         return seen, height, np.dstack([slope_x, slope_y]), inside
 

@@ -1,4 +1,4 @@
-"""Marks printed on one's own gel."""
+"""Markers printed on one's own gel."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from tactile_core.scaffold.finding import Finding
 
 
 @dataclass(frozen=True)
-class FoundMarks:
-    """Typical mark in the resulting image."""
+class FoundMarkers:
+    """Typical marker in the resulting image."""
 
     diameter_px: float
     pitch_px: float
 
 
-def find_marks(exposures: Sequence[Pixels], name: str, pitch_mm: float | None) -> FoundMarks | None:
-    """Find whether marks are printed, and how large they are.
+def find_markers(
+    exposures: Sequence[Pixels], name: str, pitch_mm: float | None
+) -> FoundMarkers | None:
+    """Find whether markers are printed, and how large they are.
 
     Parameters
     ----------
@@ -36,17 +38,17 @@ def find_marks(exposures: Sequence[Pixels], name: str, pitch_mm: float | None) -
     Raises
     ------
     InputError
-        A pitch is given, and it is not positive or there are no marks.
+        A pitch is given, and it is not positive or there are no markers.
     """
     if pitch_mm is not None and not pitch_mm > 0:
-        raise InputError(f"--marker-pitch-mm {pitch_mm:g}: marks lie apart by more than nothing")
+        raise InputError(f"--marker-pitch-mm {pitch_mm:g}: markers lie apart by more than nothing")
     found = find_marker_diameter(_brightest(exposures))
     if found is None and pitch_mm is not None:
         raise InputError(
-            f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of marks; leave it out, or "
+            f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of markers; leave it out, or "
             f"give a sharper picture of the untouched gel"
         )
-    return None if found is None else FoundMarks(*found)
+    return None if found is None else FoundMarkers(*found)
 
 
 def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
@@ -56,18 +58,18 @@ def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
     return np.asarray((planes / level.astype(np.float32)).max(axis=2))
 
 
-def marks_finding(
-    marks: FoundMarks | None, parent: Profile, mm_per_px: float, name: str
+def markers_finding(
+    markers: FoundMarkers | None, parent: Profile, mm_per_px: float, name: str
 ) -> Finding | None:
-    """Put the marks into words; None where neither gel has any."""
-    if marks is not None:
-        pitch_mm, diameter_mm = marks.pitch_px * mm_per_px, marks.diameter_px * mm_per_px
+    """Put the markers into words; None where neither gel has any."""
+    if markers is not None:
+        pitch_mm, diameter_mm = markers.pitch_px * mm_per_px, markers.diameter_px * mm_per_px
         unlike = parent.gel.markers is None
         doubt = f" {parent.name}'s gel has none." if unlike else ""
         return Finding(
             "gel",
-            f"Printed marks, how far apart and how large: in {name} {marks.pitch_px:.1f} and "
-            f"{marks.diameter_px:.1f} px.{doubt}",
+            f"Printed markers, how far apart and how large: in {name} {markers.pitch_px:.1f} and "
+            f"{markers.diameter_px:.1f} px.{doubt}",
             {
                 "markers": {
                     "pitch_mm": float(f"{pitch_mm:.3g}"),
@@ -80,8 +82,8 @@ def marks_finding(
         return None
     return Finding(
         "gel",
-        f"{name} shows no lattice of marks, though {parent.name}'s gel has one; if this one has "
-        f"marks, say {{pitch_mm: …, diameter_mm: …}}, or they will look like dents.",
+        f"{name} shows no lattice of markers, though {parent.name}'s gel has one; if this one has "
+        f"markers, say {{pitch_mm: …, diameter_mm: …}}, or they will look like dents.",
         {"markers": None},
         noted=True,
     )

@@ -26,10 +26,10 @@ from tactile_core.algorithms.contact import _without_specks
 from tactile_core.algorithms.displacement import decomposed
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.kriging import Kriging
+from tactile_core.algorithms.marker_tracking.pairing import paired
 from tactile_core.algorithms.markers.spots import _moments
 from tactile_core.algorithms.photometric import fill_markers
 from tactile_core.algorithms.poisson.laplacian import DftLaplacian, FftLaplacian
-from tactile_core.algorithms.tracking.pairing import paired
 from tactile_core.algorithms.validity import two_within
 
 Array = NDArray[Any]

@@ -1,8 +1,8 @@
 """Markers followed: ``python benchmarks/marker_tracking.py [DATA] [--frames N] [--seed S]``.
 
-The real rows find markers with ``core.markers`` and follow them with ``core.tracking`` from the
-first frame on; the labels of ``markers/mini`` are another tracker's. The virtual rows follow
-markers of a skin that is dragged, of which a third is missing, among specks.
+The real rows detect markers with ``core.markers`` and track them with ``core.marker_tracking``
+from the first frame on; the labels of ``markers/mini`` are another tracker's. The virtual rows
+track markers of a sheared gel surface, of which a third is missing, among specks.
 """
 
 from __future__ import annotations

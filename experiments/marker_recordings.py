@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from tactile_core import MarkerField, Reading, open_sensor
-from tactile_core.algorithms.tracking import MarkerTracker
+from tactile_core.algorithms.marker_tracking import MarkerTracker
 
 Array = NDArray[Any]
 
@@ -23,7 +23,7 @@ image: {{width_px: {}, height_px: {}, mm_per_px: 0.05}}
 gel: {{markers: auto}}
 estimators:
   markers: {{use: core.markers}}
-  tracking: {{use: core.tracking}}
+  tracking: {{use: core.marker_tracking}}
 """
 MINI, MINI_SIZE = "markers/mini/frames", (320, 240)
 IRREGULAR, IRREGULAR_SIZE = "markers/irregular_markers.avi", (960, 720)
@@ -48,7 +48,7 @@ def read(source: Path, size: tuple[int, int]) -> list[Reading]:
 
 
 def through(fields: list[MarkerField]) -> NDArray[np.bool_]:
-    """Which marks are seen in all frames."""
+    """Which markers are seen in all frames."""
     return np.asarray(np.all([field.seen for field in fields], axis=0))
 
 

@@ -35,7 +35,7 @@ class Smoothing:
     boxes_px : tuple of two int
         Sides of the two box filters that are applied in turn; 1 for none.
     around_px : int
-        Side of the neighbourhood that marks are filled from; 0 for a skin without markers.
+        Side of the neighbourhood that markers are filled from; 0 for a skin without markers.
     """
 
     boxes_px: tuple[int, int] = (5, 5)
@@ -43,7 +43,7 @@ class Smoothing:
 
     @classmethod
     def of(cls, reference_markers: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
-        """Smoothing with about this standard deviation, and marks as large as the reference's."""
+        """Smoothing with about this standard deviation, and markers as large as the reference's."""
         # A box of side n has the variance (n² − 1) / 12. The second may be the next larger one.
         first = 2 * int((np.sqrt(6 * blur_px**2 + 1) - 1) / 2) + 1
         pairs = [(n, m) for n in (first, first + 2) for m in (n, n + 2)]
@@ -117,7 +117,7 @@ class AroundMarkers:
     skin : (H, W) uint8
         From :func:`skin_of`.
     size_px : int
-        Side of the neighbourhood that marks are filled from.
+        Side of the neighbourhood that markers are filled from.
     """
 
     def __init__(self, skin: NDArray[np.uint8], size_px: int) -> None:

@@ -40,7 +40,7 @@ class Sampling:
     blur : float
         Standard deviation of the smoothing on the coarse grid, in its pixels.
     around_px : int
-        Side of the neighbourhood that marks are filled from, on the coarse grid; 0 for a skin
+        Side of the neighbourhood that markers are filled from, on the coarse grid; 0 for a skin
         without markers.
     """
 

@@ -60,7 +60,7 @@ def tactile_estimators() -> Mapping[str, str]:
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
         "slip": "tactile_core.builtin.slip:Slip",
-        "tracking": "tactile_core.builtin.tracking:Tracking",
+        "marker_tracking": "tactile_core.builtin.marker_tracking:MarkerTracking",
     }
 
 

@@ -12,7 +12,7 @@ from tactile_core.quantities import Gradients, HeightMap
 
 
 class RobustPoisson(Estimator):
-    """Integrates the slopes so that outliers, shadows and marks hardly bend the height.
+    """Integrates the slopes so that outliers, shadows and markers hardly bend the height.
 
     In place of ``core.poisson`` where slopes contradict each other: an attached shadow on one
     flank, highlights, dust, markers. It takes about ten times as long. The border is free, and rest

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.marker_tracking import MarkerTracker
+from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.marker_tracking.pairing import paired
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slope_field import SlopeField
-from tactile_core.algorithms.tracking import MarkerTracker
-from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import paired
 
 MM_PER_PX = 0.05
 AGREES = 1e-5

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
-from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY, paired
+from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.marker_tracking.pairing import NOBODY, paired
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

@@ -40,7 +40,7 @@ PROFILES = {
     "calibration: {use: core.polynomial, blur_px: 1}\nestimators: {height: {use: core.poisson}}\n",
     "marked": f"schema: 1\nname: marked\nextends: small.yaml\nimage: {_IMAGE}\n"
     "gel: {markers: {pitch_mm: 1.1, diameter_mm: 0.4}}\nestimators:\n"
-    "  markers: {use: core.markers}\n  tracking: {use: core.tracking}\n"
+    "  markers: {use: core.markers}\n  tracking: {use: core.marker_tracking}\n"
     "  displacement: {use: core.displacement}\n  slip: {use: core.slip}\n",
     "touched": "schema: 1\nname: touched\nextends: small.yaml\ncamera: {use: core.replay}\n"
     "calibration: {use: core.lookup_table}\nestimators: {height: {use: core.robust_poisson}}\n"

@@ -15,7 +15,7 @@ AREAS = (
     "integration",
     "contact",
     "markers",
-    "tracking",
+    "marker_tracking",
     "displacement",
     "slip",
     "simulator",

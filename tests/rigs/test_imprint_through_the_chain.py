@@ -29,7 +29,7 @@ image: {{width_px: {COLUMNS}, height_px: {ROWS}, mm_per_px: {MM_PER_PX}}}
 gel: {{markers: {{pitch_mm: {PITCH_PX * MM_PER_PX}, diameter_mm: {MARKER_PX * MM_PER_PX}}}}}
 estimators:
   markers: {{use: core.markers}}
-  tracking: {{use: core.tracking}}
+  tracking: {{use: core.marker_tracking}}
   displacement: {{use: core.displacement}}
   slip: {{use: core.slip}}
 """

@@ -21,7 +21,7 @@ STATIONS = {
     "tactile_core.conditioning.conditioning": ("Conditioning.__call__",),
     "tactile_core.pipeline.chain": ("Chain.run",),
     "tactile_core.builtin.markers": ("MarkerDetection.estimate",),
-    "tactile_core.builtin.tracking": ("Tracking.estimate",),
+    "tactile_core.builtin.marker_tracking": ("MarkerTracking.estimate",),
     "tactile_core.builtin.displacement": ("Displacement.estimate",),
     "tactile_core.builtin.slip": ("Slip.estimate",),
 }

@@ -36,7 +36,7 @@ def scene(
     noise: float = 0.0,
     seed: int = 0,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """An object's print where the object is, and marks where the skin is."""
+    """An object's print where the object is, and markers where the gel surface is."""
     pose = cv2.getRotationMatrix2D(CENTRE, -turn_deg, 1.0)
     pose[:, 2] += object_px
     printed = depth * cv2.warpAffine(TEXTURE, pose, (COLUMNS, ROWS))

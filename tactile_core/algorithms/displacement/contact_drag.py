@@ -1,7 +1,8 @@
-"""How a bonded layer moves when a contact pulls at it: the fields that marks are too far apart for.
+"""How a bonded layer moves under a contact: the displacement that markers are too sparse to show.
 
-Between two markers the skin bends sharply at a contact's border, for outside it nothing pulls.
-Where the contact is known, elasticity says how, whatever the object does inside.
+Between two markers the displacement bends sharply at the border of a contact, because nothing pulls
+outside it. Where the contact is known, elasticity predicts that bend, whatever the object does
+inside.
 """
 
 from __future__ import annotations

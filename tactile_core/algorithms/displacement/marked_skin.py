@@ -1,4 +1,4 @@
-"""The dense displacement field of a skin of which marks are followed."""
+"""The dense displacement field of a gel surface whose markers are tracked."""
 
 from __future__ import annotations
 

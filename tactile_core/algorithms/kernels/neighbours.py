@@ -1,4 +1,4 @@
-"""Kernels of :mod:`tactile_core.algorithms.tracking`."""
+"""Kernels of :mod:`tactile_core.algorithms.marker_tracking`."""
 
 from __future__ import annotations
 

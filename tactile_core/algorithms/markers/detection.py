@@ -63,7 +63,7 @@ def find_markers(
     diameter_px, pitch_px : float
         Size of a marker, and distance of neighbours, in the image.
     least : float
-        Share of light that marks take away, at least.
+        Share of light that markers take away, at least.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
 

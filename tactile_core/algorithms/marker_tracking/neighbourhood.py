@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.tracking.nearest import nearest
+from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 _NEIGHBOURS = 10
 _REACH = 1.3

@@ -8,9 +8,9 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.tracking.nearest import nearest
-from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY, paired
+from tactile_core.algorithms.marker_tracking.nearest import nearest
+from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.marker_tracking.pairing import NOBODY, paired
 
 FEWEST_MARKERS = 4
 """With fewer there is no telling which is which."""
@@ -92,7 +92,7 @@ class Scene:
         return _FREE_FLOOR / (1 + missing * left_over / len(known))
 
     def grown(
-        self, base_px: Array, owner: Intp, sought: Bool, *, rounds: int, boldly: bool
+        self, base_px: Array, owner: Intp, sought: Bool, *, rounds: int, relaxed: bool
     ) -> Intp:
         """Add markers beside known ones, and drop those that do not fit, until nothing changes.
 
@@ -106,8 +106,8 @@ class Scene:
             Markers that may be added.
         rounds : int
             At most.
-        boldly : bool
-            Accept what lies near enough at first; the tolerance judges it in the next round.
+        relaxed : bool
+            Use a wide gate for new markers; the tolerance rejects wrong ones in the next round.
         """
         around = self.around
         for _ in range(rounds):
@@ -122,7 +122,7 @@ class Scene:
             free[kept[kept >= 0]] = False
             left = np.flatnonzero(free)
             gate = _OPEN_GATE * self.room_px
-            if not boldly:
+            if not relaxed:
                 gate = np.minimum(gate, tolerance)
             wanted = sought & (kept < 0) & (around.supporters(kept >= 0) >= SUPPORT)
             new = self.paired(base_px + expected, np.where(wanted, gate, -1.0), self.found_px[left])

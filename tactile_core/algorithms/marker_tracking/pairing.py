@@ -6,7 +6,7 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Intp
-from tactile_core.algorithms.tracking.nearest import nearest
+from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 NOBODY = -1
 

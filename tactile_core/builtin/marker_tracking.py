@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.algorithms.tracking import FEWEST_MARKERS, MarkerTracker, shows_contact
+from tactile_core.algorithms.marker_tracking import FEWEST_MARKERS, MarkerTracker, shows_contact
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
@@ -20,12 +20,12 @@ _IN_CONTACT = (
 )
 
 
-class Tracking(Estimator):
+class MarkerTracking(Estimator):
     """Follows the markers of the reference from frame to frame.
 
-    A marker that is missing, or whose identity is not sure, is inferred from its neighbours and not
-    ``seen``; see :class:`tactile_core.algorithms.tracking.MarkerTracker`. Markers that the border
-    cuts in the reference help to tell the others apart and are not reported.
+    A marker that is missing, or whose identity is uncertain, is inferred from its neighbours and is
+    not ``seen``; see :class:`tactile_core.algorithms.marker_tracking.MarkerTracker`. Markers that
+    the border of the reference truncates help to distinguish the others and are not reported.
     """
 
     stateful: ClassVar[bool] = True

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.tracking.growth import BEYOND_DOUBT, FEWEST_MARKERS, SUPPORT, Scene
+from tactile_core.algorithms.marker_tracking.growth import (
+    BEYOND_DOUBT,
+    FEWEST_MARKERS,
+    SUPPORT,
+    Scene,
+)
 
 FEW_MISFITS = 3
 _GATE = 0.5

@@ -1,4 +1,4 @@
-"""core.tracking: markers of the reference, tare, and what it says when something is wrong."""
+"""core.marker_tracking: markers of the reference, tare, and what it says when it fails."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactile_core.builtin.tracking import Tracking
+from tactile_core.builtin.marker_tracking import MarkerTracking
 from tactile_core.errors import InputError, ProfileError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
@@ -34,18 +34,18 @@ def reference(places: np.ndarray = PLACES, cut: np.ndarray | None = None) -> Ref
 
 
 @pytest.fixture
-def step() -> Tracking:
-    return Tracking(Tracking.Options(), CONTEXT)
+def step() -> MarkerTracking:
+    return MarkerTracking(MarkerTracking.Options(), CONTEXT)
 
 
-def test_displacement_is_in_millimetres_since_the_reference(step: Tracking) -> None:
+def test_displacement_is_in_millimetres_since_the_reference(step: MarkerTracking) -> None:
     field = step.estimate(shown(PLACES + np.array([4.0, -2.0])), reference())
     assert field.displacement_mm == pytest.approx(np.tile([0.2, -0.1], (80, 1)), abs=1e-5)
     assert field.seen.all()
     assert field.timestamp_s == 1.5
 
 
-def test_after_a_tare_displacement_is_since_then(step: Tracking) -> None:
+def test_after_a_tare_displacement_is_since_then(step: MarkerTracking) -> None:
     step.estimate(shown(PLACES), reference())
     loaded = PLACES + np.array([5.0, 0.0])
     still = step.tare(step.estimate(shown(loaded), reference()))
@@ -58,12 +58,12 @@ def test_after_a_tare_displacement_is_since_then(step: Tracking) -> None:
     assert again.displacement_mm == pytest.approx(np.tile([0.25, 0.0], (80, 1)), abs=1e-5)
 
 
-def test_markers_cut_by_the_border_of_the_reference_are_not_reported(step: Tracking) -> None:
+def test_markers_cut_by_the_border_of_the_reference_are_not_reported(step: MarkerTracking) -> None:
     cut = PLACES[:, 0] == PLACES[:, 0].min()
     assert len(step.estimate(shown(PLACES), reference(cut=cut)).ids) == 72
 
 
-def test_a_frame_that_shows_too_little_says_so(step: Tracking) -> None:
+def test_a_frame_that_shows_too_little_says_so(step: MarkerTracking) -> None:
     step.estimate(shown(PLACES), reference())
     field = step.estimate(shown(PLACES[:2]), reference())
     assert not field.seen.any()
@@ -71,7 +71,7 @@ def test_a_frame_that_shows_too_little_says_so(step: Tracking) -> None:
     assert step.estimate(shown(PLACES), reference()).seen.all()
 
 
-def test_a_start_in_contact_is_said_once(step: Tracking) -> None:
+def test_a_start_in_contact_is_said_once(step: MarkerTracking) -> None:
     far = np.square(PLACES - PLACES.mean(axis=0)).sum(axis=1, keepdims=True)
     pressed = PLACES + 0.3 * (PLACES - PLACES.mean(axis=0)) * np.exp(-far / 40**2)
     first = step.estimate(shown(pressed), reference())
@@ -82,7 +82,7 @@ def test_a_start_in_contact_is_said_once(step: Tracking) -> None:
     assert not second.warnings()
 
 
-def test_a_reference_without_markers_is_refused(step: Tracking) -> None:
+def test_a_reference_without_markers_is_refused(step: MarkerTracking) -> None:
     with pytest.raises(InputError, match="the reference shows 0 markers"):
         step.estimate(shown(PLACES), reference(PLACES[:0]))
 
@@ -94,7 +94,7 @@ def profile(folder: Path, name: str, text: str) -> Path:
 
 
 def test_a_revision_without_markers_leaves_the_inherited_step_out(tmp_path: Path) -> None:
-    step = "estimators: {tracking: {use: core.tracking}}\n"
+    step = "estimators: {tracking: {use: core.marker_tracking}}\n"
     profile(tmp_path, "marked", f"extends: hex_fingertip\nname: marked\n{step}")
     bare = "extends: marked.yaml\nname: bare\ngel: {markers: null}\n"
     pipeline = Pipeline(load_profile(profile(tmp_path, "bare", bare)))
@@ -102,7 +102,7 @@ def test_a_revision_without_markers_leaves_the_inherited_step_out(tmp_path: Path
     assert any("no markers" in note and "tracking" in note for note in pipeline.notes)
 
 
-@pytest.mark.parametrize("step", ["markers", "tracking", "displacement"])
+@pytest.mark.parametrize("step", ["markers", "marker_tracking", "displacement"])
 def test_a_step_named_beside_a_gel_without_markers_is_a_mistake(tmp_path: Path, step: str) -> None:
     text = (
         "extends: hex_fingertip\nname: bare\ngel: {markers: null}\n"
@@ -114,7 +114,7 @@ def test_a_step_named_beside_a_gel_without_markers_is_a_mistake(tmp_path: Path, 
         load_profile(profile(tmp_path, "bare", text))
 
 
-def test_quantities_of_a_field_are_saved_by_the_contracts_names(step: Tracking) -> None:
+def test_quantities_of_a_field_are_saved_by_the_contracts_names(step: MarkerTracking) -> None:
     field = step.estimate(shown(PLACES), reference())
     assert isinstance(field, MarkerField)
     assert set(field.arrays()) > {

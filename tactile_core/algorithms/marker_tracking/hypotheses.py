@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.tracking.growth import FEWEST_MARKERS, Scene
-from tactile_core.algorithms.tracking.nearest import nearest
-from tactile_core.algorithms.tracking.pairing import NOBODY
+from tactile_core.algorithms.marker_tracking.growth import FEWEST_MARKERS, Scene
+from tactile_core.algorithms.marker_tracking.nearest import nearest
+from tactile_core.algorithms.marker_tracking.pairing import NOBODY
 
 _FIRST_GATE = 0.45
 _ALIKE = 0.3
@@ -71,8 +71,8 @@ def best_explanation(
             if any((seed == other).mean() > _SAME_SEED for other in beginnings):
                 continue
             beginnings.append(seed)
-            owner = scene.grown(base_px, seed, seeking, rounds=_GROWTH_ROUNDS, boldly=True)
-            owner = scene.grown(base_px, owner, seeking, rounds=_TIDYING_ROUNDS, boldly=False)
+            owner = scene.grown(base_px, seed, seeking, rounds=_GROWTH_ROUNDS, relaxed=True)
+            owner = scene.grown(base_px, owner, seeking, rounds=_TIDYING_ROUNDS, relaxed=False)
             owner = scene.sure(base_px, scene.whole(base_px, owner), certain)
             explanations.append((_score(scene, owner, last_px, momentum_px), owner))
     if not explanations:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from experiments.sheared_markers import Drag, counted
-from tactile_core.algorithms.tracking import MarkerTracker, shows_contact
+from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.regression import terms
-from tactile_core.algorithms.tracking.nearest import nearest
+from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 _FEWEST = 25
 _UNEVEN = 0.006
@@ -21,9 +21,9 @@ _NEAR, _FAR = 1.6, 2.3
 def shows_contact(places_px: NDArray[Any]) -> bool:
     """Say whether the spacing of markers varies as a contact stretches it.
 
-    Print is irregular from marker to mark, and a lens or a dome widens the spacing slowly over the
-    whole view. A contact does it in between: spacings two pitches apart are alike. A light press
-    does not show; False therefore does not promise untouched skin.
+    A print is irregular from marker to marker, and a lens or a dome widens the spacing slowly over
+    the whole view. A contact acts between these scales: spacings two pitches apart are alike. A
+    light press does not show, so that False does not guarantee an undeformed surface.
 
     Parameters
     ----------

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.tracking.beginning import FEW_MISFITS, begun
-from tactile_core.algorithms.tracking.growth import FEWEST_MARKERS, SUPPORT, Scene
-from tactile_core.algorithms.tracking.hypotheses import best_explanation
-from tactile_core.algorithms.tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.tracking.pairing import NOBODY
-from tactile_core.algorithms.tracking.sureness import Sureness
+from tactile_core.algorithms.marker_tracking.beginning import FEW_MISFITS, begun
+from tactile_core.algorithms.marker_tracking.confidence import Confidence
+from tactile_core.algorithms.marker_tracking.growth import FEWEST_MARKERS, SUPPORT, Scene
+from tactile_core.algorithms.marker_tracking.hypotheses import best_explanation
+from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.marker_tracking.pairing import NOBODY
 
 _MOMENTUM = 0.7
 _MISFITS = 0.12
 _LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
-_WHISPER = 0.02
-"""Say of a marker that is not seen, heard only where nobody is."""
+_UNSEEN_WEIGHT = 0.02
+"""Weight of a marker that is not seen; it matters only where no neighbour is seen."""
 
 _DOUBTFUL = 0.3
 """Of the room around a marker: it is not looked for where its place is less certain."""
@@ -69,7 +69,7 @@ class MarkerTracker:
         self.lost = False
         self.began_displaced: bool | None = None
         self._followed = self.seen
-        self._sureness = Sureness(count)
+        self._confidence = Confidence(count)
         self._momentum_px = np.zeros((count, 2))
         self._doubt_px = np.zeros(count)
 
@@ -129,14 +129,14 @@ class MarkerTracker:
         held = scene.whole(base_px, owner)
         if (held != owner).sum() > FEW_MISFITS:
             return None, False
-        owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, boldly=False))
+        owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, relaxed=False))
         return scene.sure(base_px, owner, self._followed), False
 
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp, calm: bool) -> None:
         followed = owner >= 0
         step_px, _ = scene.moved(self.px, owner)
         px = self.px + step_px
-        self.seen = self._sureness.judge(
+        self.seen = self._confidence.judge(
             scene,
             step_px,
             self._momentum_px,
@@ -148,13 +148,13 @@ class MarkerTracker:
         self._doubt_px = np.where(followed, 0.0, self._doubt_px)
         if not followed.all():
             self._infer(around, px, step_px, followed)
-            self._sureness.forget(scene, self._doubt_px, followed)
+            self._confidence.forget(scene, self._doubt_px, followed)
         self._momentum_px = _MOMENTUM * (px - self.px)
         self.px, self._followed = px, followed
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Fill in the places of unseen markers: by step or by displacement, whichever is surer."""
-        trust = np.where(seen, 1.0, _WHISPER)
+        trust = np.where(seen, 1.0, _UNSEEN_WEIGHT)
         for _ in range(2):
             expected_px = around.fit(step_px, trust)
             step_px[~seen] = expected_px[~seen]

@@ -1,11 +1,11 @@
-"""Whether a marker that is followed is itself beyond doubt."""
+"""Confidence in the identity of each marker that is tracked."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.tracking.growth import SUPPORT, Scene
+from tactile_core.algorithms.marker_tracking.growth import SUPPORT, Scene
 
 _LEAP, _STRANGE, _AGREEING = 0.3, 0.15, 0.2
 _UNSURE, _UNKNOWN = 0.1, 0.2
@@ -16,17 +16,17 @@ _ODD_WHEN_FREE = 6.0
 """Times the cube of what is free: a speck is likely only beside many gaps and impostors."""
 
 
-class Sureness:
-    """Remembers which marks are sure to be themselves.
+class Confidence:
+    """Remembers which markers are identified with confidence.
 
-    All limits are shares of the room around a marker. One is doubted when it leaps, moves unlike
-    the markers around it, or was inferred with a doubt meanwhile; sooner where few are around it,
-    and later where hardly one is missing, because it takes a gap to be mistaken. It is
-    sure again once its displacement is told by the sure markers around it, and twice so, in the
-    frames in which it is followed, when it leapt or when its place was unknown: in one frame, gaps
-    and chance can show a neighbour in its place. A marker that is off what its neighbours let
-    expect, further than they are, may be a speck: it is not seen in this frame, and no more is
-    concluded.
+    All limits are shares of the distance to the nearest other marker. A marker loses confidence
+    when it leaps, moves unlike its neighbours, or was inferred with doubt in earlier frames: sooner
+    where it has few neighbours, later where hardly any marker is missing, because only a gap lets a
+    neighbour be mistaken for it. It regains confidence once the confident markers around it predict
+    its displacement; after a leap, or when its place was unknown, they must do so in two of the
+    frames in which it is tracked, since gaps and chance can show a neighbour in its place in one
+    frame. A marker that deviates from its neighbours' prediction further than they do may be a
+    speck: it does not count as seen in this frame, and nothing else follows.
     """
 
     def __init__(self, count: int) -> None:
@@ -104,7 +104,7 @@ class Sureness:
 
     @staticmethod
     def _odd(scene: Scene, distance: Array, followed: Bool, granted_px: Array) -> Bool:
-        """Which marks are off what their neighbours let expect, and further than these are."""
+        """Markers that deviate from their neighbours' prediction, and further than these do."""
         free = _ODD_WHEN_FREE * scene.free_share(followed) ** 3
         limit_px = max(_ODD, free) * granted_px
         odd = distance > limit_px

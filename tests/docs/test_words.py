@@ -1,0 +1,50 @@
+"""Names, messages and pages use the words of the field."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDERS = (
+    "tactile_core",
+    "plugins",
+    "sensor_profiles",
+    "docs",
+    "examples",
+    "experiments",
+    "benchmarks",
+)
+TEXTS = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
+    *(
+        path
+        for folder in FOLDERS
+        for ending in ("py", "md", "yaml")
+        for path in sorted((ROOT / folder).rglob(f"*.{ending}"))
+    ),
+]
+
+AVOIDED = {
+    # a printed marker is a marker; to mark something, and a YAML error's mark, are other words
+    "markers": r"(?<!pytest\.)(?<!would )\bmarks?\b(?! (an|every|a|them|the|it|circles)\b)"
+    r"(?!\.line|\.column| = error| is not None| else|=pytest)",
+    "confidence": r"sureness",
+    "relaxed": r"\bboldly\b",
+    "weight": r"whisper",
+}
+"""What to write, and what not."""
+
+
+@pytest.mark.parametrize("word", AVOIDED)
+def test_no_text_has_a_word_of_its_own_for_it(word: str) -> None:
+    pattern = re.compile(AVOIDED[word], re.IGNORECASE)
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in TEXTS
+        for number, line in enumerate(path.read_text("utf-8").splitlines(), start=1)
+        if pattern.search(line)
+    ]
+    assert not found, f"write {word!r}:\n" + "\n".join(found)

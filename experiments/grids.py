@@ -91,7 +91,7 @@ def errors_deg(
     )
     press = folder / grids.press.format(unseen)
     pipeline = Pipeline(grids.profile, made.bundle)
-    profile, _ = played_back(pipeline.profile, press)
+    profile = played_back(pipeline.profile, press).profile
     pipeline = Pipeline(profile, made.bundle)
     (frame,) = read_frames(profile, press)
     grid = read_target(folder / grids.target.format(unseen)).at_scale(frame.mm_per_px)

@@ -91,7 +91,7 @@ def calibrate(
     if rows is not None and not is_height_map(target):
         raise InputError("--rows chooses rows of a height map; give it as --target, a .tmd file")
     base = profile if isinstance(profile, Profile) else load_profile(profile)
-    base, notes = played_back(base, presses)
+    base, notes, _ = played_back(base, presses)
     frames = list(read_frames(base, presses))
     untouched, stand_in = untouched_sensor(base, frames, reference, target)
     calibrator = calibrator_of(base.calibration, model)

@@ -77,7 +77,7 @@ def validate(
 ) -> None:
     """Check profiles and report every mistake with its line."""
     from tactile_core.errors import TactileError
-    from tactile_core.pipeline.pipeline import check_steps
+    from tactile_core.pipeline.profile_steps import check_steps
     from tactile_core.profiles.loader import load_profile
 
     failed = False
@@ -106,7 +106,7 @@ def doctor(
 ) -> None:
     """Say what is wrong with the plugins, and with a profile."""
     from tactile_core.errors import InputError
-    from tactile_core.pipeline.pipeline import check_steps
+    from tactile_core.pipeline.profile_steps import check_steps
     from tactile_core.pipeline.sensor import open_sensor
     from tactile_core.plugins.registry import list_plugins
     from tactile_core.profiles.loader import load_profile

@@ -14,6 +14,7 @@ from tactile_core.interfaces.estimator import EXTERNAL, Estimator
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.array_form import form_fault
+from tactile_core.quantities.fields import fields_of
 
 QuantityType = type[Quantity]
 
@@ -252,6 +253,8 @@ def declared_step(name: str, estimator: Estimator) -> Step:
     if any(optional for _, optional in gives):
         raise PluginError(f"{title}: the result of estimate() must be one quantity, never None")
     kinds = tuple(kind for kind, _ in gives)
+    for kind in kinds:
+        fields_of(kind)  # now, and not with the first frame
     return Step(name, estimator, tuple(takes), tuple(needs), kinds, frozenset(external))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
@@ -18,10 +18,11 @@ from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.chain import Chain, Step, without_markers
+from tactile_core.pipeline.chain import Chain, Step
 from tactile_core.pipeline.playback import make_lights
+from tactile_core.pipeline.profile_steps import chain_of
 from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
@@ -41,9 +42,6 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
 )
-
-_EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
-"""What may come with a frame of a calibrated unit; some calibrations give height directly."""
 
 _INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
 
@@ -303,7 +301,7 @@ class Pipeline:
             kind = resolve("estimator", component.use)
             with blame(f"step {name!r}", kind):
                 steps[name] = kind(options_of(kind, component), context)
-        return _chain_of(self.profile, steps)
+        return chain_of(self.profile, steps)
 
     def _with_detections(self, reference: Reference | None) -> Reference | None:
         """Add the markers of the untouched skin, found by the very step that finds a frame's."""
@@ -408,27 +406,6 @@ class Pipeline:
                 f"the {what} has {shape[2]} channels and the bundle was made for "
                 f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
             )
-
-
-def check_steps(profile: Profile) -> None:
-    """Refuse a profile whose steps make no chain, without making any of them.
-
-    Raises
-    ------
-    PluginError, ProfileError
-        As for a :class:`Pipeline` of this profile.
-    """
-    kinds = {name: resolve("estimator", step.use) for name, step in profile.estimators.items()}
-    # annotations are all that is asked of them
-    _chain_of(profile, {name: kind.__new__(kind) for name, kind in kinds.items()})
-
-
-def _chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:
-    """The chain, and the steps left out of it since the gel carries no markers."""
-    markless = without_markers(steps) if profile.gel.markers is None else []
-    chain = Chain({name: step for name, step in steps.items() if name not in markless})
-    chain.check(_EVER_GIVEN)
-    return chain, markless
 
 
 def _exposure_warnings(frame: Frame) -> tuple[str, ...]:

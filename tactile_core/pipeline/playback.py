@@ -51,7 +51,24 @@ def make_devices(profile: Profile) -> Devices:
     return Devices(made, make_lights(profile), _make_driver(profile) if made.live else None)
 
 
-def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]:
+class Playback(NamedTuple):
+    """A recording in place of a profile's camera.
+
+    Attributes
+    ----------
+    profile : Profile
+    notes : tuple of str
+        For the user.
+    observations : int or None
+        How many there are; None where only reading to the end would say.
+    """
+
+    profile: Profile
+    notes: tuple[str, ...]
+    observations: int | None
+
+
+def played_back(profile: Profile, path: Path) -> Playback:
     """Return the profile with a recording in place of its camera, and notes for the user."""
     count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
@@ -84,7 +101,8 @@ def played_back(profile: Profile, path: Path) -> tuple[Profile, tuple[str, ...]]
     camera = Component.model_validate(
         {"use": "core.replay", "path": path, "images_per_observation": count}
     )
-    return profile.model_copy(update={"camera": camera, "image": image}), notes
+    played = profile.model_copy(update={"camera": camera, "image": image})
+    return Playback(played, notes, recording.count)
 
 
 def observation_names(profile: Profile, path: Path) -> list[str]:
@@ -93,11 +111,6 @@ def observation_names(profile: Profile, path: Path) -> list[str]:
     if recording.video is not None:
         return [f"{path.stem}_{0:06d}"]
     return [observation.name for observation in recording.files]
-
-
-def observation_count(profile: Profile, path: Path) -> int | None:
-    """How many observations a recording holds; None where only reading it to the end would say."""
-    return open_recording(path, images_per_observation=images_per_observation(profile)).count
 
 
 def images_per_observation(profile: Profile) -> int:
@@ -112,7 +125,7 @@ def read_reference(profile: Profile, path: Path) -> Reference:
 
 def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
     """Yield the frames of a recording, in image coordinates."""
-    profile, _ = played_back(profile, path)
+    profile = played_back(profile, path).profile
     camera, illumination, _ = make_devices(profile)
     with camera:
         yield from Acquisition(camera, illumination, profile.image)

@@ -15,7 +15,6 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import (
     make_devices,
-    observation_count,
     played_back,
     read_reference,
 )
@@ -105,14 +104,14 @@ class Sensor:
         input: Path | str | None = None,
     ) -> None:
         self.notes: tuple[str, ...] = ()
+        count: int | None = None
         if input is not None:
-            profile, self.notes = played_back(profile, Path(input))
+            profile, self.notes, count = played_back(profile, Path(input))
         self.profile = profile
         self._serial = serial
         self._bundle = bundle
         self._given_reference = reference
         # loading compiled loops takes as long as they save on so many frames
-        count = None if input is None else observation_count(profile, Path(input))
         self._compiled = False if count is not None and count < _MANY_FRAMES else None
         self._camera, illumination, self._driver = make_devices(profile)
         self._acquisition = Acquisition(self._camera, illumination, profile.image, self._driver)

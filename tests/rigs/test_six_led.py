@@ -34,7 +34,7 @@ def unseen(recordings: Path) -> Scene:
         target=folder / "BGA-001" / "bgatarget.yaml",
         scored=False,
     )
-    profile, _ = played_back(load_profile("desktop_six_led"), folder / "BGA-002")
+    profile = played_back(load_profile("desktop_six_led"), folder / "BGA-002").profile
     (frame,) = read_frames(profile, folder / "BGA-002")
     grid = read_target(folder / "BGA-002" / "bgatarget.yaml").at_scale(frame.mm_per_px)
     return Pipeline(profile, made.bundle), frame, grid

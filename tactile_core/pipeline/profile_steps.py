@@ -1,0 +1,35 @@
+"""The chain that the steps of a profile make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.interfaces.estimator import Estimator
+from tactile_core.pipeline.chain import Chain, without_markers
+from tactile_core.plugins.registry import resolve
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
+
+_EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
+"""What may come with a frame of a calibrated unit; some calibrations give height directly."""
+
+
+def check_steps(profile: Profile) -> None:
+    """Refuse a profile whose steps make no chain, without making any of them.
+
+    Raises
+    ------
+    PluginError, ProfileError
+        As for a :class:`Pipeline` of this profile.
+    """
+    kinds = {name: resolve("estimator", step.use) for name, step in profile.estimators.items()}
+    # annotations are all that is asked of them
+    chain_of(profile, {name: kind.__new__(kind) for name, kind in kinds.items()})
+
+
+def chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:
+    """The chain, and the steps left out of it since the gel carries no markers."""
+    markless = without_markers(steps) if profile.gel.markers is None else []
+    chain = Chain({name: step for name, step in steps.items() if name not in markless})
+    chain.check(_EVER_GIVEN)
+    return chain, markless

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms import slope_field
+from tactile_core.algorithms.normal_xy import planes_to_gradient
 from tactile_core.algorithms.photometric import Smoothing
-from tactile_core.algorithms.sines import planes_to_gradient
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
@@ -42,10 +42,10 @@ def unit(shape: tuple[int, int]) -> tuple[list[Press], Reference]:
     for _ in range(PRESSES):
         cx, cy = (rng.uniform(0.2, 0.8) * side for side in shape[::-1])
         inside = np.hypot(x - cx, y - cy) < 0.75 * radius
-        sines = [np.where(inside, (centre - p) / radius, 0) for p, centre in ((x, cx), (y, cy))]
-        frame = Frame(light(*sines), CHANNELS, 0.05)
+        normal_xy = [np.where(inside, (centre - p) / radius, 0) for p, centre in ((x, cx), (y, cy))]
+        frame = Frame(light(*normal_xy), CHANNELS, 0.05)
         rows, columns = np.nonzero(inside)
-        known = np.stack([s[inside] for s in sines], 1)
+        known = np.stack([s[inside] for s in normal_xy], 1)
         slopes = known / np.sqrt(1 - (known**2).sum(1, keepdims=True))
         pixels = rows.astype(np.int32), columns.astype(np.int32)
         presses.append(Press(frame, *pixels, slopes.astype(np.float32)))
@@ -92,6 +92,6 @@ def bench_smoothing(benchmark):
     benchmark(Smoothing().apply, pixels, None, np.empty_like(pixels))
 
 
-def bench_sines_to_slopes(benchmark):
-    sines = np.random.default_rng(0).uniform(-0.4, 0.4, (3, 480, 640)).astype(np.float32)
-    benchmark(lambda: planes_to_gradient(sines[0].copy(), sines[1].copy(), sines[2]))
+def bench_normal_xy_to_slopes(benchmark):
+    normal_xy = np.random.default_rng(0).uniform(-0.4, 0.4, (3, 480, 640)).astype(np.float32)
+    benchmark(lambda: planes_to_gradient(normal_xy[0].copy(), normal_xy[1].copy(), normal_xy[2]))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.markers import darkness_of, find_markers, marker_mask
+from tactile_core.algorithms.markers import contrast_of, find_markers, marker_mask
 from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
 from tactile_core.algorithms.poisson.laplacian import Boundary, DftLaplacian, FftLaplacian
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
@@ -108,7 +108,7 @@ def test_find_markers(benchmark: Any, shape: tuple[int, int]) -> None:
     image = np.where(dots(shape, 40)[..., None], 40, np.array([120, 150, 100])).astype(np.uint8)
 
     def both() -> Any:
-        darkness = darkness_of(image, diameter_px=14)
-        return find_markers(darkness, shape, diameter_px=14, pitch_px=40)
+        contrast = contrast_of(image, diameter_px=14)
+        return find_markers(contrast, shape, diameter_px=14, pitch_px=40)
 
     benchmark(both)

@@ -44,24 +44,24 @@ def parts_ms(name: str, frames: int) -> list[float]:
     import numpy as np
 
     from tactile_core.profiles.loader import load_profile
+    from tactile_core.sim.gel_surface import GelSurface
     from tactile_core.sim.indenters import make_indenter
     from tactile_core.sim.kernels import chosen, load
     from tactile_core.sim.optics import RigOptics
-    from tactile_core.sim.skin import Skin
 
     one_thread()
     profile = load_profile(name, sim=True)
     compiled = load() is not None
-    skin, optics = Skin(profile, "fast"), RigOptics(profile, compiled=compiled)
-    skin.indent_with(make_indenter("sphere", diameter_mm=6.0), x_mm=-1.5)
-    skin.press(depth_mm=0.4)
+    surface, optics = GelSurface(profile, "fast"), RigOptics(profile, compiled=compiled)
+    surface.indent_with(make_indenter("sphere", diameter_mm=6.0), x_mm=-1.5)
+    surface.press(depth_mm=0.4)
     spent = []
     for number, dx_mm in zip(range(WARM_UP + frames), strides(), strict=False):
         clock = [time.process_time()]
-        skin.shear(dx_mm)
+        surface.shear(dx_mm)
         clock.append(time.process_time())
-        height, moved = skin.seen(chosen(compiled))
-        markers = skin.carried_px(optics.markers_px) if len(optics.markers_px) else None
+        height, moved = surface.seen(chosen(compiled))
+        markers = surface.carried_px(optics.markers_px) if len(optics.markers_px) else None
         clock.append(time.process_time())
         pixels = optics.expose(height, moved, markers, frame=number)
         clock.append(time.process_time())

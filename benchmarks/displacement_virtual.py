@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from slip_virtual import PROFILE, UNIT, calibrated, drawn, untouched
+from slip_virtual import PROFILE, UNIT, calibrated, drawn, undeformed
 
 from experiments.slip_sequences import Plan
 from tactile_core import Pipeline
@@ -70,14 +70,14 @@ def percent(measured_mm: NDArray[np.float32], truth: TrueState) -> float:
 def measured(plan: Plan, bundle: Path) -> list[Row]:
     """Measure one object's frames."""
     taken = frames(plan)
-    reference = untouched(next(taken)[0])
+    reference = undeformed(next(taken)[0])
     seeing, blind = (Pipeline(PROFILE, made, reference) for made in (Bundle.load(bundle), None))
     gel = seeing.profile.gel
     rows = []
     for frame, truth in taken:
         full, plain = seeing.process(frame), blind.process(frame)
         markers, seen = full[MarkerField], full[ContactMask].mask
-        skin = MarkedSurface(
+        surface = MarkedSurface(
             markers.reference_px,
             truth.contact.shape,
             mm_per_px=markers.mm_per_px,
@@ -85,7 +85,7 @@ def measured(plan: Plan, bundle: Path) -> list[Row]:
             poisson_ratio=gel.poisson_ratio or 0.48,
         )
         fields = (
-            skin.displacement(markers.px, markers.seen, truth.contact),
+            surface.displacement(markers.px, markers.seen, truth.contact),
             full[DisplacementField].mm,
             plain[DisplacementField].mm,
         )

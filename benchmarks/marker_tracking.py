@@ -20,24 +20,24 @@ from experiments.marker_recordings import (
     LIFTS,
     MINI,
     MINI_SIZE,
-    UNTOUCHED,
-    UNTOUCHED_SIZE,
+    UNDEFORMED,
+    UNDEFORMED_SIZE,
     against_labels,
     followed,
     read,
     thinned,
     through,
 )
-from experiments.sheared_markers import Drag, counted
+from experiments.sheared_markers import Shear, counted
 from tactile_core import MarkerDetections
 
 ROOT = Path(__file__).resolve().parents[1]
 
-DRAGS = {
-    "to 1 pitch, 0.35 a frame": Drag(1.0, 0.35, spurious=0.05),
-    "to 2 pitches, 0.35 a frame": Drag(2.0, 0.35, spurious=0.02),
-    "to 2 pitches, 0.35 a frame, no speck": Drag(2.0, 0.35, spurious=0.0),
-    "to 2 pitches, 0.7 a frame": Drag(2.0, 0.7, spurious=0.05),
+SHEARS = {
+    "to 1 pitch, 0.35 a frame": Shear(1.0, 0.35, spurious=0.05),
+    "to 2 pitches, 0.35 a frame": Shear(2.0, 0.35, spurious=0.02),
+    "to 2 pitches, 0.35 a frame, no speck": Shear(2.0, 0.35, spurious=0.0),
+    "to 2 pitches, 0.7 a frame": Shear(2.0, 0.7, spurious=0.05),
 }
 
 
@@ -60,10 +60,12 @@ def main() -> None:
             f"grasp_lift: {np.mean(lifts):.1%} through all frames (mean of {len(lifts)}),"
             f" worst {min(lifts):.1%}"
         )
-        count = len(read(options.data / UNTOUCHED, UNTOUCHED_SIZE)[0][MarkerDetections].centres_px)
+        count = len(
+            read(options.data / UNDEFORMED, UNDEFORMED_SIZE)[0][MarkerDetections].centres_px
+        )
         print(f"hex_fingertip/frame0: {count} found (90 told of, among them 3-4 spurious)")
-    for name, drag in DRAGS.items():
-        print(f"virtual, {name}: {counted(drag, options.frames, options.seed)}")
+    for name, shear in SHEARS.items():
+        print(f"virtual, {name}: {counted(shear, options.frames, options.seed)}")
 
 
 def mini(data: Path) -> None:

@@ -26,7 +26,7 @@ OBJECTS = {
     "screw": (0.3, {}),
 }
 FRICTIONS = (0.3, 0.6, 1.2, 3.0)
-DRAG_MM, TURN_DEG, INCREMENTS = 0.05, 1.0, 16
+SHEAR_MM, TURN_DEG, INCREMENTS = 0.05, 1.0, 16
 RATE_HZ = 30
 
 
@@ -39,7 +39,7 @@ def main() -> None:
         here = float(sticking[:, 1].max(initial=0.0))
         most = max(most, here)
         print(
-            f"{kind:10s} friction {friction:.1f} {'turned' if turned else 'dragged':8s}"
+            f"{kind:10s} friction {friction:.1f} {'turned' if turned else 'sheared':8s}"
             f" sticks at the end {told[-1, 0]:.2f}, lost {lost[-1]:.2f};"
             f" lost while half or more of it stuck {here:.3f}",
             flush=True,
@@ -70,7 +70,7 @@ def _sequence(kind: str, friction: float, turned: bool, seed: int) -> Iterator[t
         elif turned:
             stage.twist(TURN_DEG)
         else:
-            stage.shear(0.8 * DRAG_MM, 0.6 * DRAG_MM)
+            stage.shear(0.8 * SHEAR_MM, 0.6 * SHEAR_MM)
         truth = stage.truth()
         motion = follower.update(stage.frame().pixels, truth.markers_px, number / RATE_HZ)
         # while it is pressed, what is new always sticks to where it came down

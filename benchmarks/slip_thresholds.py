@@ -129,8 +129,8 @@ def shipped() -> Thresholds:
 def run(seed: int, share: float = 1.0, processes: int = 2) -> list[Judged]:
     """Simulate and judge the sequences of a seed."""
     counts = TRAINED if seed == TRAINING else JUDGED
-    dragged, turned = (max(6, round(share * count)) for count in counts)
-    wanted = plans(dragged, seed, turned=False) + plans(turned, seed, turned=True)
+    sheared, turned = (max(6, round(share * count)) for count in counts)
+    wanted = plans(sheared, seed, turned=False) + plans(turned, seed, turned=True)
     with ProcessPoolExecutor(processes) as pool:
         return list(pool.map(judged, wanted))
 

@@ -85,7 +85,7 @@ def _shot(stage: VirtualStage, *, moving: bool) -> Shot:
     return Shot(stage.frame(), moving, share)
 
 
-def untouched(frame: Frame) -> Reference:
+def undeformed(frame: Frame) -> Reference:
     """Make a reference of one frame."""
     return Reference(frame.pixels.astype(np.float32), frame.channels, frame.full_scale)
 
@@ -93,7 +93,7 @@ def untouched(frame: Frame) -> Reference:
 def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Judged]:
     """Measure one sequence, with each of some bundles or with none."""
     taken = shots(plan)
-    reference = untouched(next(taken).frame)
+    reference = undeformed(next(taken).frame)
     loaded = [None if folder is None else Bundle.load(folder) for folder in bundles]
     pipelines = [Pipeline(PROFILE, bundle, reference) for bundle in loaded]
     shares: list[float] = []

@@ -28,7 +28,7 @@ estimators:
 MINI, MINI_SIZE = "markers/mini/frames", (320, 240)
 IRREGULAR, IRREGULAR_SIZE = "markers/irregular_markers.avi", (960, 720)
 LIFTS, LIFT_SIZE = "slip/grasp_lift", (640, 480)
-UNTOUCHED, UNTOUCHED_SIZE = "three_colour/hex_fingertip/frame0.jpg", (640, 480)
+UNDEFORMED, UNDEFORMED_SIZE = "three_colour/hex_fingertip/frame0.jpg", (640, 480)
 LABELS_LAG = 9
 """The labels of frame k belong to image k + 9."""
 

@@ -14,7 +14,7 @@ def rows(data: Path) -> list[Row]:
     """Follow markers from the first frame on."""
     fields = marker_recordings.followed(data / marker_recordings.MINI, marker_recordings.MINI_SIZE)
     off_px, swapped = marker_recordings.against_labels(data, fields)
-    resting_px = np.hypot(*np.moveaxis(np.array([f.px - fields[0].px for f in fields]), -1, 0))
+    rest_px = np.hypot(*np.moveaxis(np.array([f.px - fields[0].px for f in fields]), -1, 0))
     kept = {"mini": float(100 * marker_recordings.through(fields).mean())}
     irregular = marker_recordings.followed(
         data / marker_recordings.IRREGULAR, marker_recordings.IRREGULAR_SIZE
@@ -29,7 +29,7 @@ def rows(data: Path) -> list[Row]:
             "nothing is fitted",
             {"mini": float(np.percentile(off_px, 95))},
             float(np.percentile(off_px, 95)),
-            {"say that no marker moves": float(np.percentile(resting_px[-len(off_px) :], 95))},
+            {"say that no marker moves": float(np.percentile(rest_px[-len(off_px) :], 95))},
             command("markers"),
             {"mean, px": float(off_px.mean()), "swapped": float(swapped)},
         ),

@@ -20,7 +20,7 @@ _BORDER_PX = 6
 
 
 @dataclass(frozen=True)
-class Drag:
+class Shear:
     """How hard it is to follow markers, in pitches and shares of the markers.
 
     Attributes
@@ -85,21 +85,21 @@ class Tally:
         )
 
 
-def counted(drag: Drag, frames: int, first_seed: int = 0) -> Tally:
+def counted(shear: Shear, frames: int, first_seed: int = 0) -> Tally:
     """Follow stroke after stroke until so many frames are done."""
     tally, seed = Tally(), first_seed
     while tally.frames < frames:
-        follow(strokes(seed, drag), drag, np.random.default_rng([seed, 0]), tally)
+        follow(strokes(seed, shear), shear, np.random.default_rng([seed, 0]), tally)
         seed += 1
     return tally
 
 
-def follow(places_px: Array, drag: Drag, rng: np.random.Generator, tally: Tally) -> None:
+def follow(places_px: Array, shear: Shear, rng: np.random.Generator, tally: Tally) -> None:
     """Follow the markers of (T, N, 2) places from the first frame on, and add to the tally."""
     markers = np.flatnonzero(visible(places_px[0]))
     tracker = MarkerTracker(places_px[0][markers])
     for truth in places_px:
-        found, whose = detected(truth, drag, rng)
+        found, whose = detected(truth, shear, rng)
         tracker.follow(found)
         seen = tracker.seen
         taken = whose[nearest(tracker.px[seen], found, 1)[1][:, 0]]
@@ -114,7 +114,7 @@ def follow(places_px: Array, drag: Drag, rng: np.random.Generator, tally: Tally)
         tally.squares_of_right_px += float(squares[right].sum())
 
 
-def strokes(seed: int, drag: Drag) -> Array:
+def strokes(seed: int, shear: Shear) -> Array:
     """Press an object, drag it to and fro, twist it, drag it again, and lift it.
 
     Returns
@@ -129,7 +129,7 @@ def strokes(seed: int, drag: Drag) -> Array:
         overrides["optics"] = {"markers": {"layout": "quasi_random"}}
     stage = VirtualStage("hex_fingertip", seed=seed, overrides=overrides)
     frames = [stage.truth().markers_px]
-    fastest = rng.uniform(0.1, drag.fastest) * PITCH_PX
+    fastest = rng.uniform(0.1, shear.fastest) * PITCH_PX
     kind, options = [
         ("sphere", {"diameter_mm": rng.uniform(6, 16)}),
         ("flat", {"diameter_mm": rng.uniform(5, 12)}),
@@ -138,7 +138,7 @@ def strokes(seed: int, drag: Drag) -> Array:
     x_mm, y_mm = rng.uniform(-3, 3), rng.uniform(-2, 2)
     stage.indenter(kind, x_mm=x_mm, y_mm=y_mm, angle_deg=rng.uniform(0, 180), **options)
 
-    def dragged() -> float:
+    def sheared() -> float:
         return float(np.hypot(*(frames[-1] - frames[0]).T).max() / PITCH_PX)
 
     def take() -> None:
@@ -154,14 +154,14 @@ def strokes(seed: int, drag: Drag) -> Array:
     direction = rng.uniform(0, 2 * np.pi)
     for turn in range(2):
         for _ in range(8):
-            if dragged() > drag.farthest - 0.4:
+            if sheared() > shear.farthest - 0.4:
                 break
             stage.shear(0.35 * np.cos(direction), 0.35 * np.sin(direction))
             take()
         direction += rng.uniform(2, 4)
         sign = rng.choice([-1, 1])
         for _ in range(4 if turn == 0 else 0):
-            if dragged() > drag.farthest - 0.2:
+            if sheared() > shear.farthest - 0.2:
                 break
             stage.twist(sign * rng.uniform(2, 5))
             take()
@@ -179,12 +179,12 @@ def visible(places_px: Array) -> NDArray[np.bool_]:
 
 
 def detected(
-    places_px: Array, drag: Drag, rng: np.random.Generator
+    places_px: Array, shear: Shear, rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.intp]]:
     """Return shuffled detections, and the marker that each one shows; -1 for none."""
-    markers = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= drag.missing))
-    others = rng.uniform(0, 1, (rng.poisson(drag.spurious * len(markers)), 2)) * SIZE_PX
-    noise_px = rng.normal(0, drag.noise_px, (len(markers), 2))
+    markers = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= shear.missing))
+    others = rng.uniform(0, 1, (rng.poisson(shear.spurious * len(markers)), 2)) * SIZE_PX
+    noise_px = rng.normal(0, shear.noise_px, (len(markers), 2))
     found = np.concatenate([places_px[markers] + noise_px, others])
     whose = np.concatenate([markers, np.full(len(others), -1)])
     order = rng.permutation(len(found))

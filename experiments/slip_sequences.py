@@ -21,8 +21,8 @@ from tactile_core.quantities import (
     MarkerField,
     SlipState,
 )
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.skin import Skin
 
 SHRUNK = 4
 """Of the image: the markers are as many and as far apart, and the noise the same in mm."""
@@ -148,25 +148,25 @@ def looks(plan: Plan) -> Iterator[Look]:
     """Press, then move until all has slipped for a while."""
     profile = small_profile(plan)
     watch = SlipWatch(profile, plan.seed)
-    skin = Skin(profile, "fast")
+    surface = GelSurface(profile, "fast")
     x, y = plan.place_mm
     indenter = make_indenter(plan.shape, **plan.options)
-    skin.indent_with(indenter, x_mm=x, y_mm=y, angle_deg=plan.angle_deg)
-    yield watch.look(skin, 0.0, moving=False)
+    surface.indent_with(indenter, x_mm=x, y_mm=y, angle_deg=plan.angle_deg)
+    yield watch.look(surface, 0.0, moving=False)
     for share in np.arange(1, plan.press_frames + 1) / plan.press_frames:
-        skin.press(depth_mm=share * plan.depth_mm, steps=max(1, 4 // plan.press_frames))
-        yield watch.look(skin, 0.0, moving=False)
+        surface.press(depth_mm=share * plan.depth_mm, steps=max(1, 4 // plan.press_frames))
+        yield watch.look(surface, 0.0, moving=False)
     radius_mm = 4.0
     travel = np.radians(abs(plan.step)) * radius_mm if plan.turned else plan.step
     seconds = None if plan.speed_mm_s is None else travel / plan.speed_mm_s
     slipped = 0
     for number in range(1, plan.most_steps + 1):
         if plan.turned:
-            skin.twist(plan.step, seconds=seconds)
+            surface.twist(plan.step, seconds=seconds)
         else:
             along, down = np.cos(plan.direction_rad), np.sin(plan.direction_rad)
-            skin.shear(plan.step * along, plan.step * down, seconds=seconds)
-        look = watch.look(skin, number * plan.step, moving=True)
+            surface.shear(plan.step * along, plan.step * down, seconds=seconds)
+        look = watch.look(surface, number * plan.step, moving=True)
         yield look
         slipped += look.stick_share < GROSS
         if slipped > _AFTER_GROSS:
@@ -187,25 +187,25 @@ class SlipWatch:
         self._markers_px = np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2)
         self._noise_px = NOISE_PX / SHRUNK
 
-    def look(self, skin: Skin, moved: float, *, moving: bool) -> Look:
+    def look(self, surface: GelSurface, moved: float, *, moving: bool) -> Look:
         """Look at the skin now."""
         scale = self.context.image.mm_per_px
-        truth = skin.truth()
+        truth = surface.truth()
         noise = self._rng.normal(0, self._noise_px, self._markers_px.shape)
         count = len(self._markers_px)
         markers = MarkerField(
             np.arange(count, dtype=np.int32),
             self._markers_px.astype(np.float32),
-            (skin.carried_px(self._markers_px) + noise).astype(np.float32),
+            (surface.carried_px(self._markers_px) + noise).astype(np.float32),
             np.ones(count, np.bool_),
             scale,
-            skin.time_s,
+            surface.time_s,
         )
-        contact = ContactMask(truth.contact, scale, skin.time_s)
+        contact = ContactMask(truth.contact, scale, surface.time_s)
         touched = int(truth.contact.sum())
         return Look(
             self._displacement.estimate(markers, contact),
-            HeightMap(truth.height_mm, np.ones_like(truth.contact), scale, skin.time_s),
+            HeightMap(truth.height_mm, np.ones_like(truth.contact), scale, surface.time_s),
             contact,
             moving,
             moved,

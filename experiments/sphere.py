@@ -15,7 +15,7 @@ WITHIN = 0.65
 
 def radius_px(height: HeightMap, press: FoundPress) -> float:
     """Radius of the sphere through the height inside the contact."""
-    mask = press.skin(min(WITHIN * press.ball_radius_px, 0.95 * press.radius_px))
+    mask = press.surface(min(WITHIN * press.ball_radius_px, 0.95 * press.radius_px))
     rows, columns = np.nonzero(mask)
     x0, y0 = press.centre_px
     x, y = columns - x0, rows - y0

@@ -150,10 +150,10 @@ def hex_pairs(data: Path) -> list[Pair]:
             for changes in [(seen - rest, real - real_rest)]
             for k, (colour, azimuth) in enumerate(HEX_AZIMUTHS_DEG.items())
         )
-        skin = bare(rest, seen, real_rest, real)
+        surface = bare(rest, seen, real_rest, real)
         title = f"three colours, press {number}"
         channels = tuple(HEX_AZIMUTHS_DEG)
-        pairs.append(Pair(title, channels, real_rest, real, rest, seen, lines, skin))
+        pairs.append(Pair(title, channels, real_rest, real, rest, seen, lines, surface))
     return pairs
 
 
@@ -225,9 +225,9 @@ def bare(*images: np.ndarray) -> np.ndarray:
     return ~marked
 
 
-def _shares(image: np.ndarray, skin: np.ndarray) -> np.ndarray:
+def _shares(image: np.ndarray, surface: np.ndarray) -> np.ndarray:
     """(K, N) share of each colour, smooth, markers and the image's border left out."""
-    weight = skin.astype(np.float32)
+    weight = surface.astype(np.float32)
     total = cv2.GaussianBlur(image * weight[..., None], (0, 0), _TINT_BLUR_PX)
     smooth = total / np.maximum(cv2.GaussianBlur(weight, (0, 0), _TINT_BLUR_PX), 1e-3)[..., None]
     inner = smooth[_TINT_BORDER_PX:-_TINT_BORDER_PX:8, _TINT_BORDER_PX:-_TINT_BORDER_PX:8]

@@ -31,14 +31,14 @@ def pictures() -> Iterator[tuple[str, bytes]]:
 def _rig(profile: Profile) -> NDArray[np.uint8]:
     """What the camera sees of a ball, and the skin's height."""
     ball_mm = 0.3 * profile.image.width_px * profile.image.mm_per_px
-    height = _skin(profile, [(0.45, 0.5)], ball_mm)
+    height = _surface(profile, [(0.45, 0.5)], ball_mm)
     pixels = render(profile, height, seed=1)
     scale = profile.image.mm_per_px
     drawn = relief(Surface(height.astype(np.float32), scale))
     if pixels.shape[2] == _COLOURS:
         return side_by_side([pixels, drawn], ["what the camera sees", "height of the skin"])
-    lamps = [np.repeat(pixels[..., k : k + 1], _COLOURS, axis=2) for k in range(pixels.shape[2])]
-    rows = [np.hstack(lamps[i : i + _COLOURS]) for i in range(0, len(lamps), _COLOURS)]
+    lights = [np.repeat(pixels[..., k : k + 1], _COLOURS, axis=2) for k in range(pixels.shape[2])]
+    rows = [np.hstack(lights[i : i + _COLOURS]) for i in range(0, len(lights), _COLOURS)]
     return side_by_side([np.vstack(rows), drawn], ["one exposure a lamp", "height of the skin"])
 
 
@@ -49,11 +49,11 @@ def _good_and_bad(profile: Profile) -> NDArray[np.uint8]:
         "cut off by the border": [(0.02, 0.5)],
         "two contacts": [(0.22, 0.5), (0.78, 0.5)],
     }
-    views = [render(profile, _skin(profile, at, 4.0), seed=1) for at in cases.values()]
+    views = [render(profile, _surface(profile, at, 4.0), seed=1) for at in cases.values()]
     return side_by_side(views, list(cases))
 
 
-def _skin(
+def _surface(
     profile: Profile, at: Sequence[tuple[float, float]], ball_mm: float
 ) -> NDArray[np.float64]:
     """(H, W) height under balls at these fractions of the image, mm."""

@@ -1,4 +1,4 @@
-"""Draw the curves of docs/virtual-skin.md: python docs/building/virtual_skin_curves.py."""
+"""Draw the curves of docs/virtual-gel.md: python docs/building/virtual_skin_curves.py."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from diagrams import Curve, Panel, write_sheet
 
 from tactile_core import load_profile
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import Indenter, make_indenter
-from tactile_core.sim.skin import Skin
 
 OUT = Path(__file__).parents[1] / "images" / "virtual_skin.svg"
 COLOURS = {"plate": "#1f6fb4", "cylinder": "#c8553d", "ball": "#3a8f5c"}
@@ -20,22 +20,22 @@ PRESSES: dict[str, tuple[Indenter, float, float]] = {
 }
 
 
-def pressed(kind: str) -> Skin:
+def pressed(kind: str) -> GelSurface:
     """Return the hexagonal fingertip with an object on it."""
     indenter, angle_deg, force_n = PRESSES[kind]
-    skin = Skin(load_profile("hex_fingertip"), "fast")
-    skin.indent_with(indenter, angle_deg=angle_deg)
-    skin.press(force_n=force_n)
-    return skin
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
+    surface.indent_with(indenter, angle_deg=angle_deg)
+    surface.press(force_n=force_n)
+    return surface
 
 
 def sheared(kind: str) -> np.ndarray:
     """(N, 5) moved mm, force N, mean and largest displacement mm, entropy bits."""
-    skin = pressed(kind)
-    before, rows = skin.truth().displacement_mm, []
+    surface = pressed(kind)
+    before, rows = surface.truth().displacement_mm, []
     for moved in 0.025 * np.arange(1, 41):
-        skin.shear(dy_mm=0.025)
-        truth = skin.truth()
+        surface.shear(dy_mm=0.025)
+        truth = surface.truth()
         since = (truth.displacement_mm - before)[truth.contact]
         size = np.hypot(*since.T)
         counts = np.bincount((size * 256).astype(int))
@@ -47,23 +47,23 @@ def sheared(kind: str) -> np.ndarray:
 
 def stepped() -> tuple[np.ndarray, np.ndarray]:
     """Time since a step of 0.1 mm in shear, s, and the force, N."""
-    skin = pressed("plate")
-    skin.shear(dy_mm=0.45, steps=9)
-    times, forces = [0.0], [skin.wrench[1]]
+    surface = pressed("plate")
+    surface.shear(dy_mm=0.45, steps=9)
+    times, forces = [0.0], [surface.wrench[1]]
     for dy, seconds in [(0.025, 0.1)] * 4 + [(0.0, 0.2)] * 10 + [(0.0, 2.0)] * 28:
-        skin.shear(dy_mm=dy, seconds=seconds)
-        times.append(skin.time_s)
-        forces.append(skin.wrench[1])
+        surface.shear(dy_mm=dy, seconds=seconds)
+        times.append(surface.time_s)
+        forces.append(surface.wrench[1])
     return np.array(times), np.array(forces)
 
 
 def turned(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
     """Distance from the middle, mm, and by how much of the plate's turn the skin follows there."""
-    skin = pressed("plate")
+    surface = pressed("plate")
     markers = np.stack([np.linspace(0.6, 8.6, 60), np.zeros(60)], 1)
-    before = skin.carried(markers)
-    skin.twist(angle_deg, steps=12)
-    now = skin.carried(markers)
+    before = surface.carried(markers)
+    surface.twist(angle_deg, steps=12)
+    now = surface.carried(markers)
     angles = np.arctan2(now[:, 1], now[:, 0]) - np.arctan2(before[:, 1], before[:, 0])
     return markers[:, 0], np.degrees(angles) / angle_deg
 

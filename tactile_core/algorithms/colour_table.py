@@ -68,14 +68,14 @@ class ColourTable:
     Attributes
     ----------
     axis : Axis
-    sines : (B, B, B) complex64
+    normal_xy : (B, B, B) complex64
         Sine of the slope along x + i · along y; the axes are the channels in order.
     points : int
         On about so many points of an image the dependence on the place is to be added.
     """
 
     axis: Axis
-    sines: Complex64
+    normal_xy: Complex64
     points: int = 1_200
 
     def bins(self, change: Float32) -> NDArray[np.uint8]:
@@ -85,7 +85,7 @@ class ColourTable:
     def nearest(self, change: Float32) -> Float32:
         """(N, 2) sines of the entries nearest to (N, 3) changes."""
         first, second, third = self.bins(change).T
-        entries = self.sines[first, second, third]
+        entries = self.normal_xy[first, second, third]
         return np.stack([entries.real, entries.imag], axis=1)
 
     def flat(self) -> Complex64:
@@ -96,13 +96,13 @@ class ColourTable:
         n = self.axis.count
         padded = np.zeros((n, _STRIDE, _STRIDE), np.complex64)
         # The first channel is the lowest byte, so that it must be the fastest axis.
-        padded[:, :n, :n] = self.sines.transpose(2, 1, 0)
+        padded[:, :n, :n] = self.normal_xy.transpose(2, 1, 0)
         return padded.reshape(-1)
 
 
-def as_complex(sines: Float32) -> Complex64:
+def as_complex(normal_xy: Float32) -> Complex64:
     """(...,) complex64 from (..., 2) sines."""
-    return np.ascontiguousarray(sines, np.float32).view(np.complex64)[..., 0]
+    return np.ascontiguousarray(normal_xy, np.float32).view(np.complex64)[..., 0]
 
 
 def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) -> ColourTable:
@@ -130,6 +130,6 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
     for where in places:
         spot = np.broadcast_to(np.asarray(where, np.float32), (len(changes), 2))
         total += model(np.concatenate([changes, spot], 1))
-    sines = as_complex(total / np.float32(len(places))).reshape((nodes,) * 3)
-    finer = zoom(sines, (2 * nodes - 1) / nodes, order=1, mode="nearest")
+    normal_xy = as_complex(total / np.float32(len(places))).reshape((nodes,) * 3)
+    finer = zoom(normal_xy, (2 * nodes - 1) / nodes, order=1, mode="nearest")
     return ColourTable(axis, np.ascontiguousarray(finer[(slice(axis.count),) * 3]))

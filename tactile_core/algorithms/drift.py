@@ -31,7 +31,7 @@ _ROUNDS = 3
 _DARK = 0.02
 
 
-class RestingLevels:
+class ReferenceLevels:
     """The levels of the untouched sensor at a few places, for frames to be compared with.
 
     Parameters
@@ -52,8 +52,8 @@ class RestingLevels:
         self._down, self._across = down, across
         self._places = (down[:, None] * columns + across).ravel()
         self._full_scale = full_scale
-        self._untouched = self._few(reference)
-        self._bright = (self._untouched > _DARK * full_scale).all(axis=0)
+        self._undeformed = self._few(reference)
+        self._bright = (self._undeformed > _DARK * full_scale).all(axis=0)
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
@@ -64,7 +64,7 @@ class RestingLevels:
             good &= self._few(marker_mask.view(np.uint8)[..., None])[0] == 0
         if np.count_nonzero(good) < _FEWEST:
             return np.ones(pixels.shape[2], np.float32)
-        gain, share = _resting_gain(np.log(seen[:, good] / self._untouched[:, good]))
+        gain, share = _rest_gain(np.log(seen[:, good] / self._undeformed[:, good]))
         if np.abs(gain).max() > _MOST:
             return np.ones(pixels.shape[2], np.float32)
         trust = min(max((share - _LEAST) / (_ENOUGH - _LEAST), 0.0), 1.0)
@@ -104,7 +104,7 @@ def channel_gains(
     (K,) float32
         Within 10 % of 1; exactly 1 where too little of the skin rests to tell.
     """
-    return RestingLevels(reference, full_scale).gains(pixels, marker_mask)
+    return ReferenceLevels(reference, full_scale).gains(pixels, marker_mask)
 
 
 def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
@@ -139,7 +139,7 @@ def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
     return np.where(levels < CEILING * full_scale, steady, np.float32(full_scale))
 
 
-def _resting_gain(logs: Array) -> tuple[Array, float]:
+def _rest_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (K, N) logarithms, and the share of them that agrees with it."""
     gain = _modes(logs)
     for _ in range(_ROUNDS):

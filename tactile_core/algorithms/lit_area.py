@@ -68,20 +68,20 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
     if not regions:
         return None
     largest = max(regions, key=lambda region: region.area)
-    skin = labels == largest.label
-    left, top, right, bottom = _shrunk(skin, largest.bbox)
+    surface = labels == largest.label
+    left, top, right, bottom = _shrunk(surface, largest.bbox)
     cut = max(left, top, size[0] - right, size[1] - bottom)
     share = (right - left) * (bottom - top) / (size[0] * size[1])
     if cut < _LEAST_CUT * max(size) or share < _LEAST_LEFT:
         return None
     x0, x1 = (round(v * width / size[0]) for v in (left, right))
     y0, y1 = (round(v * height / size[1]) for v in (top, bottom))
-    return LitArea((x0, y0, x1 - x0, y1 - y0), min(_taper(skin), _taper(skin.T)))
+    return LitArea((x0, y0, x1 - x0, y1 - y0), min(_taper(surface), _taper(surface.T)))
 
 
-def _taper(skin: NDArray[np.bool_]) -> float:
+def _taper(surface: NDArray[np.bool_]) -> float:
     """Width of the first third of the rows against the last, the narrower over the wider."""
-    widths = skin.sum(axis=1)[skin.any(axis=1)]
+    widths = surface.sum(axis=1)[surface.any(axis=1)]
     third = max(1, len(widths) // 3)
     ends = float(np.median(widths[:third])), float(np.median(widths[-third:]))
     return min(ends) / max(ends)

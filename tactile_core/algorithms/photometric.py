@@ -86,7 +86,7 @@ def fill_markers(
     -------
     (H, W, K), same dtype
     """
-    around = AroundMarkers(skin_of(marker_mask), size_px)
+    around = AroundMarkers(bare_mask(marker_mask), size_px)
     with planes_of(pixels) as planes:
         filled = [around.filled(plane) for plane in planes]
     return np.asarray(cv2.merge(filled)).reshape(pixels.shape)
@@ -104,7 +104,7 @@ def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
         yield list(memory)
 
 
-def skin_of(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def bare_mask(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """(H, W) uint8: 255 where no marker hides the skin, else 0."""
     return np.asarray(cv2.compare(marker_mask.view(np.uint8), _NO_MARKER, cv2.CMP_EQ), np.uint8)
 
@@ -114,15 +114,15 @@ class AroundMarkers:
 
     Parameters
     ----------
-    skin : (H, W) uint8
-        From :func:`skin_of`.
+    surface : (H, W) uint8
+        From :func:`bare_mask`.
     size_px : int
         Side of the neighbourhood that markers are filled from.
     """
 
-    def __init__(self, skin: NDArray[np.uint8], size_px: int) -> None:
-        self._skin = skin
-        rows, columns = skin.shape
+    def __init__(self, surface: NDArray[np.uint8], size_px: int) -> None:
+        self._surface = surface
+        rows, columns = surface.shape
         # The mean around a marker varies slowly: a coarser image holds it as well, and halving is
         # by far the fastest way to one.
         step = 1
@@ -130,20 +130,20 @@ class AroundMarkers:
             step *= 2
         self._coarse = max(1, columns // step), max(1, rows // step)
         self._box = (max(3, size_px // step) | 1,) * 2
-        self._count = np.maximum(self._total(skin) / np.float32(255), np.float32(1e-3))
+        self._count = np.maximum(self._total(surface) / np.float32(255), np.float32(1e-3))
 
     def filled(self, part: NDArray[Any]) -> NDArray[Any]:
         """(H, W) or a few channels of (H, W, K) with the markers filled, same dtype."""
         with borrowed(part.shape, part.dtype) as without:
             without.fill(0)
-            cv2.copyTo(part, self._skin, without)
+            cv2.copyTo(part, self._surface, without)
             total = self._total(without)
         count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
         around = np.asarray(cv2.divide(total, count))
         if part.dtype.kind == "u":
             around = np.rint(around, out=around).astype(part.dtype)
         filled = cv2.resize(around, part.shape[1::-1], interpolation=cv2.INTER_LINEAR)
-        cv2.copyTo(part, self._skin, filled)
+        cv2.copyTo(part, self._surface, filled)
         return np.asarray(filled)
 
     def _total(self, part: NDArray[Any]) -> Float32:

@@ -98,7 +98,7 @@ def rest_plane(
     calm = deviation < drift_slope
     if calm.sum() < _LEAST_CALM * len(calm) or np.hypot(*tilt) > drift_slope:
         slope = np.hypot(p, q)
-        return RestPlane(_commonest(z[slope <= np.median(slope)])[0], 0.0, 0.0)
+        return RestPlane(_mode(z[slope <= np.median(slope)])[0], 0.0, 0.0)
     upright = z - tilt[0] * x - tilt[1] * y
     apart = _BULGE * (upright.max() - upright.min())
     level, spread = _lower_level(upright[deviation <= np.median(deviation)], upright[calm], apart)
@@ -109,7 +109,7 @@ def rest_plane(
     return RestPlane(*plane.tolist())
 
 
-def _commonest(values: Array) -> tuple[float, float]:
+def _mode(values: Array) -> tuple[float, float]:
     """Mean of the shortest interval that holds half of the values, and a sigma from its length."""
     ordered = np.sort(values)
     half = (len(ordered) + 1) // 2
@@ -119,10 +119,10 @@ def _commonest(values: Array) -> tuple[float, float]:
 
 def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
     """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
-    level, spread = _commonest(flat)
+    level, spread = _mode(flat)
     below = calm[calm < level - apart]
     if len(below) >= _LEAST_BELOW * len(calm):
-        level, spread = _commonest(below)
+        level, spread = _mode(below)
     return level, min(spread, apart / _CUT_SIGMAS)
 
 

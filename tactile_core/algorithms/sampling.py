@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
 from tactile_core.algorithms.arrays.types import Bool
-from tactile_core.algorithms.photometric import AroundMarkers, around_markers, planes_of, skin_of
+from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
 _PX_PER_BLUR = 0.75
 """Smoothing over sampling step, standard deviation: an image loses nothing that one would see."""
@@ -79,20 +79,20 @@ class Sampling:
     def _worked_on(self, parts: list[NDArray[Any]], marker_mask: Bool | None) -> list[NDArray[Any]]:
         if marker_mask is None or not self.around_px:
             return [self._smooth(self._coarse(part)) for part in parts]
-        skin = skin_of(marker_mask)
-        share = self._coarse(skin)
-        mostly_skin = np.asarray(cv2.compare(share, _HALF, cv2.CMP_GE), np.uint8)
-        around = AroundMarkers(mostly_skin, self.around_px)
-        small = [self._of_skin(part, skin, share) for part in parts]
+        surface = bare_mask(marker_mask)
+        share = self._coarse(surface)
+        mostly_bare = np.asarray(cv2.compare(share, _HALF, cv2.CMP_GE), np.uint8)
+        around = AroundMarkers(mostly_bare, self.around_px)
+        small = [self._of_surface(part, surface, share) for part in parts]
         return [self._smooth(around.filled(part)) for part in small]
 
-    def _of_skin(
-        self, part: NDArray[Any], skin: NDArray[np.uint8], share: NDArray[np.uint8]
+    def _of_surface(
+        self, part: NDArray[Any], surface: NDArray[np.uint8], share: NDArray[np.uint8]
     ) -> NDArray[Any]:
         """Means over what a coarse pixel has of skin, so that none is lost beside markers."""
         with borrowed(part.shape, part.dtype) as bare:
             bare.fill(0)
-            cv2.copyTo(part, skin, bare)
+            cv2.copyTo(part, surface, bare)
             small = self._coarse(bare)
             shares = share.astype(part.dtype)
             if small.ndim == 3:

@@ -20,6 +20,7 @@ from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
+from tactile_core.algorithms.normal_xy import STEEPEST_SINE, planes_to_gradient, to_gradient
 from tactile_core.algorithms.photometric import (
     DARK_FRACTION,
     Smoothing,
@@ -27,7 +28,6 @@ from tactile_core.algorithms.photometric import (
     relative_change,
 )
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.sines import STEEPEST_SINE, planes_to_gradient, to_gradient
 
 Model = Callable[[Float32], Float32]
 
@@ -111,12 +111,12 @@ class SlopeField:
             both = to_gradient(self._model(every)).reshape(h, w, 2)
             return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
         smoothed = self._sampling.smooth(pixels, marker_mask)
-        with borrowed((2, *self._sampling.shape), np.float32) as sines:
-            self._look_up(self._table, smoothed, sines)
+        with borrowed((2, *self._sampling.shape), np.float32) as normal_xy:
+            self._look_up(self._table, smoothed, normal_xy)
             coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
-            missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(sines)]
-            self._correct(sines, missing)
-            return *self._slopes(sines, (h, w)), None
+            missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(normal_xy)]
+            self._correct(normal_xy, missing)
+            return *self._slopes(normal_xy, (h, w)), None
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
         """Means of a whole image over the cells of the coarse grid, not rounded."""
@@ -127,22 +127,22 @@ class SlopeField:
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
-    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], sines: Float32) -> None:
+    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
         """Write the (2, h, w) sines of each pixel's entry."""
         h, w = smoothed.shape[:2]
         loops = kernels.chosen(self._compiled)
         if loops is not None and smoothed.dtype == np.uint8:
             rows = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
             axis = table.axis.per_unit, table.axis.first, table.axis.count
-            pairs = table.sines.view(np.int64).reshape(-1)
-            loops.sines_of_bytes(*rows, pairs, axis, *sines)
+            pairs = table.normal_xy.view(np.int64).reshape(-1)
+            loops.normal_xy_of_bytes(*rows, pairs, axis, *normal_xy)
             return
         with borrowed((h, w, 4), np.uint8) as entries, borrowed((h, w), np.complex64) as found:
             cv2.cvtColor(self._bins(table, smoothed), cv2.COLOR_RGB2RGBA, dst=entries)
             entry = entries.view(np.uint32)[..., 0]
             np.bitwise_and(entry, _NO_ALPHA, out=entry)
             self._flat.take(entry.view(np.int32), out=found, mode="clip")
-            cv2.split(found.view(np.float32).reshape(h, w, 2), list(sines))
+            cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
 
     def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
         """(h, w, 3) entry of each channel."""
@@ -156,23 +156,23 @@ class SlopeField:
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
         return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
-    def _correct(self, sines: Float32, missing: list[Float32]) -> None:
+    def _correct(self, normal_xy: Float32, missing: list[Float32]) -> None:
         """Add to (2, h, w) sines what the coarse grid misses."""
-        with borrowed(sines.shape[1:], np.float32) as spare:
-            for plane, coarse in zip(sines, missing, strict=True):
+        with borrowed(normal_xy.shape[1:], np.float32) as spare:
+            for plane, coarse in zip(normal_xy, missing, strict=True):
                 cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
 
-    def _slopes(self, sines: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+    def _slopes(self, normal_xy: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
         """Slopes at every pixel of an (H, W) image from sines on the grid of the smoothing."""
         loops = kernels.chosen(self._compiled)
         if loops is None:
-            gx, gy = (self._sampling.enlarged(plane, shape) for plane in sines)
+            gx, gy = (self._sampling.enlarged(plane, shape) for plane in normal_xy)
             with borrowed(shape, np.float32) as spare:
                 planes_to_gradient(gx, gy, spare)
         else:
             gx, gy = np.empty(shape, np.float32), np.empty(shape, np.float32)
-            wide = (self._sampling.widened(plane) for plane in sines)
+            wide = (self._sampling.widened(plane) for plane in normal_xy)
             loops.to_slopes(*wide, self._sampling.step, STEEPEST_SINE, gx, gy)
         return gx, gy
 

@@ -24,24 +24,24 @@ class Displacement(Estimator):
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
-        self._skin: MarkedSurface | None = None
+        self._surface: MarkedSurface | None = None
 
     def estimate(self, markers: MarkerField, contact: ContactMask | None) -> DisplacementField:
         """Return the field; valid within a pitch of a marker that is seen."""
-        skin = self._skin_of(markers)
+        surface = self._skin_of(markers)
         return DisplacementField(
-            skin.cells(markers.px, markers.seen, None if contact is None else contact.mask),
-            skin.supported(markers.px, markers.seen),
+            surface.cells(markers.px, markers.seen, None if contact is None else contact.mask),
+            surface.supported(markers.px, markers.seen),
             markers.mm_per_px,
             markers.timestamp_s,
         )
 
     def _skin_of(self, markers: MarkerField) -> MarkedSurface:
         """The weights for these markers, which are kept: they cost far more than a frame."""
-        kept = self._skin
+        kept = self._surface
         if kept is None or not np.array_equal(kept.reference_px, markers.reference_px):
             image, gel = self.context.image, self.context.gel
-            kept = self._skin = MarkedSurface(
+            kept = self._surface = MarkedSurface(
                 markers.reference_px,
                 (image.height_px, image.width_px),
                 mm_per_px=markers.mm_per_px,

@@ -87,9 +87,9 @@ class LookupTableCalibrator(Calibrator):
                 f"use core.mlp or core.polynomial"
             )
         blur_px = self.smoothing_px(scale_of(presses))
-        features, sines = samples_of(presses, reference, blur_px=blur_px, most=60_000)
-        table = _filled(features[:, :3], sines, self.options.bins)
-        missing = sines - table.nearest(features[:, :3])
+        features, normal_xy = samples_of(presses, reference, blur_px=blur_px, most=60_000)
+        table = _filled(features[:, :3], normal_xy, self.options.bins)
+        missing = normal_xy - table.nearest(features[:, :3])
         around = fit_polynomial(features, missing, order=2, ridge=1e-3)
         function = TableModel(table, around)
         if takes_table(shape):
@@ -101,7 +101,7 @@ class LookupTableCalibrator(Calibrator):
         return self.options.smoothing_px(mm_per_px)
 
 
-def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
+def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     """Average the samples of each entry and its near neighbours, then fill the rest."""
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
     from scipy.ndimage import gaussian_filter
@@ -113,7 +113,7 @@ def _filled(changes: Float32, sines: Float32, bins: int) -> ColourTable:
     total = np.zeros((2, bins, bins, bins), np.float32)
     np.add.at(count, index, 1)
     for k in range(2):
-        np.add.at(total[k], index, sines[:, k])
+        np.add.at(total[k], index, normal_xy[:, k])
     seen = np.argwhere(count > 0)
     # Entries that few pixels hit are noisy; their neighbours saw nearly the same colour.
     weight = gaussian_filter(count, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5)

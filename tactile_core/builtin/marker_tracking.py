@@ -40,7 +40,7 @@ class MarkerTracking(Estimator):
         self._tracker: MarkerTracker | None = None
         self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
         self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
-        self._untouched_px = self._zero_px
+        self._undeformed_px = self._zero_px
         self._contact_in_reference = False
 
     def tare(self, result: MarkerField) -> MarkerField:
@@ -79,21 +79,21 @@ class MarkerTracking(Estimator):
             timestamp_s=detections.timestamp_s,
             started_in_contact=started_in_contact,
             notes=tuple(notes),
-            untouched_px=self._untouched_px,
+            undeformed_px=self._undeformed_px,
         )
 
     def _begin(self, reference: Reference) -> MarkerTracker:
-        untouched = reference.detections
-        count = 0 if untouched is None else len(untouched.centres_px)
-        if untouched is None or count < FEWEST_MARKERS:
+        undeformed = reference.detections
+        count = 0 if undeformed is None else len(undeformed.centres_px)
+        if undeformed is None or count < FEWEST_MARKERS:
             raise InputError(
                 f"the reference shows {count} markers, too few to follow; take it of the untouched "
                 f"gel in focus and evenly lit, or say 'gel.markers: null' for a gel without markers"
             )
-        self._tracker = MarkerTracker(untouched.centres_px, compiled=self.context.compiled)
-        self._reported = np.flatnonzero(~untouched.cut)
-        self._zero_px = self._untouched_px = self._places_px()
-        self._contact_in_reference = shows_contact(untouched.centres_px)
+        self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
+        self._reported = np.flatnonzero(~undeformed.cut)
+        self._zero_px = self._undeformed_px = self._places_px()
+        self._contact_in_reference = shows_contact(undeformed.centres_px)
         return self._tracker
 
     def _places_px(self) -> NDArray[np.float32]:

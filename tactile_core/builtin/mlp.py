@@ -92,12 +92,12 @@ class MlpCalibrator(Calibrator):
     def fit(self, presses: Sequence[Press], reference: Reference) -> Mlp:
         """Fit on presses of a known ball; takes a second or two."""
         options, blur_px = self.options, self.smoothing_px(scale_of(presses))
-        features, sines = samples_of(presses, reference, blur_px=blur_px)
+        features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         seen = _flickering(features, options.gain_noise, options.seed)
         members = [
             train(
                 seen,
-                sines,
+                normal_xy,
                 hidden=(options.width,) * options.layers,
                 epochs=options.epochs,
                 noise=options.noise,

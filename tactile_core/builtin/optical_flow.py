@@ -40,7 +40,7 @@ class OpticalFlow(Estimator):
         super().__init__(options, context)
         assert isinstance(options, self.Options)
         self._stride_px = options.stride_px
-        self._untouched: tuple[Reference, Float32] | None = None
+        self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -91,8 +91,8 @@ class OpticalFlow(Estimator):
         return moved
 
     def _detail_of(self, reference: Reference) -> Float32:
-        kept = self._untouched
+        kept = self._undeformed
         if kept is None or kept[0] is not reference:
             found = flow.detail(np.asarray(reference.pixels, np.float32), reference.full_scale)
-            kept = self._untouched = reference, found
+            kept = self._undeformed = reference, found
         return kept[1]

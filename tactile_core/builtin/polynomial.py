@@ -40,9 +40,9 @@ class PolynomialCalibrator(Calibrator):
     def fit(self, presses: Sequence[Press], reference: Reference) -> Polynomial:
         """Fit on presses of a known ball."""
         blur_px = self.smoothing_px(scale_of(presses))
-        features, sines = samples_of(presses, reference, blur_px=blur_px)
+        features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         order, ridge = self.options.order, self.options.ridge
-        function = fit_polynomial(features, sines, order=order, ridge=ridge)
+        function = fit_polynomial(features, normal_xy, order=order, ridge=ridge)
         table = baked(function, features, presses, reference, blur_px)
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 

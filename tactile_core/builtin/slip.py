@@ -8,12 +8,12 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
-from tactile_core.algorithms.slip.core import NOISE_MM
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.drag import DraggedContact, Load
 from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, ImprintMotion
 from tactile_core.algorithms.slip.plane import coarse, stride_of
+from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
+from tactile_core.algorithms.slip.stick_region import NOISE_MM
 from tactile_core.builtin.slip_touch import TouchFinder
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces import device
@@ -104,7 +104,7 @@ class Slip(Estimator):
         spacing_mm = stride * context.image.mm_per_px
         marker_px = 0.0 if self._markers is None else self._markers.diameter_px
         self._touch = TouchFinder(stride, spacing_mm, marker_px)
-        self._contact = DraggedContact(
+        self._contact = ShearedContact(
             spacing_mm,
             window_mm=chosen.window_mm,
             tolerance=chosen.tolerance,
@@ -230,7 +230,7 @@ class Slip(Estimator):
         ):
             return None
         if self._imprint is None or self._imprint_of is not reference:
-            rest_px = markers.untouched_px
+            rest_px = markers.undeformed_px
             rest_px = markers.reference_px if rest_px is None else rest_px
             self._imprint = ImprintFollower(reference.pixels, rest_px, self._markers.diameter_px)
             self._imprint_of = reference

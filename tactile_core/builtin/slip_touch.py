@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.drag import Load
+from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     covered,
     light_change,
@@ -20,7 +20,7 @@ from tactile_core.algorithms.slip.touched import (
 )
 from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
 
-_DRAGGED_MM = 0.04
+_SHEARED_MM = 0.04
 _LEAST_SLOPE, _SURE_SLOPE, _STAYS = 0.03, 0.1, 0.5
 _LEAST_CHANGE, _NOISES = 0.015, 5.0
 _STRONGEST = 0.99
@@ -61,7 +61,7 @@ class TouchFinder:
         self.stride = stride
         self._spacing_mm = spacing_mm
         self._marker_radius = 0.5 * _MARKER_RADII * marker_px / stride
-        self._untouched: tuple[Reference, Float32] | None = None
+        self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -71,7 +71,7 @@ class TouchFinder:
 
     def release(self) -> None:
         """Forget the present contact."""
-        self._dragged: Bool | None = None
+        self._sheared: Bool | None = None
         self._slope = 0.0
 
     def picked(self, image: NDArray[Any]) -> NDArray[Any]:
@@ -93,15 +93,15 @@ class TouchFinder:
             found = self._measured(contact, height)
             if found.mask.any() or not self._fills_view(moved_mm):
                 return found
-        elif frame is not None and reference is not None and self._dragged is None:
+        elif frame is not None and reference is not None and self._sheared is None:
             found = self._in_image(frame, reference, markers, moved_mm.shape)
             if found.mask.any() and _ends_within_view(found.mask):
                 return found
         mask = touched_by_motion(moved_mm)
-        if mask.any() and self._dragged is not None:
+        if mask.any() and self._sheared is not None:
             # what lags behind when slip begins was dragged along before
-            mask |= self._dragged
-        self._dragged = mask if mask.any() else None
+            mask |= self._sheared
+        self._sheared = mask if mask.any() else None
         return Touch(mask, Load(float(np.count_nonzero(mask)), 0.0))
 
     def _measured(self, contact: ContactMask, height: HeightMap | None) -> Touch:
@@ -128,7 +128,7 @@ class TouchFinder:
 
         So does what is left of a contact that has just ended.
         """
-        return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > _DRAGGED_MM
+        return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > _SHEARED_MM
 
     def _in_image(
         self,
@@ -138,11 +138,11 @@ class TouchFinder:
         shape: tuple[int, ...],
     ) -> Touch:
         size_px = shape[1], shape[0]
-        if self._untouched is None or self._untouched[0] is not reference:
+        if self._undeformed is None or self._undeformed[0] is not reference:
             small = small_image(reference.pixels, size_px, reference.full_scale)
-            self._untouched = reference, small
+            self._undeformed = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
-        change = light_change(now, self._untouched[1], self._hidden(markers, shape))
+        change = light_change(now, self._undeformed[1], self._hidden(markers, shape))
         least = max(_LEAST_CHANGE, _NOISES * reference.noise / reference.full_scale)
         # shear changes the light of a contact more than its volume
         load = Load(0.0, float(np.sqrt(change.sum())))
@@ -151,7 +151,7 @@ class TouchFinder:
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:
             return np.zeros(shape, np.bool_)
-        rest_px = markers.reference_px if markers.untouched_px is None else markers.untouched_px
+        rest_px = markers.reference_px if markers.undeformed_px is None else markers.undeformed_px
         points_px = np.concatenate([rest_px, markers.px])
         return covered((points_px + 0.5) / self.stride - 0.5, self._marker_radius, shape)
 

@@ -18,7 +18,7 @@ from tactile_core.calibration.height_target import is_height_map
 from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
-from tactile_core.calibration.targets import Known, balls, rows_of_map, untouched_sensor
+from tactile_core.calibration.targets import Known, balls, rows_of_map, undeformed_sensor
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
@@ -93,10 +93,10 @@ def calibrate(
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes, _ = played_back(base, presses)
     frames = list(read_frames(base, presses))
-    untouched, stand_in = untouched_sensor(base, frames, reference, target)
+    undeformed, stand_in = undeformed_sensor(base, frames, reference, target)
     calibrator = calibrator_of(base.calibration, model)
-    condition = Conditioning.of(base, untouched, compensates=calibrator.compensation == "channel")
-    untouched = condition.undeformed
+    condition = Conditioning.of(base, undeformed, compensates=calibrator.compensation == "channel")
+    undeformed = condition.undeformed
     # Any model may smooth its images; the truth has to be as smooth as what it sees.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
     known: Known[Any] = (
@@ -119,14 +119,14 @@ def calibrate(
     score = None
     if scored:
         progress.stage("scoring on held-out presses", 0.6)
-        score = cross_validate(known.surfaces, known.without, untouched, fit, progress=progress)
+        score = cross_validate(known.surfaces, known.without, undeformed, fit, progress=progress)
     progress.stage("fitting", 0.15)
-    fitted = fit([*(surface.training() for surface in good), *known.resting], untouched)
+    fitted = fit([*(surface.training() for surface in good), *known.at_rest], undeformed)
     artefacts = {LIGHT: fitted}
     progress.fraction(1.0)
-    azimuths = channel_azimuths(good, untouched)
+    azimuths = channel_azimuths(good, undeformed)
     if is_sequential(frames[0]):
-        notes = (*notes, *_misplaced(base, untouched.channels, azimuths))
+        notes = (*notes, *_misplaced(base, undeformed.channels, azimuths))
     manifest = Manifest(
         profile=base.name,
         revision=base.revision,
@@ -134,7 +134,7 @@ def calibrate(
         artefacts=names_of(artefacts),
         image_size_px=(base.image.width_px, base.image.height_px),
         crop=base.image.crop,
-        channels=untouched.channels,
+        channels=undeformed.channels,
         channel_azimuth_deg=azimuths,
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
@@ -147,7 +147,7 @@ def calibrate(
     )
     if score is not None and not score.mean_deg < score.predict_flat_deg:
         notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
-    bundle = Bundle(manifest, artefacts, untouched)
+    bundle = Bundle(manifest, artefacts, undeformed)
     given = inputs_of(profile, presses, reference, labels, target)
     return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis, given)
 

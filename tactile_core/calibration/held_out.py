@@ -24,19 +24,19 @@ class Fold(Generic[S]):
         The untouched sensor, as far as the fold may know it.
     find : callable
         A held-out surface by its number: where it lies, as what was not held out tells.
-    resting : tuple of Press
+    at_rest : tuple of Press
         Samples of skin at rest, to fit on beside them.
     """
 
     surfaces: Sequence[S]
     reference: Reference
     find: Callable[[int], S]
-    resting: tuple[Press, ...] = ()
+    at_rest: tuple[Press, ...] = ()
 
     @property
     def samples(self) -> list[Press]:
         """All that a model is fitted on."""
-        return [*(surface.training() for surface in self.surfaces), *self.resting]
+        return [*(surface.training() for surface in self.surfaces), *self.at_rest]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refin
 from tactile_core.algorithms.dome import flat_equivalent
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.calibration.held_out import Fold
-from tactile_core.calibration.presses import FoundPress, press_image, untouched_press
+from tactile_core.calibration.presses import FoundPress, press_image, undeformed_press
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.quantities import Bool, Frame
 
@@ -60,7 +60,7 @@ class PressedGrid:
         if not used:
             return None
         reference = self.condition.undeformed
-        rest = untouched_press(used, reference)
+        rest = undeformed_press(used, reference)
         located = self._located(light, held_out)
         return Fold(used, reference, located.__getitem__, (rest,))
 

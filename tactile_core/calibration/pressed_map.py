@@ -10,12 +10,12 @@ import numpy as np
 from tactile_core.algorithms.background import smooth_background
 from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.map_rows import MapBlock
-from tactile_core.calibration.presses import resting
+from tactile_core.calibration.presses import at_rest
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Frame
 
-RESTING_PIXELS = 300
+REST_PIXELS = 300
 """Beside a height map's rows: enough to hold the model level in places that the rows leave out, and
 too few to draw its slopes towards nought."""
 
@@ -40,9 +40,9 @@ class PressedMap:
     condition: Conditioning
     stands_in: bool
 
-    def resting(self, condition: Conditioning) -> Press:
+    def at_rest(self, condition: Conditioning) -> Press:
         """Skin at rest, of the reference of a conditioning."""
-        return resting(self.frame, condition.undeformed, RESTING_PIXELS)
+        return at_rest(self.frame, condition.undeformed, REST_PIXELS)
 
     def without(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
         """Return the other bands, in a frame that does not show those held out."""
@@ -55,7 +55,7 @@ class PressedMap:
         used = [band for band in others if band.used]
         if not used:
             return None
-        rest = self.resting(condition)
+        rest = self.at_rest(condition)
         return Fold(used, condition.undeformed, self.bands.__getitem__, (rest,))
 
     def _conditioning(self, hidden: Bool) -> Conditioning:

@@ -105,7 +105,7 @@ class FoundPress:
         x0, y0 = self.circle.centre_px
         return np.asarray(np.hypot(np.arange(w) - x0, np.arange(h)[:, None] - y0) < radius_px)
 
-    def skin(self, radius_px: float) -> Bool:
+    def surface(self, radius_px: float) -> Bool:
         """(H, W) bool: those of them that show the coating and not a marker."""
         disc = self.disc(radius_px)
         return disc if self.frame.marker_mask is None else disc & ~self.frame.marker_mask
@@ -126,7 +126,7 @@ class FoundPress:
 
     def scored(self) -> Bool:
         """(H, W) bool: pixels that count in a score."""
-        return self.skin(self.scored_radius_px)
+        return self.surface(self.scored_radius_px)
 
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
         """(N,) measured height minus that of the skin on the ball over a mask, up to a constant."""
@@ -173,14 +173,14 @@ class FoundPress:
     def training(self) -> Press:
         """Pixels to fit on: those that surely lie on the ball, and some that surely rest.
 
-        Nothing surely rests between the balls of a grid; see :func:`untouched_press`.
+        Nothing surely rests between the balls of a grid; see :func:`undeformed_press`.
         """
         trusted = TRUSTED_GRID_FRACTION if self.in_grid else TRUSTED_BALL_FRACTION
         radius = min(
             trusted * self.ball_radius_px,
             TRUSTED_CONTACT_FRACTION * self.circle.contact_radius_px,
         )
-        rows, columns, slopes = self.true_gradients(self.skin(radius))
+        rows, columns, slopes = self.true_gradients(self.surface(radius))
         rest = ~self.disc(np.inf if self.in_grid else REST_DISTANCE_BALLS * self.ball_radius_px)
         if self.frame.marker_mask is not None:
             rest &= ~self.frame.marker_mask
@@ -259,13 +259,13 @@ def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
     return [replace(press, circle=circle) for press, circle in zip(presses, circles, strict=True)]
 
 
-def untouched_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
+def undeformed_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
     """Resting pixels for a frame full of balls: of the reference, as many as of presses alone."""
     count = int(REST_SHARE * sum(len(press.training().rows) for press in presses))
-    return resting(presses[0].frame, reference, count)
+    return at_rest(presses[0].frame, reference, count)
 
 
-def resting(frame: Frame, reference: Reference, count: int) -> Press:
+def at_rest(frame: Frame, reference: Reference, count: int) -> Press:
     """Pixels of the reference, all over the image, as a frame of skin at rest."""
     height, width = reference.pixels.shape[:2]
     rng = np.random.default_rng(0)

@@ -85,7 +85,7 @@ class _Measured:
 def cross_validate(
     surfaces: Sequence[S],
     without: Callable[[Collection[int]], Fold[S] | None],
-    untouched: Reference,
+    undeformed: Reference,
     fit: Callable[[Sequence[Press], Reference], Calibration],
     *,
     progress: Progress | None = None,
@@ -102,7 +102,7 @@ def cross_validate(
     without : callable
         From numbers of surfaces that are held out, what the others tell by themselves; None if they
         tell nothing.
-    untouched : Reference
+    undeformed : Reference
         Held-out surfaces are measured against it.
     fit : callable
         Fits a calibration on some samples and a reference.
@@ -128,7 +128,7 @@ def cross_validate(
         for surface in map(known.find, to_score):
             key = id(surface.frame)
             if key not in seen:
-                seen[key] = _Measured.of(measured_by(model, surface.frame, untouched))
+                seen[key] = _Measured.of(measured_by(model, surface.frame, undeformed))
             measured = seen[key]
             mask = surface.scored()
             rows, columns, true = surface.true_gradients(mask)

@@ -18,7 +18,7 @@ from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
-from tactile_core.calibration.presses import FoundPress, find_presses, untouched_press, used
+from tactile_core.calibration.presses import FoundPress, find_presses, undeformed_press, used
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Press
@@ -51,7 +51,7 @@ class Known(Generic[S]):
     basis : str
         What they are, for people.
     ball_diameter_mm : float or None
-    resting : tuple of Press
+    at_rest : tuple of Press
         Samples of skin at rest, to fit on beside them.
     without : callable
         As in :func:`~tactile_core.calibration.scoring.cross_validate`.
@@ -61,10 +61,10 @@ class Known(Generic[S]):
     basis: str
     without: Callable[[Collection[int]], Fold[S] | None]
     ball_diameter_mm: float | None = None
-    resting: tuple[Press, ...] = ()
+    at_rest: tuple[Press, ...] = ()
 
 
-def untouched_sensor(
+def undeformed_sensor(
     profile: Profile, frames: Sequence[Frame], reference: Path | None, target: Path | None
 ) -> tuple[Reference, tuple[str, ...]]:
     """Return the untouched sensor, and a note where it is only a stand-in made from the press.
@@ -104,7 +104,7 @@ def rows_of_map(
     if rows is not None:
         part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
     pressed = PressedMap(blocks(read), frame, condition, stands_in)
-    return Known(pressed.bands, part, pressed.without, resting=(pressed.resting(condition),))
+    return Known(pressed.bands, part, pressed.without, at_rest=(pressed.at_rest(condition),))
 
 
 def balls(
@@ -148,7 +148,7 @@ def balls(
         f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
         without,
         ball_diameter_mm=2 * radius_mm,
-        resting=(untouched_press(good, condition.undeformed),) if good[0].in_grid else (),
+        at_rest=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
     )
 
 

@@ -121,13 +121,13 @@ def _words(reading: Reading, line: dict[str, Any]) -> str:
     parts = [
         f"{height:.3f} mm deep" if height is not None else "no height",
         f"{area:.2f} mm² in contact" if area is not None else "no contact mask",
-        *_words_of_drag(line),
+        *_words_of_shear(line),
         f"{reading.latency_ms:.1f} ms",
     ]
     return f"{reading.source}: {', '.join(parts)}"
 
 
-def _words_of_drag(line: dict[str, Any]) -> list[str]:
+def _words_of_shear(line: dict[str, Any]) -> list[str]:
     """What the markers and the slip say, as far as the chain tells."""
     parts = []
     markers, slip = line.get("markers"), line.get("slip")

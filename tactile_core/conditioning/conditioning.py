@@ -99,7 +99,7 @@ class Conditioning:
         """
         pixels = np.where(hidden[..., None], self.undeformed.pixels, frame.pixels)
         pixels = pixels.astype(frame.pixels.dtype)
-        frame = self.masked(replace(frame, pixels=pixels, marker_mask=None, darkness=None))
+        frame = self.masked(replace(frame, pixels=pixels, marker_mask=None, marker_contrast=None))
         unseen = hidden if frame.marker_mask is None else hidden | frame.marker_mask
         return replace(
             self.compensated(replace(frame, marker_mask=unseen)), marker_mask=frame.marker_mask

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactile_core.algorithms.drift import RestingLevels, divided
+from tactile_core.algorithms.drift import ReferenceLevels, divided
 from tactile_core.quantities import Frame, Reference
 
 LEAST_DRIFT = 0.002
@@ -16,13 +16,13 @@ LEAST_DRIFT = 0.002
 class DriftFollower:
     """Brings frames to the light of one reference.
 
-    See :class:`~tactile_core.algorithms.drift.RestingLevels`: nothing is remembered from earlier
+    See :class:`~tactile_core.algorithms.drift.ReferenceLevels`: nothing is remembered from earlier
     frames, so that a contact that is held for long stays.
     """
 
     def __init__(self, reference: Reference) -> None:
         self._reference = reference
-        self._levels = RestingLevels(reference.pixels, reference.full_scale)
+        self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
 
     def compensated(self, frame: Frame) -> Frame:
         """Return the frame as it would look in the light of the reference."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_core.algorithms.markers import (
-    darkness_of,
+    contrast_of,
     find_marker_diameter,
     find_markers,
     marker_mask,
@@ -54,19 +54,19 @@ class MarkerFinder:
 
     def marked(self, frame: Frame) -> Frame:
         """Return the frame with the pixels that show a marker, and the darkness that tells them."""
-        darkness = darkness_of(frame.pixels, diameter_px=self.diameter_px)
-        marker_mask = mask_of(darkness, frame.pixels.shape[:2])
-        return replace(frame, marker_mask=marker_mask, darkness=darkness)
+        marker_contrast = contrast_of(frame.pixels, diameter_px=self.diameter_px)
+        marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2])
+        return replace(frame, marker_mask=marker_mask, marker_contrast=marker_contrast)
 
     def detect(self, frame: Frame | Reference, *, compiled: bool = False) -> MarkerDetections:
         """Return where each marker is; a frame that went through :meth:`marked` is quicker."""
-        darkness, timestamp_s = None, 0.0
+        marker_contrast, timestamp_s = None, 0.0
         if isinstance(frame, Frame):
-            darkness, timestamp_s = frame.darkness, frame.timestamp_s
-        if darkness is None:
-            darkness = darkness_of(frame.pixels, diameter_px=self.diameter_px)
+            marker_contrast, timestamp_s = frame.marker_contrast, frame.timestamp_s
+        if marker_contrast is None:
+            marker_contrast = contrast_of(frame.pixels, diameter_px=self.diameter_px)
         centres_px, cut = find_markers(
-            darkness,
+            marker_contrast,
             frame.pixels.shape[:2],
             diameter_px=self.diameter_px,
             pitch_px=self.pitch_px,

@@ -110,7 +110,7 @@ def _calibrated(
     rng = np.random.default_rng(7)
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)
-        write_frame(folder / "reference", stage.frame(), "untouched")
+        write_frame(folder / "reference", stage.frame(), "undeformed")
         for number in range(CALIBRATION_PRESSES):
             x, y = rng.uniform(-_REACH, _REACH, 2)
             depth = float(rng.uniform(0.12, 0.22))

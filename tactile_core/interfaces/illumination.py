@@ -14,7 +14,7 @@ from typing import ClassVar
 from pydantic import BaseModel
 
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.optics import Lamps
+from tactile_core.interfaces.optics import LightBuild
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class Light:
         name, and all of them where there is none.
     build : Lamps
         How it is built, for the virtual sensor: only what is said here differs from the profile's
-        ``optics.lamps``.
+        ``optics.lights``.
     """
 
     name: str
     azimuth_deg: float
     elevation_deg: float
     feeds: tuple[str, ...] = ()
-    build: Lamps = field(default_factory=Lamps)
+    build: LightBuild = field(default_factory=LightBuild)
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pydantic import Field
 
 from tactile_core.interfaces.illumination import Light
-from tactile_core.interfaces.optics import Lamps
+from tactile_core.interfaces.optics import LightBuild
 
 
-class LightOptions(Lamps):
+class LightOptions(LightBuild):
     """One light, as seen from the image centre, and how it is built if not like the others."""
 
     name: str = Field(min_length=1, description="The light's name.")
@@ -23,9 +23,9 @@ class LightOptions(Lamps):
 
     def placed(self, feeds: tuple[str, ...] = ()) -> Light:
         """Return the light that these options describe."""
-        own = self.model_dump(include=set(Lamps.model_fields), exclude_unset=True)
+        own = self.model_dump(include=set(LightBuild.model_fields), exclude_unset=True)
         return Light(
-            self.name, self.azimuth_deg, self.elevation_deg, feeds, Lamps.model_validate(own)
+            self.name, self.azimuth_deg, self.elevation_deg, feeds, LightBuild.model_validate(own)
         )
 
 

@@ -15,7 +15,7 @@ Leds = Annotated[PositiveInt, Field(le=100)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class Lamps(Section):
+class LightBuild(Section):
     """How each lamp of ``illumination.lights`` is built; a lamp may say the same keys itself."""
 
     distance_mm: PositiveFloat | None = Field(
@@ -100,7 +100,7 @@ class ImageSensor(Section):
 class Optics(Section):
     """Light, skin and camera of the virtual twin."""
 
-    lamps: Lamps = Field(default_factory=Lamps, description="How the lamps are built.")
+    lights: LightBuild = Field(default_factory=LightBuild, description="How the lamps are built.")
     ambient: Share = Field(
         default=0.15, description="Share of the resting skin's light that comes from everywhere."
     )

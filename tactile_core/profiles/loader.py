@@ -26,7 +26,7 @@ from tactile_core.profiles.yaml_tree import refusal
 _OVERRIDES = Place(Path("overrides"))
 """Where what a program lays over a profile "stands"; its paths are relative to here."""
 
-_TWIN: Mapping[str, Any] = {
+_VIRTUAL: Mapping[str, Any] = {
     "camera": {"use": "core.virtual"},
     "image": {"crop": None, "lens": None, "warp": None, "flip": "none", "rotate_deg": 0},
 }
@@ -84,7 +84,7 @@ def load_source(
     source = read_source(find_profile(name_or_path), find_extended)
     overlay = source.tree.get("sim")
     if sim:
-        source = source.under(Node.of(_TWIN, _OVERRIDES))
+        source = source.under(Node.of(_VIRTUAL, _OVERRIDES))
         if overlay is not None and overlay.is_mapping:
             source = source.under(overlay)
     if overrides:

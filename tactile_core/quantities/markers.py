@@ -56,7 +56,7 @@ class MarkerField(Quantity):
         how the skin deforms and not on having watched it.
     notes : tuple of str
         Sentences for the user about this frame.
-    untouched_px : (N, 2) float32 or None
+    undeformed_px : (N, 2) float32 or None
         x and y of each marker in the image of the reference, which a tare leaves as it is; None
         where it is ``reference_px``.
     """
@@ -69,8 +69,8 @@ class MarkerField(Quantity):
     timestamp_s: TimestampS = 0.0
     started_in_contact: Annotated[bool, FieldSpec(saved_as="markers_started_in_contact")] = False
     notes: Annotated[tuple[str, ...], FieldSpec(saved_as="marker_notes")] = ()
-    untouched_px: Annotated[
-        Float32 | None, FieldSpec("px", _PLACES, saved_as="marker_untouched_px")
+    undeformed_px: Annotated[
+        Float32 | None, FieldSpec("px", _PLACES, saved_as="marker_undeformed_px")
     ] = None
 
     @property

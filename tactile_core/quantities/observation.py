@@ -67,7 +67,7 @@ class Frame(Quantity):
         The intensity at which a channel saturates (255 for 8 bits).
     marker_mask : (H, W) bool or None
         Pixels that show a printed marker instead of the coating; None for a gel without any.
-    darkness : (h, w) uint8 or None
+    marker_contrast : (h, w) uint8 or None
         What tells the markers: the share of the light of its surroundings that each pixel lacks,
         255 for all of it, shrunk by a whole factor. None where the markers are not looked for yet.
     timestamp_s, wall_time_s : float
@@ -89,7 +89,7 @@ class Frame(Quantity):
     source: str = ""
     exposure_times_s: tuple[float, ...] = ()
     raw: tuple[Image, ...] = ()
-    darkness: NDArray[np.uint8] | None = None
+    marker_contrast: NDArray[np.uint8] | None = None
 
     @property
     def name(self) -> str:

@@ -26,7 +26,7 @@ def find_lights(
     profile: Profile,
     parent: str,
     presses: Path,
-    untouched: Reference,
+    undeformed: Reference,
     *,
     ball_diameter_mm: float | None = None,
     target: Path | None = None,
@@ -42,7 +42,7 @@ def find_lights(
         Name of the profile that it extends, for the comments.
     presses, ball_diameter_mm, target
         As for :func:`tactile_core.calibration.fitting.calibrate`.
-    untouched : Reference
+    undeformed : Reference
 
     Raises
     ------
@@ -50,8 +50,8 @@ def find_lights(
         The presses cannot be read, or none shows a ball of this size at this scale.
     """
     frames = list(read_frames(profile, presses))
-    condition = Conditioning.of(profile, untouched, compensates=False)
-    untouched = condition.undeformed
+    condition = Conditioning.of(profile, undeformed, compensates=False)
+    undeformed = condition.undeformed
     known = balls(
         profile,
         presses,
@@ -62,7 +62,7 @@ def find_lights(
         progress=progress or Silent(),
     )
     good = [press for press in known.surfaces if press.used]
-    learned = dict(zip(untouched.channels, channel_azimuths(good, untouched), strict=True))
+    learned = dict(zip(undeformed.channels, channel_azimuths(good, undeformed), strict=True))
     basis = (
         f"{len(good)} of {len(known.surfaces)} presses of a ball of {known.ball_diameter_mm:g} mm"
     )

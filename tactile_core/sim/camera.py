@@ -15,8 +15,8 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
+from tactile_core.sim.gel_surface import Mode
 from tactile_core.sim.script import Script
-from tactile_core.sim.skin import Mode
 from tactile_core.sim.stage import VirtualStage
 
 _TOUCH = Path(__file__).with_name("touch.yaml")

@@ -63,7 +63,7 @@ class Move:
 
 
 @dataclass(frozen=True, eq=False)
-class SkinState:
+class SurfaceState:
     """Everything that the next step depends on, on the nodes of the grid.
 
     Every node belongs to a point of the skin: values move with it.

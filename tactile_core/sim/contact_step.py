@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.sim.contact_state import Move, Pose, SkinState
+from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
@@ -79,10 +79,10 @@ class ContactModel:
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
 
-    def at_rest(self) -> SkinState:
+    def at_rest(self) -> SurfaceState:
         """Return the untouched skin."""
         shape, dtype = self.layer.grid.shape, self.layer.dtype
-        return SkinState(
+        return SurfaceState(
             np.zeros((3, *shape), dtype),
             np.zeros(shape, dtype),
             np.zeros((2, *shape), dtype),
@@ -90,7 +90,7 @@ class ContactModel:
             np.zeros((len(self.gel.branches), 3, *shape), dtype),
         )
 
-    def placed(self, state: SkinState, indenter: Indenter, pose: Pose) -> SkinState:
+    def placed(self, state: SurfaceState, indenter: Indenter, pose: Pose) -> SurfaceState:
         """Return the state with the object lowered over the skin until it would first touch it."""
         clearance = self._rest - indenter.gap_mm(*pose.into(*self._nodes))
         row, column = np.unravel_index(np.argmax(clearance), clearance.shape)
@@ -101,7 +101,7 @@ class ContactModel:
         level = max(float(clearance[row, column]), float(closer.max()))
         return replace(state, level_mm=level, pose=pose, depth_mm=0.0)
 
-    def step(self, state: SkinState, indenter: Indenter, move: Move) -> SkinState:
+    def step(self, state: SurfaceState, indenter: Indenter, move: Move) -> SurfaceState:
         """Return the skin after the object has moved.
 
         Pressure and friction are solved in a window around the contact, which is made wider if it
@@ -136,7 +136,7 @@ class ContactModel:
             state.anchors_mm + carried - solved.grip.slip_mm,
             displacement[:2],
         ).astype(dtype, copy=False)
-        return SkinState(
+        return SurfaceState(
             displacement,
             solved.pressure,
             anchors,
@@ -151,7 +151,7 @@ class ContactModel:
     def _solved(
         self,
         window: Window,
-        state: SkinState,
+        state: SurfaceState,
         indenter: Indenter,
         sought: _Sought,
         pressure: Array,
@@ -219,7 +219,7 @@ class ContactModel:
         overlap += lowered_mm
         return np.asarray(np.maximum(overlap, _OUT_OF_REACH_MM), self.layer.dtype)
 
-    def _first_guess(self, state: SkinState, sought: _Sought) -> tuple[Array, float]:
+    def _first_guess(self, state: SurfaceState, sought: _Sought) -> tuple[Array, float]:
         """Pressure to start from, and by how much the object will have to be lowered."""
         if sought.move.force_n is None:
             return state.pressure_mpa, 0.0
@@ -235,7 +235,7 @@ class ContactModel:
             low, high = (low, middle) if enough else (middle, high)
         return np.maximum(sought.overlap_mm + high, 0) / springs, high
 
-    def released(self, state: SkinState, seconds: float) -> SkinState:
+    def released(self, state: SurfaceState, seconds: float) -> SurfaceState:
         """Return the skin some time after the object was taken away."""
         time = TimeStep(self.gel.branches, seconds)
         left = time.remembered(state.displacement_mm, state.stretches_mm)
@@ -243,7 +243,7 @@ class ContactModel:
         rest = self.at_rest()
         return replace(rest, displacement_mm=left, anchors_mm=left[:2], stretches_mm=stretches)
 
-    def _carried(self, state: SkinState, indenter: Indenter, move: Move, was_mm: Array) -> Array:
+    def _carried(self, state: SurfaceState, indenter: Indenter, move: Move, was_mm: Array) -> Array:
         """(2, ny, nx) how the object's surface moves along the skin."""
         if move.rolls:
             # it turns about its lowest point, and what lies higher lags behind

@@ -61,7 +61,7 @@ def simulate(
     with fresh_folder(place) as fresh:
         stage.reset()
         (fresh / TRUTH).mkdir()
-        write_frame(fresh / REFERENCE, stage.frame(), "untouched")
+        write_frame(fresh / REFERENCE, stage.frame(), "undeformed")
         for number, _ in enumerate(script.played(stage)):
             name = f"{number:06d}"
             write_frame(fresh / FRAMES, stage.frame(), name)

@@ -13,13 +13,13 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Pixels
 from tactile_core.sim import kernels
+from tactile_core.sim.gel_surface import GelSurface, Mode
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.rig import RigOptics
-from tactile_core.sim.skin import Mode, Skin
 
 
-class VirtualStage(Skin):
+class VirtualStage(GelSurface):
     """Moves an object on the virtual twin of a profile: its skin, and what its camera sees of it.
 
     Increments are quasi-static, as slow as it takes for all stress to relax, unless they are given
@@ -143,7 +143,7 @@ class VirtualStage(Skin):
         """
         number = self._shot
         lit = iter(np.split(self.frame().pixels, self._shots, axis=2))
-        dark = self._optics.skin(self.truth().height_mm) if self._has_dark else None
+        dark = self._optics.surface(self.truth().height_mm) if self._has_dark else None
         return [
             next(lit)
             if exposure.channels or dark is None

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.sim.contact_state import Pose, SkinState
+from tactile_core.sim.contact_state import Pose, SurfaceState
 from tactile_core.sim.resampling import ImageSampler
 
 
@@ -44,7 +44,7 @@ class TrueState:
     pose: Pose
     depth_mm: float
     mm_per_px: float
-    _state: SkinState = field(repr=False)
+    _state: SurfaceState = field(repr=False)
     _sampler: ImageSampler = field(repr=False)
 
     @cached_property

@@ -96,7 +96,7 @@ class CalibrationChecks(Suite):
         rig, model = self.registered.rig(part), self.registered.fitted(part)
         scene = rig.scenes[1]
         wrong = truth_fault(self._measured(part, model, scene.frame), scene)
-        rest = self._measured(part, model, rig.untouched)
+        rest = self._measured(part, model, rig.undeformed)
         wrong = wrong or _unlevel(rest, scene)
         if wrong:
             raise Fault(

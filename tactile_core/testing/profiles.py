@@ -31,7 +31,7 @@ from tactile_core.testing.virtual_presses import Rig, full_rig
 
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
 
-_TWIN_FRAMES = 6
+_VIRTUAL_FRAMES = 6
 """Untouched first, and then the first frames of a press."""
 
 
@@ -129,13 +129,13 @@ class ProfileChecks(Suite):
             )
 
     @check(Registered.profiles)
-    def test_twin(self, profile: ProfileFile) -> None:
-        """Its virtual twin runs: frames of the profile's size, which a touch changes."""
+    def test_virtual_sensor(self, profile: ProfileFile) -> None:
+        """Its virtual sensor runs: frames of the profile's size, which a touch changes."""
         self._loaded(profile)
         try:
-            twin = load_profile(profile.path, sim=True)
-            with Sensor(twin, reference=FIRST).open() as sensor:
-                frames = [reading.frame for reading in islice(sensor.stream(), _TWIN_FRAMES)]
+            virtual_profile = load_profile(profile.path, sim=True)
+            with Sensor(virtual_profile, reference=FIRST).open() as sensor:
+                frames = [reading.frame for reading in islice(sensor.stream(), _VIRTUAL_FRAMES)]
         except Exception as error:
             raise Fault(
                 profile,
@@ -143,7 +143,7 @@ class ProfileChecks(Suite):
                 why="with --sim a profile is tried, shown and tested where its sensor is not",
                 do="correct the lights or the gel of the profile, or say in 'sim:' what differs",
             ) from error
-        image = twin.image
+        image = virtual_profile.image
         sizes = {frame.pixels.shape[1::-1] for frame in frames}
         found = ""
         if sizes != {(image.width_px, image.height_px)}:

@@ -41,7 +41,7 @@ _BALL, _DEPTH = 0.4, 0.2
 """Diameter of a ball over the shorter side of the view, depth over the diameter."""
 
 _MARKERS_A_SIDE = 10
-_DRAG, _DRAG_REACH = 0.03, 0.4
+_SHEAR, _SHEAR_REACH = 0.03, 0.4
 """How far the last press drags the skin and how wide around, over the shorter side of the view."""
 
 _GENERIC = {
@@ -105,16 +105,16 @@ class Rig:
     def reference(self) -> Reference:
         """The untouched sensor."""
         return Reference(
-            _frozen(self.untouched.pixels.astype(np.float32)),
+            _frozen(self.undeformed.pixels.astype(np.float32)),
             self.channels,
             self.optics.full_scale,
-            self.untouched.marker_mask,
+            self.undeformed.marker_mask,
             noise=1.0,
             detections=self._detections(self._markers_px),
         )
 
     @cached_property
-    def untouched(self) -> Frame:
+    def undeformed(self) -> Frame:
         """A frame of the untouched sensor."""
         return self._frame(np.zeros(self.shape), seed=0, number=0)
 
@@ -144,8 +144,8 @@ class Rig:
             centre = rng.uniform(0.2, 0.8) * width, rng.uniform(0.2, 0.8) * height
             scene = self._scene(centre, _BALL, _DEPTH, number + 1, number)
             touched = rng.permutation(np.argwhere(scene.contact))[:PIXELS]
-            resting = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
-            rows, columns = np.concatenate([touched, resting[: len(touched) // 3]]).T
+            at_rest = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
+            rows, columns = np.concatenate([touched, at_rest[: len(touched) // 3]]).T
             slopes = scene.gradients[rows, columns].astype(np.float32)
             heights_mm = scene.height_mm[rows, columns].astype(np.float32)
             made.append(
@@ -174,26 +174,26 @@ class Rig:
     def _detections(self, places_px: NDArray[np.float32], time_s: float = 0.0) -> MarkerDetections:
         return MarkerDetections(_frozen(places_px), np.zeros(len(places_px), np.bool_), time_s)
 
-    def _dragged_px(
+    def _sheared_px(
         self, centre: tuple[float, float], number: int, places_px: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """(…, 2) by how much the skin now at these places is dragged: most where it is touched."""
         far = np.square(places_px - np.array(centre)).sum(axis=-1, keepdims=True)
-        reach = _DRAG_REACH * min(self.shape)
-        drag = np.array([1.0, 0.4]) * _DRAG * (number + 1) / SCENES * min(self.shape)
-        return np.asarray(np.exp(-far / reach**2) * drag)
+        reach = _SHEAR_REACH * min(self.shape)
+        shear = np.array([1.0, 0.4]) * _SHEAR * (number + 1) / SCENES * min(self.shape)
+        return np.asarray(np.exp(-far / reach**2) * shear)
 
-    def _dragged(
+    def _sheared(
         self, centre: tuple[float, float], number: int, time_s: float
     ) -> dict[type[Quantity], Quantity]:
         """What is true of the markers and the skin that an object at ``centre`` drags, sticking."""
         scale, count = self.profile.image.mm_per_px, len(self._markers_px)
         markers = rest = self._markers_px.astype(np.float64)
         for _ in range(10):
-            markers = rest + self._dragged_px(centre, number, markers)
+            markers = rest + self._sheared_px(centre, number, markers)
         px = _frozen(markers.astype(np.float32))
         grid = np.moveaxis(np.indices(self.shape)[::-1], 0, -1).astype(np.float64)
-        field_mm = (self._dragged_px(centre, number, grid) * scale).astype(np.float32)
+        field_mm = (self._sheared_px(centre, number, grid) * scale).astype(np.float32)
         everywhere = _frozen(np.ones(self.shape, np.bool_))
         everyone = np.ones(count, np.bool_)
         ids = np.arange(count, dtype=np.int32)
@@ -223,7 +223,7 @@ class Rig:
             Gradients: Gradients(x, y, sure, scale, time_s),
             HeightMap: HeightMap(z, sure, scale, time_s, rest_mm),
             ContactMask: ContactMask(contact, scale, time_s),
-            **self._dragged(centre, number, time_s),
+            **self._sheared(centre, number, time_s),
         }
         return VirtualPress(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 

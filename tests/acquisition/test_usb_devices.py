@@ -111,7 +111,7 @@ def test_without_libusb_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
         usb_cameras()
 
 
-def test_a_libusb_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_libusb_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(**_: Any) -> Any:
         raise usb.core.USBError("Other error")
 

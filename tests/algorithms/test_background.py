@@ -21,25 +21,25 @@ def light(a: float, b: float, c: float) -> NDArray[np.float64]:
 
 
 @given(COEFFICIENT, COEFFICIENT, COEFFICIENT)
-def test_level_skin_is_its_own_background(a: float, b: float, c: float) -> None:
-    untouched = np.stack([light(a, b, c), light(b, c, a)], axis=2)
-    np.testing.assert_allclose(smooth_background(untouched), untouched, rtol=1e-4)
+def test_level_gel_is_its_own_background(a: float, b: float, c: float) -> None:
+    undeformed = np.stack([light(a, b, c), light(b, c, a)], axis=2)
+    np.testing.assert_allclose(smooth_background(undeformed), undeformed, rtol=1e-4)
 
 
 @given(COEFFICIENT, st.integers(6, 60), st.floats(0.3, 2.0))
 def test_a_groove_leaves_no_trace(a: float, column: int, gain: float) -> None:
-    untouched = light(a, -a, 0.1)[..., None]
-    pressed = untouched.copy()
+    undeformed = light(a, -a, 0.1)[..., None]
+    pressed = undeformed.copy()
     pressed[:, column : column + 10] *= gain
-    np.testing.assert_allclose(smooth_background(pressed), untouched, rtol=0.025)
+    np.testing.assert_allclose(smooth_background(pressed), undeformed, rtol=0.025)
 
 
 def test_markers_do_not_count() -> None:
-    untouched = light(0.1, 0.2, 0.1)[..., None]
+    undeformed = light(0.1, 0.2, 0.1)[..., None]
     marker_mask = np.zeros(SHAPE, bool)
     marker_mask[::3] = True
-    marked = np.where(marker_mask[..., None], 1.0, untouched)
-    np.testing.assert_allclose(smooth_background(marked, marker_mask), untouched, rtol=1e-4)
+    marked = np.where(marker_mask[..., None], 1.0, undeformed)
+    np.testing.assert_allclose(smooth_background(marked, marker_mask), undeformed, rtol=1e-4)
 
 
 def test_black_pixels_and_bytes_are_fine() -> None:

@@ -118,7 +118,7 @@ def changed(bench: Bench, pixels: np.ndarray) -> PressImage:
         lambda bench: changed(bench, np.roll(bench.reference, 3, axis=1) * 1.05),
         two_balls,
     ],
-    ids=["untouched", "the reference itself", "a flash", "moved and brighter", "two balls"],
+    ids=["undeformed", "the reference itself", "a flash", "moved and brighter", "two balls"],
 )
 def test_what_is_no_press_of_one_ball_is_left_out_with_a_reason(
     bench: Bench, spoil, circles: list[Circle]
@@ -129,7 +129,7 @@ def test_what_is_no_press_of_one_ball_is_left_out_with_a_reason(
     assert all(circle.used for circle in good)
 
 
-def test_nothing_but_untouched_frames_gives_no_circle(bench: Bench) -> None:
+def test_nothing_but_undeformed_frames_gives_no_circle(bench: Bench) -> None:
     assert not any(circle.used for circle in bench.find([bench.image(None, s) for s in range(4)]))
 
 

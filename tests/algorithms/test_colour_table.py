@@ -40,7 +40,7 @@ def test_baking_gives_the_model_at_every_entry(count: int) -> None:
     first, second, third = (values[i] for i in (3, count - 1, 0))
     expected = linear_model(np.array([[first, second, third]]))[0]
     np.testing.assert_allclose(table.nearest(np.array([[first, second, third]]))[0], expected)
-    assert table.sines.shape == (count, count, count)
+    assert table.normal_xy.shape == (count, count, count)
 
 
 def test_a_bend_between_entries_is_lost_by_less_than_it_matters() -> None:
@@ -50,8 +50,8 @@ def test_a_bend_between_entries_is_lost_by_less_than_it_matters() -> None:
     table = bake(bent, Axis(per_unit=50, first=20, count=80))
     values = table.axis.values()
     exact = bent(np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3))
-    sines = np.stack([table.sines.real, table.sines.imag], -1).reshape(-1, 2)
-    assert np.abs(sines - exact).max() < 0.003
+    normal_xy = np.stack([table.normal_xy.real, table.normal_xy.imag], -1).reshape(-1, 2)
+    assert np.abs(normal_xy - exact).max() < 0.003
 
 
 def test_three_bytes_index_the_flat_table() -> None:

@@ -16,8 +16,8 @@ from tactile_core import load_profile
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.errors import InputError
 from tactile_core.sim.analytic_ball import BallPress
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.skin import Skin
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -71,10 +71,10 @@ def test_a_ball_on_a_half_space_is_masked_to_its_border(
 def test_a_ball_on_a_bonded_layer_is_masked_to_its_border_however_much_of_it_touches(
     diameter_mm: float, depth_mm: float
 ) -> None:
-    skin = Skin(load_profile("hex_fingertip", sim=True))
-    skin.indent_with(make_indenter("sphere", diameter_mm=diameter_mm))
-    skin.press(depth_mm=depth_mm)
-    truth = skin.truth()
+    surface = GelSurface(load_profile("hex_fingertip", sim=True))
+    surface.indent_with(make_indenter("sphere", diameter_mm=diameter_mm))
+    surface.press(depth_mm=depth_mm)
+    truth = surface.truth()
     mask = contact_mask(truth.height_mm, mm_per_px=truth.mm_per_px)
     assert overlap(mask, truth.contact) > 0.85
     assert mask.sum() == pytest.approx(truth.contact.sum(), rel=0.15)
@@ -165,7 +165,7 @@ def test_what_hardly_stands_out_of_the_noise_beside_a_contact_is_none() -> None:
         assert mask[62, 125] == found
 
 
-def test_the_radius_of_a_balls_contact_is_told_to_seven_per_cent() -> None:
+def test_the_radius_of_a_balls_contact_is_reported_to_seven_per_cent() -> None:
     x, y = grid((240, 320), 0.06)
     wider = []
     for radius_mm, depth_mm in ((4, 0.2), (6, 0.3), (5, 0.15)):
@@ -175,7 +175,7 @@ def test_the_radius_of_a_balls_contact_is_told_to_seven_per_cent() -> None:
     assert np.mean(wider) == pytest.approx(1, abs=0.07)
 
 
-def test_an_untouched_skin_hardly_ever_has_a_contact_however_it_drifts() -> None:
+def test_an_undeformed_gel_hardly_ever_has_a_contact_however_it_drifts() -> None:
     rng = np.random.default_rng(0)
     seen = []
     for seed in range(300):

@@ -31,12 +31,12 @@ def similar(shift: Array, degrees: float, growth: float, centre_px: Array) -> Ar
     return np.stack([(at - was).real, (at - was).imag], -1)
 
 
-def skin() -> MarkedSurface:
+def surface() -> MarkedSurface:
     return MarkedSurface(MARKERS, SHAPE, mm_per_px=SCALE_MM)
 
 
 @given(shifts, shifts, turns, growths)
-def test_a_similar_skin_is_taken_apart_exactly(
+def test_a_similar_gel_is_taken_apart_exactly(
     x: float, y: float, degrees: float, growth: float
 ) -> None:
     mask = np.hypot(X - 70, Y - 50) < 30
@@ -53,7 +53,7 @@ def test_a_similar_skin_is_taken_apart_exactly(
 
 
 @given(st.floats(20, 140), st.floats(20, 100), turns)
-def test_about_another_point_the_shear_is_that_of_the_skin_there(
+def test_about_another_point_the_shear_is_that_of_the_gel_there(
     x: float, y: float, degrees: float
 ) -> None:
     field = similar(np.array([0.3, -0.1]), degrees, 0.02, np.array([x, y]))
@@ -103,16 +103,16 @@ def test_a_mask_of_another_size_is_refused() -> None:
 
 
 @given(shifts, shifts)
-def test_a_skin_that_is_shifted_as_a_whole_is_shifted_everywhere(x: float, y: float) -> None:
-    found = skin().displacement(MARKERS + np.array([x, y]) / SCALE_MM, ALL)
+def test_a_gel_that_is_shifted_as_a_whole_is_shifted_everywhere(x: float, y: float) -> None:
+    found = surface().displacement(MARKERS + np.array([x, y]) / SCALE_MM, ALL)
     np.testing.assert_allclose(found, np.broadcast_to([x, y], found.shape), atol=2e-3)
 
 
-def test_the_value_at_a_pixel_belongs_to_the_skin_that_is_there_now() -> None:
+def test_the_value_at_a_pixel_belongs_to_the_gel_that_is_there_now() -> None:
     centre = np.array([80.0, 60.0])
     now = centre + (MARKERS - centre) @ np.array([[0.0, 1.0], [-1.0, 0.0]]).T * np.sin(0.15)
     now += (MARKERS - centre) * np.cos(0.15)
-    found = skin().displacement(now, ALL)
+    found = surface().displacement(now, ALL)
     truth = similar(np.zeros(2), -np.degrees(0.15), 0.0, centre)
     inside = np.hypot(X - 80, Y - 60) < 50
     np.testing.assert_allclose(found[inside], truth[inside], atol=0.01)
@@ -129,7 +129,7 @@ def test_a_marker_that_is_not_seen_has_no_say(seed: int) -> None:
     seen = rng.random(len(MARKERS)) > 0.3
     now = MARKERS + _bump() / SCALE_MM
     elsewhere = np.where(seen[:, None], now, now + rng.normal(0, 50, now.shape))
-    ours = skin()
+    ours = surface()
     contact = np.hypot(X - 80, Y - 60) < 20
     np.testing.assert_array_equal(
         ours.displacement(now, seen, contact), ours.displacement(elsewhere, seen, contact)
@@ -142,7 +142,7 @@ def test_the_others_alone_give_what_weights_made_for_them_alone_give() -> None:
     now = MARKERS + _bump() / SCALE_MM
     alone = MarkedSurface(MARKERS[seen], SHAPE, mm_per_px=SCALE_MM)
     np.testing.assert_allclose(
-        skin().displacement(now, seen),
+        surface().displacement(now, seen),
         alone.displacement(now[seen], ALL[seen]),
         atol=1e-3,
     )
@@ -160,7 +160,7 @@ def test_few_markers_are_enough_for_a_field_that_is_finite(left: int) -> None:
 
 def test_the_field_is_supported_near_markers_that_are_seen() -> None:
     seen = MARKERS[:, 0] < 60
-    valid = skin().supported(MARKERS, seen)
+    valid = surface().supported(MARKERS, seen)
     assert valid[:, :52].all()
     assert not valid[:, 75:].any()
 
@@ -168,13 +168,13 @@ def test_the_field_is_supported_near_markers_that_are_seen() -> None:
 def test_a_contact_lets_the_field_bend_at_its_border() -> None:
     """A disc that moves 0.3 mm between markers that are as far apart as it is wide."""
     from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
-    from tactile_core.algorithms.displacement.contact_drag import ContactDrag
+    from tactile_core.algorithms.displacement.contact_shear import ContactShear
     from tactile_core.algorithms.elasticity import Elastomer
 
     contact = np.hypot(X - 76, Y - 63) < 16
     grid = CoarseGrid(SHAPE, SHAPE)
-    drag = ContactDrag(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
-    pulled = drag.fields(contact.astype(np.float32))
+    shear = ContactShear(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
+    pulled = shear.fields(contact.astype(np.float32))
     assert pulled is not None
     along_x = pulled[..., :1].view(np.float32)
     truth = 0.3 * along_x / along_x[contact, 0].mean()

@@ -62,10 +62,10 @@ def test_a_tenth_of_a_pixel_of_noise_in_the_markers_sets_a_floor_of_about_one_an
 
     x, y = np.arange(20, 640, 40.0), np.arange(20, 480, 40.0)
     markers = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-    skin = MarkedSurface(markers, (480, 640), mm_per_px=0.0276)
+    surface = MarkedSurface(markers, (480, 640), mm_per_px=0.0276)
     rng = np.random.default_rng(0)
     sheared = [markers + rng.normal([15, 0], 0.1, markers.shape) for _ in range(10)]
-    found = [displacement_entropy(skin.displacement(px, markers[:, 0] > 0)) for px in sheared]
+    found = [displacement_entropy(surface.displacement(px, markers[:, 0] > 0)) for px in sheared]
     assert 1.0 < np.mean(found) < 2.0
     assert np.std(found) < 0.2
 

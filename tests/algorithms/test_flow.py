@@ -51,7 +51,7 @@ def test_what_shows_nothing_moves_as_its_surroundings_and_far_away_not_at_all() 
 
 
 @given(st.floats(-9, 9), st.floats(-9, 9))
-def test_two_motions_add_up_where_the_skin_is_now(x: float, y: float) -> None:
+def test_two_motions_add_up_where_the_gel_is_now(x: float, y: float) -> None:
     second = np.broadcast_to(np.float32([x, y]), NOTHING.shape)
     first = 0.01 * np.stack([X, Y], -1).astype(np.float32)
     found = flow.followed(first, second)

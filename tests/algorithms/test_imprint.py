@@ -18,7 +18,7 @@ from support.imprint_scenes import MARKER_PX, MARKERS, scene
 
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
 from tactile_core.algorithms.slip.imprint import ImprintFollower, ImprintMotion
-from tactile_core.algorithms.slip.skin_view import SkinView
+from tactile_core.algorithms.slip.surface_view import SurfaceView
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
 from tactile_core.sim import VirtualStage
@@ -46,35 +46,35 @@ def rested() -> ImprintFollower:
 
 @settings(max_examples=10)
 @given(st.floats(-12, 12), st.floats(-12, 12))
-def test_an_object_that_sticks_loses_nothing_however_far_it_drags_the_skin(
+def test_an_object_that_sticks_loses_nothing_however_far_it_shears_the_gel(
     x_px: float, y_px: float
 ) -> None:
     ways = [(t * x_px, t * y_px) for t in np.linspace(0, 1, 6)]
-    told = follow(scene(way, skin_px=way) for way in ways)
+    told = follow(scene(way, surface_px=way) for way in ways)
     assert max(motion.lost for motion in told) < 0.12
 
 
-def test_an_object_that_slides_over_skin_at_rest_slips() -> None:
+def test_an_object_that_slides_over_gel_at_rest_slips() -> None:
     told = follow(scene((3.0 * number, 0)) for number in range(8))
     assert told[0].degree == 0
     assert told[-1].slips
     assert told[-1].kind == "translation"
 
 
-def test_skin_that_is_dragged_on_under_an_object_at_rest_slips_too() -> None:
-    told = follow(scene(skin_px=(0, -3.0 * number)) for number in range(8))
+def test_gel_that_is_sheared_on_under_an_object_at_rest_slips_too() -> None:
+    told = follow(scene(surface_px=(0, -3.0 * number)) for number in range(8))
     assert told[-1].slips
 
 
 @pytest.mark.parametrize("way_px", [(3.0, 0.0), (0.0, -3.0), (2.0, 2.0)])
-def test_the_way_over_the_skin_is_measured(way_px: tuple[float, float]) -> None:
+def test_the_way_over_the_gel_is_measured(way_px: tuple[float, float]) -> None:
     told = follow([scene(), scene(way_px)], step_s=1e-3)
     np.testing.assert_allclose(told[-1].moved_px, way_px, atol=1.0)
     assert abs(told[-1].turned_rad) < 0.01
 
 
 @pytest.mark.parametrize("turn_deg", [-5.0, 5.0])
-def test_a_turn_on_the_skin_is_told_from_a_slide(turn_deg: float) -> None:
+def test_a_turn_on_the_gel_is_reported_from_a_slide(turn_deg: float) -> None:
     told = follow((scene(turn_deg=turn_deg * number / 2) for number in range(3)), step_s=1e-3)
     assert told[-1].kind == "rotation"
     assert np.degrees(told[-1].turned_rad) == pytest.approx(turn_deg, rel=0.4)
@@ -97,7 +97,7 @@ def test_an_object_taken_away_leaves_all_of_its_imprint() -> None:
     assert told[-1].lost > 0.8
 
 
-def test_noise_and_lamps_are_no_slip() -> None:
+def test_noise_and_lights_are_no_slip() -> None:
     told = follow(
         scene(light=1 + 0.1 * np.sin(number / 5), noise=2.0, seed=number) for number in range(40)
     )
@@ -122,9 +122,9 @@ def test_a_grasp_that_holds_again_is_forgiven() -> None:
 
 
 def test_the_view_stands_still_and_hides_the_markers() -> None:
-    view = SkinView(*scene(), MARKER_PX)
+    view = SurfaceView(*scene(), MARKER_PX)
     still, seen = view.imprint(*scene())
-    moved, both = view.imprint(*scene((5, -3), skin_px=(5, -3)))
+    moved, both = view.imprint(*scene((5, -3), surface_px=(5, -3)))
     assert np.all(still[seen == 0] == 0)
     x, y = np.round(MARKERS / 2 - 0.25).astype(int).T
     assert not seen[y, x].any()
@@ -160,7 +160,7 @@ def test_reset_forgets_the_object() -> None:
     assert follower.update(*scene(), 0.5).lost == 0
 
 
-def test_two_markers_do_not_tell_how_the_skin_moves() -> None:
+def test_two_markers_do_not_tell_how_the_gel_moves() -> None:
     with pytest.raises(InputError, match="2 markers"):
         ImprintFollower(scene()[0], MARKERS[:2], MARKER_PX)
 
@@ -179,7 +179,9 @@ def test_a_virtual_coin_slips_where_it_does_not_stick(friction: float, slips: bo
 
 
 @pytest.mark.parametrize("name", ["object001", "object002", "object003"])
-def test_real_lifts_that_slip_are_told_from_those_that_hold(recordings: Path, name: str) -> None:
+def test_real_lifts_that_slip_are_reported_from_those_that_hold(
+    recordings: Path, name: str
+) -> None:
     folder = recordings / "slip" / "grasp_lift"
     with (folder / "labels.csv").open() as lines:
         rows = [row for row in csv.DictReader(lines) if row["object"] == name]

@@ -73,8 +73,8 @@ def test_every_pair_of_bytes_finds_the_same_entry(per_unit: float) -> None:
     levels = np.arange(256, dtype=np.uint8)
     pixels = np.stack([np.tile(levels, (246, 1))] * 3, axis=2)
     reference = np.stack([np.tile(np.arange(10, 256)[:, None], (1, 256))] * 3, axis=2)
-    sines = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 80, 80, 80)).astype(np.float32)
-    table = ColourTable(Axis(per_unit, first=25, count=80), sines[0] + 1j * sines[1])
+    normal_xy = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 80, 80, 80)).astype(np.float32)
+    table = ColourTable(Axis(per_unit, first=25, count=80), normal_xy[0] + 1j * normal_xy[1])
 
     def slopes(compiled: bool) -> np.ndarray:
         nothing = SlopeField(
@@ -101,8 +101,8 @@ def test_slopes_agree(shape: tuple[int, int], gain: float) -> None:
     pixels = np.rint(reference * (1 + 0.3 * waves)).astype(np.uint8)
     axis = Axis(per_unit=80, first=45, count=80)
     values = axis.values()
-    sines = gain * (values[:, None, None] + 1j * values[None, :, None] + 0 * values)
-    table = ColourTable(axis, np.asarray(sines, np.complex64))
+    normal_xy = gain * (values[:, None, None] + 1j * values[None, :, None] + 0 * values)
+    table = ColourTable(axis, np.asarray(normal_xy, np.complex64))
 
     def model(features: np.ndarray) -> np.ndarray:
         return np.asarray(gain * features[:, :2] * (1 + 0.2 * features[:, 3:4]), np.float32)
@@ -186,9 +186,9 @@ def test_tracks_agree(seed: int, missing: float) -> None:
     rng = np.random.default_rng(seed)
     rest = 30.0 * np.stack(np.meshgrid(np.arange(14), np.arange(11)), axis=-1).reshape(-1, 2)
     far = np.square(rest - rest.mean(axis=0)).sum(axis=1, keepdims=True)
-    drag = np.exp(-far / 2e4) * [7.5, 3.0]
+    shear = np.exp(-far / 2e4) * [7.5, 3.0]
     shown = [
-        (rest + drag * k + rng.normal(0, 0.2, rest.shape))[rng.random(len(rest)) >= missing]
+        (rest + shear * k + rng.normal(0, 0.2, rest.shape))[rng.random(len(rest)) >= missing]
         for k in range(6)
     ]
 

@@ -36,7 +36,7 @@ def test_shading_is_no_dark_frame() -> None:
     assert lit_area(vignette) is None
 
 
-def test_dark_markers_within_are_skin() -> None:
+def test_dark_markers_within_are_gel() -> None:
     image = np.full(SIZE, 150, np.uint8)
     image[10::25, 10::25] = 10
     image = cv2.erode(image, np.ones((5, 5), np.uint8))
@@ -58,7 +58,7 @@ def test_nothing_lit_is_no_area() -> None:
     assert lit_area(np.zeros(SIZE, np.uint8)) is None
 
 
-def test_a_bright_reflection_alone_is_no_skin() -> None:
+def test_a_bright_reflection_alone_is_no_gel() -> None:
     image = np.full(SIZE, 2, np.uint8)
     image[100:110, 100:110] = 255
     assert lit_area(image) is None

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from experiments.sheared_markers import Drag, counted
+from experiments.sheared_markers import Shear, counted
 from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -111,14 +111,14 @@ def test_a_release_in_one_frame_brings_every_marker_home() -> None:
     assert tracker.seen.mean() > 0.9
 
 
-def test_a_start_with_dragged_skin_is_said() -> None:
+def test_a_start_with_sheared_gel_is_said() -> None:
     rest = grid()
-    untouched, dragged = MarkerTracker(rest), MarkerTracker(rest)
-    untouched.follow(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
-    dragged.follow(rest + bump(rest) * [0.3 * PITCH, 0.0])
-    assert untouched.began_displaced is False
-    assert dragged.began_displaced is True
-    assert swapped(dragged, rest + bump(rest) * [0.3 * PITCH, 0.0]) == 0
+    undeformed, sheared = MarkerTracker(rest), MarkerTracker(rest)
+    undeformed.follow(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
+    sheared.follow(rest + bump(rest) * [0.3 * PITCH, 0.0])
+    assert undeformed.began_displaced is False
+    assert sheared.began_displaced is True
+    assert swapped(sheared, rest + bump(rest) * [0.3 * PITCH, 0.0]) == 0
 
 
 def test_a_stretched_lattice_shows_a_contact_and_irregular_print_does_not() -> None:
@@ -136,7 +136,7 @@ def test_too_few_markers_are_never_told_apart() -> None:
     assert not tracker.seen.any()
 
 
-def test_skin_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None:
+def test_gel_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None:
     rng = np.random.default_rng(5)
     rest = grid() + rng.uniform(-2, 2, grid().shape)
     tracker = MarkerTracker(rest)
@@ -148,36 +148,36 @@ def test_skin_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None
         assert np.hypot(*(tracker.px - truth).T)[tracker.seen].max() < 1
 
 
-def now_and_in_soak(drag: Drag, name: str) -> list[Any]:
+def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
     return [
-        pytest.param(drag, 200, id=name),
-        pytest.param(drag, 10_000, id=f"{name}, long", marks=pytest.mark.soak),
+        pytest.param(shear, 200, id=name),
+        pytest.param(shear, 10_000, id=f"{name}, long", marks=pytest.mark.soak),
     ]
 
 
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize(
-    ("drag", "frames"),
+    ("shear", "frames"),
     [
-        *now_and_in_soak(Drag(1.0, 0.35, spurious=0.05), "one pitch"),
-        *now_and_in_soak(Drag(2.0, 0.35, spurious=0.0), "two pitches"),
+        *now_and_in_soak(Shear(1.0, 0.35, spurious=0.05), "one pitch"),
+        *now_and_in_soak(Shear(2.0, 0.35, spurious=0.0), "two pitches"),
         pytest.param(
-            Drag(2.0, 0.35, spurious=0.0),
+            Shear(2.0, 0.35, spurious=0.0),
             1000,
             id="two pitches, longer",
             marks=pytest.mark.headline,
         ),
-        *now_and_in_soak(Drag(2.0, 0.35, spurious=0.02), "two pitches, specks"),
-        *now_and_in_soak(Drag(2.0, 0.7, spurious=0.05), "two pitches, quickly"),
+        *now_and_in_soak(Shear(2.0, 0.35, spurious=0.02), "two pitches, specks"),
+        *now_and_in_soak(Shear(2.0, 0.7, spurious=0.05), "two pitches, quickly"),
     ],
 )
-def test_virtual_strokes_swap_no_marker(drag: Drag, frames: int, kernels_or_numpy: str) -> None:
+def test_virtual_strokes_swap_no_marker(shear: Shear, frames: int, kernels_or_numpy: str) -> None:
     # numpy finds the same, but in twice the time
-    tally = counted(drag, frames if kernels_or_numpy == "compiled" else 200)
+    tally = counted(shear, frames if kernels_or_numpy == "compiled" else 200)
     print(tally)
     assert tally.swapped == 0
     assert tally.specks <= 5e-4 * tally.seen
     assert tally.rms_of_right_px < 0.15
     # a speck beside a missing marker is taken for it now and then; each is off by some pixels
-    assert drag.spurious or tally.rms_px < 0.15
+    assert shear.spurious or tally.rms_px < 0.15
     assert tally.recall > 0.87

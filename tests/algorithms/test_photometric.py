@@ -13,12 +13,12 @@ from tactile_core.algorithms.photometric import (
 
 
 @given(st.floats(0.2, 2.0))
-def test_a_brighter_lamp_changes_every_place_alike(gain: float) -> None:
+def test_a_brighter_light_changes_every_place_alike(gain: float) -> None:
     base = np.linspace(40, 120, 60, dtype=np.float32).reshape(5, 4, 3)
     np.testing.assert_allclose(relative_change(gain * base, base), gain - 1, atol=1e-5)
 
 
-def test_dark_skin_is_not_divided_by_nothing() -> None:
+def test_dark_gel_is_not_divided_by_nothing() -> None:
     change = relative_change(np.full((1, 1, 3), 20.0), np.zeros((1, 1, 3), np.float32))
     assert np.isfinite(change).all()
 
@@ -30,7 +30,7 @@ def test_a_grey_level_of_noise_in_the_dark_is_no_large_change() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_smoothing_keeps_level_skin_and_its_dtype(dtype: type) -> None:
+def test_smoothing_keeps_level_gel_and_its_dtype(dtype: type) -> None:
     flat = np.full((20, 30, 3), 77, dtype)
     smoothed = Smoothing().apply(flat, None)
     assert smoothed.dtype == dtype
@@ -65,13 +65,13 @@ def test_any_number_of_channels_is_smoothed_and_filled() -> None:
 @pytest.mark.parametrize("radius", [2, 5, 11])
 def test_filled_markers_leave_no_trace_on_a_gentle_gradient(radius: int) -> None:
     y, x = np.mgrid[:120, :160]
-    skin = np.stack([100 + 0.2 * x, 120 - 0.2 * y, 90 + 0 * x], 2).astype(np.uint8)
+    surface = np.stack([100 + 0.2 * x, 120 - 0.2 * y, 90 + 0 * x], 2).astype(np.uint8)
     marker_mask = np.zeros((120, 160), bool)
     for cx, cy in ((40, 40), (110, 70), (70, 95)):
         marker_mask |= np.hypot(x - cx, y - cy) <= radius
-    printed = np.where(marker_mask[..., None], 10, skin).astype(np.uint8)
+    printed = np.where(marker_mask[..., None], 10, surface).astype(np.uint8)
     filled = fill_markers(printed, marker_mask, around_markers(marker_mask))
-    assert np.abs(filled.astype(int) - skin).max() <= 4
+    assert np.abs(filled.astype(int) - surface).max() <= 4
     np.testing.assert_array_equal(filled[~marker_mask], printed[~marker_mask])
 
 

@@ -139,7 +139,7 @@ def test_exact_face_means_give_the_exact_surface(shape: tuple[int, int]) -> None
 
 
 @pytest.mark.parametrize("shape", [(48, 64), (47, 61), (480, 640), (241, 307)])
-def test_single_precision_is_enough_for_a_rough_skin(shape: tuple[int, int]) -> None:
+def test_single_precision_is_enough_for_a_rough_gel(shape: tuple[int, int]) -> None:
     z = cv2.GaussianBlur(np.random.default_rng(0).standard_normal(shape), (0, 0), 2)
     gx, gy = (g.astype(np.float32) for g in slopes_with_exact_face_means(z))
     assert largest_error(integrate(gx, gy, mm_per_px=MM_PER_PX), centred(z)) <= 1e-5

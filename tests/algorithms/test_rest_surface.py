@@ -60,7 +60,7 @@ def test_level_and_drift_are_found_beside_a_punch_on_two_fifths_of_the_image(
 
 
 @pytest.mark.parametrize("share", [0.45, 0.5, 0.6])
-def test_the_lower_of_two_levels_is_the_skin_though_the_object_is_larger(share: float) -> None:
+def test_the_lower_of_two_levels_is_the_gel_though_the_object_is_larger(share: float) -> None:
     noise = np.random.default_rng(0).normal(0, 0.003, SHAPE)
     plane = rest_plane(
         punch(share) + noise, *reversed(np.gradient(punch(share), MM_PER_PX)), mm_per_px=MM_PER_PX
@@ -68,7 +68,7 @@ def test_the_lower_of_two_levels_is_the_skin_though_the_object_is_larger(share: 
     assert plane.level_mm == pytest.approx(0, abs=0.02)
 
 
-def test_skin_heaped_up_before_a_dragged_object_hides_no_level() -> None:
+def test_gel_heaped_up_before_a_sheared_object_hides_no_level() -> None:
     heap = -0.6 * np.exp(-np.square((X_MM - 2) / 0.7) - np.square(Y_MM / 2.5))
     noise = np.random.default_rng(0).normal(0, 0.003, SHAPE)
     height_mm = punch(0.5) * 0.6 + heap
@@ -77,13 +77,13 @@ def test_skin_heaped_up_before_a_dragged_object_hides_no_level() -> None:
     assert plane.level_mm == pytest.approx(0, abs=0.03)
 
 
-def test_skin_that_bulges_beside_a_ball_is_no_lower_level() -> None:
+def test_gel_that_bulges_beside_a_ball_is_no_lower_level() -> None:
     r_mm = np.hypot(X_MM, Y_MM)
     bulge = np.where((r_mm > 3) & (r_mm < 5), -0.08, 0.0)
     assert found(ball(0.4) + bulge).level_mm == pytest.approx(0, abs=0.02)
 
 
-def test_an_untouched_skin_is_at_zero() -> None:
+def test_an_undeformed_gel_is_at_zero() -> None:
     height = np.random.default_rng(0).normal(0.7, 1e-3, SHAPE)
     assert found(height).level_mm == pytest.approx(0.7, abs=1e-3)
 

@@ -102,7 +102,7 @@ def test_salt_and_pepper_hardly_shows() -> None:
 
 
 @pytest.mark.parametrize(("left", "least"), [(0.3, 2.0), (0.0, 2.0)])
-def test_a_shadow_on_one_flank_does_not_tilt_the_ball_and_the_skin(
+def test_a_shadow_on_one_flank_does_not_tilt_the_ball_and_the_gel(
     left: float, least: float
 ) -> None:
     z, gx, gy = ball()

@@ -83,13 +83,13 @@ def test_what_is_smoothed_owns_its_memory():
     assert all((plane == 50).all() for plane in before)
 
 
-def test_skin_beside_a_marker_is_not_lost_to_it():
+def test_gel_beside_a_marker_is_not_lost_to_it():
     rows, columns = np.indices((96, 96), np.float32)
-    skin = (100 + 40 * np.sin(rows / 6) * np.cos(columns / 6))[..., None]
+    surface = (100 + 40 * np.sin(rows / 6) * np.cos(columns / 6))[..., None]
     marker_mask = np.zeros((96, 96), bool)
     marker_mask[8:88, 41:44] = True  # beside it a coarse pixel is half marker, half skin
     sampling = Sampling.of((96, 96), marker_mask, 2.0)
-    (seen,) = sampling.planes(np.where(marker_mask[..., None], np.float32(0), skin), marker_mask)
-    (bare,) = sampling.planes(skin, None)
+    (seen,) = sampling.planes(np.where(marker_mask[..., None], np.float32(0), surface), marker_mask)
+    (bare,) = sampling.planes(surface, None)
     error = (seen - bare)[6:42]
     assert np.sqrt(np.mean(np.square(error[:, 20:22]))) < 8

@@ -47,14 +47,14 @@ def again(image: np.ndarray, seed: int) -> np.ndarray:
 
 
 def test_a_real_observation_is_good(real: tuple[np.ndarray, np.ndarray]) -> None:
-    touched, untouched = real
-    assert faults(pattern(touched, 255), pattern(untouched, 255)) == ()
+    touched, undeformed = real
+    assert faults(pattern(touched, 255), pattern(undeformed, 255)) == ()
     assert faults(pattern(touched, 255)) == ()
 
 
-def test_every_swap_is_told(real: tuple[np.ndarray, np.ndarray]) -> None:
-    touched, untouched = real
-    reference = pattern(untouched, 255)
+def test_every_swap_is_reported(real: tuple[np.ndarray, np.ndarray]) -> None:
+    touched, undeformed = real
+    reference = pattern(undeformed, 255)
     for i, j in PAIRS:
         swapped = touched.copy()
         swapped[..., [i, j]] = touched[..., [j, i]]
@@ -64,9 +64,9 @@ def test_every_swap_is_told(real: tuple[np.ndarray, np.ndarray]) -> None:
         }
 
 
-def test_every_repeated_exposure_is_told(real: tuple[np.ndarray, np.ndarray]) -> None:
-    touched, untouched = real
-    reference = pattern(untouched, 255)
+def test_every_repeated_exposure_is_reported(real: tuple[np.ndarray, np.ndarray]) -> None:
+    touched, undeformed = real
+    reference = pattern(undeformed, 255)
     for i, j in PAIRS:
         repeated = touched.copy()
         repeated[..., i] = again(touched[..., j], seed=i)
@@ -77,34 +77,34 @@ def test_every_repeated_exposure_is_told(real: tuple[np.ndarray, np.ndarray]) ->
 
 
 @pytest.mark.parametrize("late", range(1, LIGHTS))
-def test_a_late_sequence_is_told(late: int, real: tuple[np.ndarray, np.ndarray]) -> None:
-    touched, untouched = real
-    found = faults(pattern(np.roll(touched, late, axis=2), 255), pattern(untouched, 255))
+def test_a_late_sequence_is_reported(late: int, real: tuple[np.ndarray, np.ndarray]) -> None:
+    touched, undeformed = real
+    found = faults(pattern(np.roll(touched, late, axis=2), 255), pattern(undeformed, 255))
     assert found == tuple(SequenceFault(k, (k - late) % LIGHTS) for k in range(LIGHTS))
 
 
 @pytest.mark.parametrize("missing", range(LIGHTS))
 @pytest.mark.parametrize("level", [0.0, 0.04, 0.2])
-def test_every_dark_exposure_is_told(
+def test_every_dark_exposure_is_reported(
     missing: int, level: float, real: tuple[np.ndarray, np.ndarray]
 ) -> None:
-    touched, untouched = real
+    touched, undeformed = real
     dark = touched.copy()
     dark[..., missing] = again(level * touched[..., missing], seed=missing)
-    for reference in (pattern(untouched, 255), None):
+    for reference in (pattern(undeformed, 255), None):
         assert faults(pattern(dark, 255), reference) == (SequenceFault(missing, None),)
 
 
 def test_good_observations_are_never_refused(real: tuple[np.ndarray, np.ndarray]) -> None:
-    touched, untouched = real
-    contact = (touched + 1) / (untouched + 1)
+    touched, undeformed = real
+    contact = (touched + 1) / (undeformed + 1)
     for seed in range(34):
         rng = np.random.default_rng(seed)
         turned = (contact, contact[::-1], contact[:, ::-1], contact**1.2)[seed % 4]
-        seen = untouched * turned * rng.uniform(0.95, 1.05, LIGHTS) * rng.uniform(0.7, 1.3)
+        seen = undeformed * turned * rng.uniform(0.95, 1.05, LIGHTS) * rng.uniform(0.7, 1.3)
         seen = np.roll(seen, rng.integers(-8, 9, 2), axis=(0, 1))
         top, left = rng.integers(0, 128), rng.integers(0, 153)
         part = (slice(top, top + 384), slice(left, left + 459)) if seed % 2 else (slice(None),) * 2
         good = pattern(again(seen[part], seed), 255)
-        assert faults(good, pattern(untouched[part], 255)) == ()
+        assert faults(good, pattern(undeformed[part], 255)) == ()
         assert faults(good) == ()

@@ -56,7 +56,7 @@ def test_floats_and_bytes_agree_to_an_entry(
     assert np.abs(bytes_ - floats).mean() < 0.006
 
 
-def test_untouched_skin_is_level(
+def test_undeformed_gel_is_level(
     scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, reference = scene
@@ -115,7 +115,7 @@ def test_six_channels_take_the_model_at_every_pixel() -> None:
 
 
 @pytest.mark.parametrize("bytes_", [False, True])
-def test_skin_that_rests_is_level_under_its_markers_too(
+def test_gel_that_rests_is_level_under_its_markers_too(
     scene: tuple[np.ndarray, np.ndarray], bytes_: bool
 ) -> None:
     _, reference = scene

@@ -39,7 +39,7 @@ def test_a_press_is_masked() -> None:
     assert contact.timestamp_s == 12.5
 
 
-def test_an_untouched_skin_is_not() -> None:
+def test_an_undeformed_gel_is_not() -> None:
     assert masked(0).area_mm2 == 0
 
 

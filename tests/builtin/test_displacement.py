@@ -15,10 +15,10 @@ from tactile_core.builtin.displacement import Displacement
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import MarkerPrint
-from tactile_core.sim.skin import Skin
 from tactile_core.sim.truth import TrueState
 
 NOISE_PX = 0.1
@@ -41,9 +41,9 @@ class Bench:
 
     def __init__(self, kind: str, *, seed: int = 0, **options: object) -> None:
         place = {key: options.pop(key, 0.0) for key in ("x_mm", "y_mm", "angle_deg")}
-        self.skin = Skin(PROFILE, "fast")
-        self.skin.markers_px = _rest_px()
-        self.skin.indent_with(make_indenter(kind, **options), **place)  # type: ignore[arg-type]
+        self.surface = GelSurface(PROFILE, "fast")
+        self.surface.markers_px = _rest_px()
+        self.surface.indent_with(make_indenter(kind, **options), **place)  # type: ignore[arg-type]
         self._rng = np.random.default_rng(seed)
         self._step = Displacement(Displacement.Options(), SensorContext(PROFILE.image, PROFILE.gel))
 
@@ -51,7 +51,7 @@ class Bench:
         self, *, unseen: float = 0.0, contact: bool = True
     ) -> tuple[DisplacementField, TrueState]:
         """The field as it is estimated now, and the truth."""
-        truth = self.skin.truth()
+        truth = self.surface.truth()
         now = truth.markers_px + self._rng.normal(0, NOISE_PX, truth.markers_px.shape)
         seen = ((now >= 0) & (now <= np.array(SHAPE[::-1]) - 1)).all(1)
         seen &= self._rng.random(len(now)) >= unseen
@@ -75,22 +75,22 @@ def _error(field: DisplacementField, truth: TrueState) -> float:
 
 
 def _sheared(bench: Bench) -> None:
-    bench.skin.shear(0.15, 0.1)
+    bench.surface.shear(0.15, 0.1)
 
 
 def _slipping(bench: Bench) -> None:
     for _ in range(5):
-        bench.skin.shear(-0.06, 0.08)
+        bench.surface.shear(-0.06, 0.08)
 
 
 def _slid(bench: Bench) -> None:
     for _ in range(8):
-        bench.skin.shear(0.15, -0.1)
+        bench.surface.shear(0.15, -0.1)
 
 
 def _twisted(bench: Bench) -> None:
     for _ in range(4):
-        bench.skin.twist(1.5)
+        bench.surface.twist(1.5)
 
 
 OBJECTS = {
@@ -103,7 +103,7 @@ OBJECTS = {
 def _pressed(kind: str, seed: int = 0) -> Bench:
     options, depth_mm = OBJECTS[kind]
     bench = Bench(kind, seed=seed, **options)
-    bench.skin.press(depth_mm)
+    bench.surface.press(depth_mm)
     return bench
 
 
@@ -132,9 +132,9 @@ def test_a_contact_that_is_known_makes_it_better() -> None:
     assert known < 0.8 * unknown
 
 
-def test_under_a_normal_load_the_skin_spreads() -> None:
+def test_under_a_normal_load_the_gel_spreads() -> None:
     bench = Bench("sphere", diameter_mm=9.0)
-    bench.skin.press(0.5)
+    bench.surface.press(0.5)
     field, truth = bench.measured()
     assert divergence(field.mm, mm_per_px=SCALE_MM)[truth.contact].mean() > 0.01
     parts = decomposed(field.mm, truth.contact, mm_per_px=SCALE_MM)
@@ -146,7 +146,7 @@ def test_under_a_normal_load_the_skin_spreads() -> None:
 
 def test_a_turn_of_0_6_degrees_is_taken_along_everywhere_and_of_4_5_less_so_far_out() -> None:
     bench = Bench("flat", size_mm=(40.0, 40.0))
-    bench.skin.press(force_n=45.0)
+    bench.surface.press(force_n=45.0)
     before, _ = bench.measured()
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]] - (np.array(SHAPE)[:, None, None] - 1) / 2
     radius_mm = SCALE_MM * np.hypot(x, y)
@@ -158,9 +158,9 @@ def test_a_turn_of_0_6_degrees_is_taken_along_everywhere_and_of_4_5_less_so_far_
             for ring in (radius_mm < 3, radius_mm > 8)
         ]
 
-    bench.skin.twist(0.6)
+    bench.surface.twist(0.6)
     np.testing.assert_allclose(turns(), 0.6, rtol=0.05)
-    bench.skin.twist(3.9, steps=9)
+    bench.surface.twist(3.9, steps=9)
     inside, outside = turns()
     assert inside == pytest.approx(4.5, rel=0.03)
     assert outside < 3.9
@@ -171,12 +171,12 @@ def test_mean_displacement_is_proportional_to_the_shear_force_and_its_peak_follo
 ):
     """Through stick, partial and gross slip of a plate that covers the gel."""
     bench = Bench("flat", size_mm=(40.0, 40.0))
-    bench.skin.press(force_n=45.0)
+    bench.surface.press(force_n=45.0)
     before, _ = bench.measured()
     moved = 0.05 * np.arange(1, 17)
     force, mean, peak = [], [], []
     for _ in moved:
-        bench.skin.shear(dy_mm=0.05)
+        bench.surface.shear(dy_mm=0.05)
         field, truth = bench.measured()
         since = field.mm - before.mm
         force.append(truth.wrench[1])
@@ -225,7 +225,7 @@ def _moved(
 LATTICE = np.stack(np.meshgrid(np.arange(5, 160, 10.0), np.arange(5, 120, 10.0)), -1).reshape(-1, 2)
 
 
-def test_after_a_tare_the_field_is_told_since_then() -> None:
+def test_after_a_tare_the_field_is_reported_since_then() -> None:
     loaded = LATTICE + np.array([3.0, -2.0])
     before, step = _moved(loaded, LATTICE)
     tared, _ = _moved(loaded, loaded, step=step)
@@ -234,8 +234,8 @@ def test_after_a_tare_the_field_is_told_since_then() -> None:
 
 
 def test_a_thicker_gel_is_taken_along_further_from_the_contact() -> None:
-    dragged = np.hypot(*(LATTICE - np.array([80, 60])).T) < 18
-    px = LATTICE + np.array([2.0, 0.0]) * dragged[:, None]
+    sheared = np.hypot(*(LATTICE - np.array([80, 60])).T) < 18
+    px = LATTICE + np.array([2.0, 0.0]) * sheared[:, None]
     reached = [
         _moved(px, LATTICE, Gel(thickness_mm=thickness))[0].mm[60, 110, 0]
         for thickness in (0.5, 1.0, 4.0)

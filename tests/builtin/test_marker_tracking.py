@@ -52,7 +52,7 @@ def test_after_a_tare_displacement_is_since_then(step: MarkerTracking) -> None:
     moved = step.estimate(shown(loaded + np.array([0.0, 3.0])), reference())
     assert np.abs(still.displacement_mm).max() < 1e-6
     assert moved.displacement_mm == pytest.approx(np.tile([0.0, 0.15], (80, 1)), abs=1e-5)
-    assert moved.untouched_px == pytest.approx(PLACES)
+    assert moved.undeformed_px == pytest.approx(PLACES)
     step.reset()
     again = step.estimate(shown(loaded), reference())
     assert again.displacement_mm == pytest.approx(np.tile([0.25, 0.0], (80, 1)), abs=1e-5)

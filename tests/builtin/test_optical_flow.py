@@ -24,12 +24,12 @@ class Bare:
             "hex_fingertip_unmarked", seed=2, overrides={"gel": {"friction": friction}}
         )
         frame = self.stage.frame()
-        self.untouched = Reference(
+        self.undeformed = Reference(
             frame.pixels.astype(np.float32), frame.channels, frame.full_scale
         )
         profile = self.stage.profile
         self.step = OpticalFlow(OpticalFlow.Options(), SensorContext(profile.image, profile.gel))
-        self.step.estimate(frame, self.untouched)
+        self.step.estimate(frame, self.undeformed)
         self.stage.indenter(kind, **options)
         for part in (0.4, 0.7, 1.0):
             self.stage.press(part * depth_mm)
@@ -37,7 +37,7 @@ class Bare:
 
     def measured(self, light: float = 1.0) -> tuple[DisplacementField, TrueState]:
         frame = self.stage.frame()
-        return self.step.estimate(_lit(frame, light), self.untouched), self.stage.truth()
+        return self.step.estimate(_lit(frame, light), self.undeformed), self.stage.truth()
 
 
 def _lit(frame: Frame, light: float) -> Frame:

@@ -44,7 +44,7 @@ def slopes(height_mm: NDArray[np.float64], drift: tuple[float, float] = (0, 0)) 
 
 
 @pytest.mark.parametrize("boundary", ["neumann", "dirichlet"])
-def test_the_height_of_a_press_is_measured_from_the_untouched_skin(boundary: str) -> None:
+def test_the_height_of_a_press_is_measured_from_the_undeformed_gel(boundary: str) -> None:
     truth = PRESS.height_mm(SHAPE, MM_PER_PX)
     height = step(boundary=boundary).estimate(slopes(truth)).mm
     assert height.dtype == np.float32
@@ -63,7 +63,7 @@ def test_drift_can_be_left_in() -> None:
     assert height[:, -1].mean() - height[:, 0].mean() == pytest.approx(0.02 * 15.9, rel=0.1)
 
 
-def test_an_untouched_skin_is_flat_at_zero() -> None:
+def test_an_undeformed_gel_is_flat_at_zero() -> None:
     height = step().estimate(slopes(np.zeros(SHAPE))).mm
     assert np.abs(height).max() < 0.01
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.readings import ONES, SHAPE, contact, drag, height, markers, reading, saved, slopes
+from support.readings import ONES, SHAPE, contact, height, markers, reading, saved, shear, slopes
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
@@ -128,9 +128,9 @@ def test_a_reading_is_written_again_over_its_own_files_alone(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     "quantities",
-    [(markers(),), (drag(),), (markers(), drag()), (height(), markers(), drag())],
+    [(markers(),), (shear(),), (markers(), shear()), (height(), markers(), shear())],
 )
-def test_a_picture_shows_how_the_surface_is_dragged_with_and_without_height(
+def test_a_picture_shows_how_the_surface_is_sheared_with_and_without_height(
     tmp_path: Path, quantities: tuple[Quantity, ...]
 ) -> None:
     (written,) = saved(reading(*quantities), tmp_path, ["png"])
@@ -139,7 +139,7 @@ def test_a_picture_shows_how_the_surface_is_dragged_with_and_without_height(
 
 
 def test_markers_and_field_are_saved_under_the_names_of_the_contract(tmp_path: Path) -> None:
-    (written,) = saved(reading(markers(), drag()), tmp_path, ["npz"])
+    (written,) = saved(reading(markers(), shear()), tmp_path, ["npz"])
     arrays: dict[str, Any] = read_npz(written)
     assert arrays["displacement_mm"].shape == (*SHAPE, 2)
     np.testing.assert_allclose(arrays["marker_displacement_mm"], 0.1, atol=1e-6)

@@ -17,14 +17,14 @@ from tactile_core.profiles.model import Profile
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
-LAMPS = 6
+LIGHTS = 6
 HEIGHT, WIDTH = 512, 612
 
 
-def lit(lamp: int) -> np.ndarray:
+def lit(light: int) -> np.ndarray:
     """Skin that is brighter near its lamp."""
     y, x = np.mgrid[-1 : 1 : HEIGHT * 1j, -1 : 1 : WIDTH * 1j]
-    azimuth = np.radians(-90 - 60 * lamp)
+    azimuth = np.radians(-90 - 60 * light)
     return np.round(100 * np.exp(0.15 * (x * np.cos(azimuth) + y * np.sin(azimuth))))
 
 
@@ -43,38 +43,38 @@ def rig(dark: bool) -> Profile:
 
 
 def test_the_dark_exposure_is_subtracted_and_never_below_zero(tmp_path: Path) -> None:
-    lamps = [lit(k) for k in range(LAMPS)]
+    lights = [lit(k) for k in range(LIGHTS)]
     ambient = np.full((HEIGHT, WIDTH), 20.0)
     ambient[:10] = 200
-    images = [*(image + 20 for image in lamps), ambient]
+    images = [*(image + 20 for image in lights), ambient]
     (frame,) = read_frames(rig(dark=True), record(tmp_path / "seven", images))
-    assert frame.pixels.shape == (HEIGHT, WIDTH, LAMPS)
-    np.testing.assert_array_equal(frame.pixels[10:], np.dstack(lamps)[10:])
+    assert frame.pixels.shape == (HEIGHT, WIDTH, LIGHTS)
+    np.testing.assert_array_equal(frame.pixels[10:], np.dstack(lights)[10:])
     assert not frame.pixels[:10].any()
-    assert len(frame.exposure_times_s) == LAMPS
+    assert len(frame.exposure_times_s) == LIGHTS
 
 
 def test_what_is_saturated_stays_so_when_the_dark_exposure_is_subtracted(tmp_path: Path) -> None:
-    lamps = [lit(k) + 20 for k in range(LAMPS)]
-    for image in lamps:
+    lights = [lit(k) + 20 for k in range(LIGHTS)]
+    for image in lights:
         image[100:200, 100:300] = 255
     ambient = np.full((HEIGHT, WIDTH), 20.0)
     profile = rig(dark=True)
-    (frame,) = read_frames(profile, record(tmp_path / "seven", [*lamps, ambient]))
+    (frame,) = read_frames(profile, record(tmp_path / "seven", [*lights, ambient]))
     assert frame.saturated[100:200, 100:300].all()
-    assert np.count_nonzero(frame.saturated) == 100 * 200 * LAMPS
+    assert np.count_nonzero(frame.saturated) == 100 * 200 * LIGHTS
     reading = Pipeline(profile, reference=average([frame])).process(frame)
     assert any("saturated" in warning for warning in reading.warnings)
 
 
 def test_a_swapped_exposure_is_named_and_not_measured(tmp_path: Path) -> None:
-    lamps = [lit(k) for k in range(LAMPS)]
+    lights = [lit(k) for k in range(LIGHTS)]
     profile = rig(dark=False)
-    (frame,) = read_frames(profile, record(tmp_path / "flat", lamps))
+    (frame,) = read_frames(profile, record(tmp_path / "flat", lights))
     pipeline = Pipeline(profile, reference=average([frame]))
     pipeline.process(frame)
-    lamps[1], lamps[4] = lamps[4], lamps[1]
-    (bad,) = read_frames(profile, record(tmp_path / "press7", lamps))
+    lights[1], lights[4] = lights[4], lights[1]
+    (bad,) = read_frames(profile, record(tmp_path / "press7", lights))
     with pytest.raises(SequenceError, match=r"press7.*'lamp2' shows light 'lamp5'") as caught:
         pipeline.process(bad)
     assert caught.value.exit_code == 2

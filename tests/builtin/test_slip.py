@@ -29,8 +29,8 @@ from tactile_core.quantities import (
     Reference,
     SlipState,
 )
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.skin import Skin
 from tactile_core.sim.stage import VirtualStage
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -94,7 +94,9 @@ def test_an_alarm_does_not_chatter(runs: dict[str, Judged], name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["disc", "sphere"])
-def test_gross_slip_is_told_and_entropy_warned_before(runs: dict[str, Judged], name: str) -> None:
+def test_gross_slip_is_reported_and_entropy_warned_before(
+    runs: dict[str, Judged], name: str
+) -> None:
     run = runs[name]
     gross = np.flatnonzero(run.stick_share < GROSS)
     assert all(run.states[i].state == "slip" for i in gross[4:])
@@ -109,39 +111,39 @@ def test_a_turn_is_rotation_measured_with_its_sign(runs: dict[str, Judged]) -> N
     assert run.states[5].rotation_deg == pytest.approx(6 * -0.5, rel=0.1)
 
 
-def _stepped() -> tuple[Skin, SlipWatch, Slip]:
+def _stepped() -> tuple[GelSurface, SlipWatch, Slip]:
     profile = small_profile(DISC)
-    skin, watch = Skin(profile, "fast"), SlipWatch(profile, 3)
-    skin.indent_with(make_indenter("flat", diameter_mm=9.0))
-    return skin, watch, Slip(Slip.Options(), watch.context)
+    surface, watch = GelSurface(profile, "fast"), SlipWatch(profile, 3)
+    surface.indent_with(make_indenter("flat", diameter_mm=9.0))
+    return surface, watch, Slip(Slip.Options(), watch.context)
 
 
-def _state(slip: Slip, watch: SlipWatch, skin: Skin) -> SlipState:
-    look = watch.look(skin, 0.0, moving=True)
+def _state(slip: Slip, watch: SlipWatch, surface: GelSurface) -> SlipState:
+    look = watch.look(surface, 0.0, moving=True)
     return slip.estimate(look.displacement, None, None, None, look.height, look.contact)
 
 
 def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
-    skin, watch, slip = _stepped()
-    states = [_state(slip, watch, skin)]
+    surface, watch, slip = _stepped()
+    states = [_state(slip, watch, surface)]
     for depth in (0.04, 0.08, 0.12, 0.16):
-        skin.press(depth_mm=depth)
-        states.append(_state(slip, watch, skin))
+        surface.press(depth_mm=depth)
+        states.append(_state(slip, watch, surface))
     for _ in range(4):
-        skin.shear(0.025, 0.0)
-        states.append(_state(slip, watch, skin))
+        surface.shear(0.025, 0.0)
+        states.append(_state(slip, watch, surface))
     for _ in range(20):
-        states.append(_state(slip, watch, skin))
+        states.append(_state(slip, watch, surface))
     assert [state.state for state in states] == ["none"] + ["stick"] * 28
 
 
 def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
-    skin, watch, slip = _stepped()
+    surface, watch, slip = _stepped()
     always = Slip(Slip.Options(), watch.context)
-    skin.press(depth_mm=0.1)
+    surface.press(depth_mm=0.1)
     for number in range(10):
-        skin.shear(0.05, 0.0)
-        look = watch.look(skin, 0.0, moving=True)
+        surface.shear(0.05, 0.0)
+        look = watch.look(surface, 0.0, moving=True)
         shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
         mask = look.contact.mask & (number < 2)
         missed = ContactMask(mask, look.contact.mm_per_px)
@@ -151,13 +153,13 @@ def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
 
 
 def test_a_height_that_takes_the_object_for_the_rest_surface_changes_no_state() -> None:
-    skin, watch, slip = _stepped()
+    surface, watch, slip = _stepped()
     always = Slip(Slip.Options(), watch.context)
-    skin.press(depth_mm=0.15)
+    surface.press(depth_mm=0.15)
     told = []
     for _ in range(14):
-        skin.shear(0.05, 0.0)
-        look = watch.look(skin, 0.0, moving=True)
+        surface.shear(0.05, 0.0)
+        look = watch.look(surface, 0.0, moving=True)
         shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
         sunk = replace(look.height, mm=look.height.mm - np.float32(0.15))
         nothing = replace(look.contact, mask=np.zeros_like(look.contact.mask))
@@ -166,37 +168,37 @@ def test_a_height_that_takes_the_object_for_the_rest_surface_changes_no_state() 
     assert {"stick", "slip"} <= set(told)
 
 
-def test_an_object_that_halts_while_most_of_it_holds_raises_no_alarm() -> None:
-    skin, watch, slip = _stepped()
-    skin.press(depth_mm=0.15)
+def test_an_object_that_stops_while_most_of_it_holds_raises_no_alarm() -> None:
+    surface, watch, slip = _stepped()
+    surface.press(depth_mm=0.15)
     while True:
-        skin.shear(0.025, 0.0)
-        states = [_state(slip, watch, skin)]
-        if skin.truth().stick.sum() < 0.7 * skin.truth().contact.sum():
+        surface.shear(0.025, 0.0)
+        states = [_state(slip, watch, surface)]
+        if surface.truth().stick.sum() < 0.7 * surface.truth().contact.sum():
             break
-    states += [_state(slip, watch, skin) for _ in range(20)]
+    states += [_state(slip, watch, surface) for _ in range(20)]
     assert {state.state for state in states} == {"stick"}
 
 
 def test_letting_go_ends_everything() -> None:
-    skin, watch, slip = _stepped()
-    skin.press(depth_mm=0.1)
+    surface, watch, slip = _stepped()
+    surface.press(depth_mm=0.1)
     for _ in range(12):
-        skin.shear(0.05, 0.0)
-        state = _state(slip, watch, skin)
+        surface.shear(0.05, 0.0)
+        state = _state(slip, watch, surface)
     assert state.state == "slip"
-    skin.release()
-    state = _state(slip, watch, skin)
+    surface.release()
+    state = _state(slip, watch, surface)
     assert (state.state, state.degree, state.onset_s) == ("none", 0.0, None)
 
 
 def test_a_used_step_pickles_and_goes_on_alike() -> None:
-    skin, watch, slip = _stepped()
-    skin.press(depth_mm=0.1)
+    surface, watch, slip = _stepped()
+    surface.press(depth_mm=0.1)
     for _ in range(3):
-        skin.shear(0.05, 0.0)
-        _state(slip, watch, skin)
-    look = watch.look(skin, 0.0, moving=True)
+        surface.shear(0.05, 0.0)
+        _state(slip, watch, surface)
+    look = watch.look(surface, 0.0, moving=True)
     given = look.displacement, None, None, None, look.height, look.contact
     copy = pickle.loads(pickle.dumps(slip))
     assert vars(copy.estimate(*given)) == vars(slip.estimate(*given))
@@ -215,13 +217,13 @@ def test_after_reset_the_same_frames_give_the_same_states() -> None:
     assert [vars(state) for state in run()] == [vars(state) for state in first]
 
 
-def test_without_a_contact_the_skin_that_is_dragged_is_the_contact() -> None:
+def test_without_a_contact_the_gel_that_is_sheared_is_the_contact() -> None:
     run = judged(DISC, with_height=False)
     held, slipping = run.degree[run.stick_share >= 0.9], run.degree[run.stick_share < GROSS]
     assert np.median(slipping) > np.median(held) + 0.3
 
 
-def test_skin_at_rest_is_touched_by_nothing() -> None:
+def test_gel_at_rest_is_touched_by_nothing() -> None:
     profile = small_profile(DISC)
     context = SensorContext(profile.image, profile.gel)
     shape = profile.image.height_px, profile.image.width_px
@@ -235,30 +237,30 @@ def test_skin_at_rest_is_touched_by_nothing() -> None:
 
 
 def test_a_contact_after_another_begins_anew() -> None:
-    skin, watch, slip = _stepped()
-    skin.press(depth_mm=0.15)
+    surface, watch, slip = _stepped()
+    surface.press(depth_mm=0.15)
     for _ in range(4):
-        _state(slip, watch, skin)
-        skin.twist(-0.5)
-    assert _state(slip, watch, skin).rotation_deg == pytest.approx(-2.0, rel=0.1)
-    skin.release()
-    _state(slip, watch, skin)
-    skin.press(depth_mm=0.15)
-    again = _state(slip, watch, skin)
+        _state(slip, watch, surface)
+        surface.twist(-0.5)
+    assert _state(slip, watch, surface).rotation_deg == pytest.approx(-2.0, rel=0.1)
+    surface.release()
+    _state(slip, watch, surface)
+    surface.press(depth_mm=0.15)
+    again = _state(slip, watch, surface)
     assert (again.state, again.entropy_bits) == ("stick", 0.0)
     assert again.rotation_deg == pytest.approx(0.0, abs=0.1)
 
 
-def test_slip_is_told_from_a_tare_on() -> None:
-    skin, watch, slip = _stepped()
-    skin.press(depth_mm=0.15)
-    _state(slip, watch, skin)
+def test_slip_is_reported_from_a_tare_on() -> None:
+    surface, watch, slip = _stepped()
+    surface.press(depth_mm=0.15)
+    _state(slip, watch, surface)
     for _ in range(4):
-        skin.twist(-0.5)
-        before = _state(slip, watch, skin)
+        surface.twist(-0.5)
+        before = _state(slip, watch, surface)
     tared = slip.tare(before)
-    skin.twist(0.5)
-    after = _state(slip, watch, skin)
+    surface.twist(0.5)
+    after = _state(slip, watch, surface)
     assert before.rotation_deg == pytest.approx(-2.0, rel=0.1)
     assert tared.rotation_deg == pytest.approx(0.0, abs=0.1)
     assert (tared.state, tared.entropy_bits) == ("stick", 0.0)
@@ -268,8 +270,8 @@ def test_slip_is_told_from_a_tare_on() -> None:
 def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
     stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": 0.3}})
     first = stage.frame()
-    untouched = Reference(first.pixels.astype(np.float32), first.channels)
-    pipeline = Pipeline("hex_fingertip", None, untouched)
+    undeformed = Reference(first.pixels.astype(np.float32), first.channels)
+    pipeline = Pipeline("hex_fingertip", None, undeformed)
     stage.indenter("sphere", diameter_mm=10.0)
     stage.press(depth_mm=0.6)
     stage.shear(0.3, 0.1)

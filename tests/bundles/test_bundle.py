@@ -46,7 +46,7 @@ def test_a_manifest_says_where_it_comes_from(lab: VirtualLab) -> None:
     assert manifest.held_out is not None
 
 
-def test_learned_lights_come_from_where_the_lamps_are(lab: VirtualLab) -> None:
+def test_learned_lights_come_from_where_the_lights_are(lab: VirtualLab) -> None:
     learned = Bundle.load(lab.bundle).manifest.channel_azimuth_deg
     off = (np.array(learned) - [90, 210, 330] + 180) % 360 - 180
     assert np.abs(off).max() < 5

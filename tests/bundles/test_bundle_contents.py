@@ -64,7 +64,7 @@ def bundle() -> Bundle:
     return Bundle(manifest, {"light": light}, reference)
 
 
-def test_all_that_is_known_of_the_untouched_sensor_is_kept(bundle: Bundle, tmp_path: Path) -> None:
+def test_all_that_is_known_of_the_undeformed_sensor_is_kept(bundle: Bundle, tmp_path: Path) -> None:
     bundle.save(tmp_path / "kept")
     before, after = bundle.reference, Bundle.load(tmp_path / "kept").reference
     np.testing.assert_array_equal(after.pixels, before.pixels)

@@ -38,7 +38,7 @@ def fitted(height_lab: HeightLab) -> Calibrated:
     return calibrate(
         height_lab.profile,
         height_lab.press,
-        height_lab.untouched,
+        height_lab.undeformed,
         target=height_lab.tmd,
         rows=HALF,
     )
@@ -60,7 +60,7 @@ def test_slopes_come_back_on_rows_that_were_not_given(
     assert slope_error_deg(height_lab, fitted) < 1.0
 
 
-def test_without_an_untouched_sensor_the_press_stands_in(height_lab: HeightLab) -> None:
+def test_without_an_undeformed_sensor_the_press_stands_in(height_lab: HeightLab) -> None:
     for reference in (None, height_lab.press):
         result = calibrate(
             height_lab.profile, height_lab.press, reference, target=height_lab.tmd, rows=HALF
@@ -68,15 +68,15 @@ def test_without_an_untouched_sensor_the_press_stands_in(height_lab: HeightLab) 
         assert slope_error_deg(height_lab, result) < 1.5
         assert any("stands in" in note for note in result.notes)
         stand_in = result.bundle.reference.pixels
-        untouched = cv2.imread(str(height_lab.untouched / "lamp0.png"), cv2.IMREAD_UNCHANGED)
-        assert np.abs(stand_in[..., 0] / untouched - 1).mean() < 0.03
+        undeformed = cv2.imread(str(height_lab.undeformed / "lamp0.png"), cv2.IMREAD_UNCHANGED)
+        assert np.abs(stand_in[..., 0] / undeformed - 1).mean() < 0.03
 
 
-def test_an_untouched_sensor_is_used_where_there_is_one(fitted: Calibrated) -> None:
+def test_an_undeformed_sensor_is_used_where_there_is_one(fitted: Calibrated) -> None:
     assert not any("stands in" in note for note in fitted.notes)
 
 
-def test_each_lamp_is_found_where_it_is(fitted: Calibrated) -> None:
+def test_each_light_is_found_where_it_is(fitted: Calibrated) -> None:
     learnt = np.array(fitted.bundle.manifest.channel_azimuth_deg)
     off = (learnt - np.array(AZIMUTHS_DEG) + 180) % 360 - 180
     assert np.abs(off).max() < 10
@@ -98,7 +98,7 @@ def test_the_bundle_and_its_report_are_whole(fitted: Calibrated, tmp_path: Path)
     assert f"rows 0:{HALF.stop} of map.tmd" in report
 
 
-def test_balls_still_need_an_untouched_sensor(height_lab: HeightLab) -> None:
+def test_balls_still_need_an_undeformed_sensor(height_lab: HeightLab) -> None:
     with pytest.raises(InputError, match="--reference"):
         calibrate(height_lab.profile, height_lab.press, ball_diameter_mm=4)
 
@@ -113,7 +113,7 @@ def test_one_map_describes_one_observation(height_lab: HeightLab, tmp_path: Path
 def test_rows_without_a_height_map_are_refused_in_a_sentence(height_lab: HeightLab) -> None:
     said = refused(
         *("calibrate", height_lab.profile, "--presses", height_lab.press),
-        *("--reference", height_lab.untouched, "--ball-diameter-mm", 4, "--rows", "0:60"),
+        *("--reference", height_lab.undeformed, "--ball-diameter-mm", 4, "--rows", "0:60"),
         *("--out", height_lab.folder / "never"),
     )
     assert ".tmd" in said

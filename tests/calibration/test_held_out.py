@@ -129,7 +129,7 @@ def test_light_and_model_of_a_fold_never_see_rows_of_a_height_map_held_out(
     tmp_path: Path, known: Callable[..., Known], given_reference: bool
 ) -> None:
     rig: HeightLab = make_height_lab(tmp_path)
-    given = rig.profile, rig.press, rig.untouched if given_reference else None
+    given = rig.profile, rig.press, rig.undeformed if given_reference else None
     before = known(*given, target=rig.tmd)
     band = slice(HELD_OUT * HEIGHT // FOLDS, (HELD_OUT + 1) * HEIGHT // FOLDS)
     for seed, path in enumerate(sorted(rig.press.glob("*.png"))):

@@ -30,28 +30,28 @@ def marker_mask() -> np.ndarray:
     return printed
 
 
-def test_no_marker_is_taken_for_skin_on_the_ball_or_at_rest(marker_mask: np.ndarray) -> None:
+def test_no_marker_is_taken_for_gel_on_the_ball_or_at_rest(marker_mask: np.ndarray) -> None:
     learnt = press(marker_mask).training()
-    resting = ~learnt.gradients.any(axis=1)
-    assert resting.sum() > 50
-    assert (~resting).sum() > 50
+    at_rest = ~learnt.gradients.any(axis=1)
+    assert at_rest.sum() > 50
+    assert (~at_rest).sum() > 50
     assert not marker_mask[learnt.rows, learnt.columns].any()
 
 
 def test_what_is_learnt_lies_on_the_ball_or_far_from_it() -> None:
     learnt = press(None).training()
-    resting = ~learnt.gradients.any(axis=1)
+    at_rest = ~learnt.gradients.any(axis=1)
     offset = np.stack([learnt.columns, learnt.rows], 1) - np.array(CENTRE_PX)
     distance = np.hypot(*offset.T)
-    assert distance[~resting].max() < CONTACT_PX
-    assert distance[resting & (distance > 0)].min() > 3 * BALL_PX
+    assert distance[~at_rest].max() < CONTACT_PX
+    assert distance[at_rest & (distance > 0)].min() > 3 * BALL_PX
     # on a ball a slope is that of its radius, down and away from its middle
-    on = ~resting
+    on = ~at_rest
     down = np.sqrt(BALL_PX**2 - distance[on] ** 2)
     np.testing.assert_allclose(learnt.gradients[on], -offset[on] / down[:, None], atol=1e-5)
 
 
-def test_heights_are_those_of_the_ball_and_of_skin_at_rest() -> None:
+def test_heights_are_those_of_the_ball_and_of_gel_at_rest() -> None:
     found = press(None)
     learnt = found.training()
     assert learnt.heights_mm is not None

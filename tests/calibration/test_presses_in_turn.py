@@ -40,8 +40,8 @@ def record(folder: Path, height_mm: np.ndarray, seed: int) -> None:
         cv2.imwrite(str(folder / f"lamp{k}.png"), exposure)
 
 
-def test_circles_are_found_and_the_lamps_learned(rig: HeightLab) -> None:
-    made = calibrate(rig.profile, rig.folder / "presses", rig.untouched, ball_diameter_mm=BALL_MM)
+def test_circles_are_found_and_the_lights_learned(rig: HeightLab) -> None:
+    made = calibrate(rig.profile, rig.folder / "presses", rig.undeformed, ball_diameter_mm=BALL_MM)
     assert [press.file for press in made.presses] == [f"press{n}" for n in range(len(CENTRES_PX))]
     assert all(press.used for press in made.presses)
     found = np.array([press.centre_px for press in made.presses])

@@ -57,7 +57,7 @@ def test_what_a_step_raises_names_step_plugin_and_cause(
     assert said.endswith("; this is a fault of that plugin")
 
 
-def test_an_interrupt_that_nobody_pressed_is_told(
+def test_an_interrupt_that_nobody_pressed_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     said = failed(tmp_path, capsys, step="interrupt")

@@ -22,7 +22,7 @@ Scan = list[np.ndarray]
 def rig(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
     """A rig of six lamps with its bundle."""
     lab = make_height_lab(tmp_path_factory.mktemp("rig"))
-    made = calibrate(lab.profile, lab.press, lab.untouched, target=lab.tmd)
+    made = calibrate(lab.profile, lab.press, lab.undeformed, target=lab.tmd)
     made.save(lab.folder / "bundle")
     return lab
 
@@ -65,7 +65,7 @@ def test_five_images_for_six_lights_are_refused(rig: HeightLab, tmp_path: Path) 
 def test_a_press_of_five_images_is_not_calibrated_on(rig: HeightLab, tmp_path: Path) -> None:
     five = record(tmp_path / "five", scan_of(rig)[:5])
     said = refused(
-        *("calibrate", rig.profile, "--presses", five, "--reference", rig.untouched),
+        *("calibrate", rig.profile, "--presses", five, "--reference", rig.undeformed),
         *("--target", rig.tmd, "--out", tmp_path / "never"),
     )
     assert said.count("\n") == 1
@@ -129,14 +129,14 @@ def turned(rig: HeightLab, folder: Path, azimuths_deg: dict[str, int]) -> Path:
 
 
 def notes(rig: HeightLab, profile: Path) -> tuple[str, ...]:
-    return calibrate(profile, rig.press, rig.untouched, target=rig.tmd).notes
+    return calibrate(profile, rig.press, rig.undeformed, target=rig.tmd).notes
 
 
-def test_lamps_where_the_profile_has_them_need_no_word(rig: HeightLab, tmp_path: Path) -> None:
+def test_lights_where_the_profile_has_them_need_no_word(rig: HeightLab, tmp_path: Path) -> None:
     assert notes(rig, turned(rig, tmp_path, {"lamp3": 75})) == ()
 
 
-def test_a_lamp_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: Path) -> None:
+def test_a_light_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: Path) -> None:
     (note,) = notes(rig, turned(rig, tmp_path, {"lamp1": 0, "lamp2": 60}))
     assert "lamp1 from -30° (profile 0°)" in note
     assert "lamp2 from 30° (profile 60°)" in note
@@ -144,7 +144,7 @@ def test_a_lamp_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: Pa
     assert "correct 'azimuth_deg'" in note
 
 
-def test_lamps_in_each_others_place_tell_the_order(rig: HeightLab, tmp_path: Path) -> None:
+def test_lights_in_each_others_place_tell_the_order(rig: HeightLab, tmp_path: Path) -> None:
     profile = turned(rig, tmp_path, {"lamp0": 90, "lamp3": -90})
     (note,) = notes(rig, profile)
     assert "fit in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
@@ -154,7 +154,7 @@ def test_the_command_says_the_note_and_still_calibrates(rig: HeightLab, tmp_path
     shutil.copy(turned(rig, tmp_path, {"lamp1": 30}), tmp_path / "profile.yaml")
     done = tactile(
         *("calibrate", tmp_path / "profile.yaml", "--presses", rig.press),
-        *("--reference", rig.untouched, "--target", rig.tmd, "--out", tmp_path / "bundle"),
+        *("--reference", rig.undeformed, "--target", rig.tmd, "--out", tmp_path / "bundle"),
         "--json",
     )
     assert done.returncode == 0, done.stderr

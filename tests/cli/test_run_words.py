@@ -34,7 +34,7 @@ def markers() -> MarkerField:
         ),
     ],
 )
-def test_markers_and_slip_are_told_where_the_chain_has_them(
+def test_markers_and_slip_are_reported_where_the_chain_has_them(
     slip: dict[str, Any], said: str
 ) -> None:
     line = words(markers(), SlipState(**slip))

@@ -180,7 +180,7 @@ def test_a_name_that_is_no_utf8_is_printed(tmp_path: Path) -> None:
     assert "\\udcff.yaml: valid" in done.stdout
 
 
-def test_a_full_disk_behind_stdout_is_told() -> None:
+def test_a_full_disk_behind_stdout_is_reported() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("this system has no /dev/full")
     with Path("/dev/full").open("w") as full:

@@ -132,7 +132,7 @@ def test_a_height_map_is_a_target_for_depth_too(tmp_path: Path) -> None:
     relief = make_height_lab(tmp_path)
     done = tactile(
         *("calibrate", relief.profile, "--model", MODEL, "--presses", relief.press),
-        *("--reference", relief.untouched, "--target", relief.tmd, "--out", tmp_path / "bundle"),
+        *("--reference", relief.undeformed, "--target", relief.tmd, "--out", tmp_path / "bundle"),
         "--json",
     )
     assert done.returncode == 0, done.stderr

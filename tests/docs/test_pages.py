@@ -97,7 +97,7 @@ def test_commands_and_options_on_every_page_exist(path: Path) -> None:
         assert {word for word in words if word.startswith("--")} <= options
 
 
-@pytest.mark.parametrize("name", ["interfaces", "virtual-skin", "real-beside-virtual"])
+@pytest.mark.parametrize("name", ["interfaces", "virtual-gel", "real-beside-virtual"])
 def test_the_examples_of_a_page_run(name: str) -> None:
     for code in re.findall(r"```python\n(.*?)```", page(name), re.DOTALL):
         exec(compile(code, f"docs/{name}.md", "exec", dont_inherit=True), {})

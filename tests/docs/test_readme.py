@@ -79,14 +79,14 @@ def test_the_first_script_prints_a_line_per_image(
     assert len(capsys.readouterr().out.splitlines()) == 10
 
 
-def test_the_virtual_skin_is_pressed_and_sticks_in_part(
+def test_the_virtual_gel_is_pressed_and_sticks_in_part(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     exec(blocks("python")[1], {})
     assert capsys.readouterr().out.endswith("of the contact sticks\n")
 
 
-def test_markers_and_slip_are_told_of_a_recording(
+def test_markers_and_slip_are_reported_of_a_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "recording").mkdir()
@@ -98,9 +98,9 @@ def test_markers_and_slip_are_told_of_a_recording(
     write_png(tmp_path / "recording" / "1.png", stage.frame().pixels)
     monkeypatch.chdir(tmp_path)
     exec(blocks("python")[2], {})
-    untouched, dragged = capsys.readouterr().out.splitlines()
-    assert untouched.split()[0] == "none"
-    assert 0.15 < float(dragged.split()[1]) < 0.25
+    undeformed, sheared = capsys.readouterr().out.splitlines()
+    assert undeformed.split()[0] == "none"
+    assert 0.15 < float(sheared.split()[1]) < 0.25
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)

@@ -63,17 +63,17 @@ def test_an_end_of_file_of_its_own_is_raised_here() -> None:
         process.receive()
 
 
-def test_an_exit_of_its_own_is_told() -> None:
+def test_an_exit_of_its_own_is_reported() -> None:
     with pytest.raises(DeviceError, match="SystemExit: 0"), FreshProcess(leave) as process:
         process.receive()
 
 
-def test_an_end_without_a_word_is_told() -> None:
+def test_an_end_without_a_word_is_reported() -> None:
     with pytest.raises(DeviceError, match="exit code 3"), FreshProcess(vanish) as process:
         process.receive()
 
 
-def test_a_message_to_one_that_has_ended_is_told_by_its_answer() -> None:
+def test_a_message_to_one_that_has_ended_is_reported_by_its_answer() -> None:
     with FreshProcess(vanish) as process:
         for _ in range(3):
             process.send(np.zeros(2**20))

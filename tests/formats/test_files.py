@@ -77,7 +77,7 @@ def test_text_that_utf8_cannot_hold_is_made_readable() -> None:
     assert plain_text("ball \udcff ² \ud800") == r"ball \udcff ² \ud800"
 
 
-def test_a_missing_file_and_a_folder_are_told_apart(tmp_path: Path) -> None:
+def test_a_missing_file_and_a_folder_are_reported_apart(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_bytes(tmp_path / "absent")
     with pytest.raises(InputError, match="is a folder"):

@@ -35,7 +35,7 @@ def points(height_mm: np.ndarray) -> np.ndarray:
     return HeightMap(height_mm, np.ones(height_mm.shape, bool), 0.5).points_mm
 
 
-def test_vertices_lie_where_the_skin_is(tmp_path: Path) -> None:
+def test_vertices_lie_where_the_gel_is(tmp_path: Path) -> None:
     height = np.random.default_rng(0).normal(size=(4, 6)).astype(np.float32)
     write_ply(tmp_path / "a.ply", points(height))
     vertices, _ = parse(tmp_path / "a.ply")

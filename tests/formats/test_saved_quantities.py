@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.readings import ONES, SHAPE, contact, drag, height, markers, slopes
+from support.readings import ONES, SHAPE, contact, height, markers, shear, slopes
 
 from tactile_core.errors import InputError
 from tactile_core.formats.npz import write_npz
@@ -81,7 +81,7 @@ def through_arrays(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
         height(valid=ONES & (np.arange(8) > 3)),
         contact(),
         markers(),
-        drag(),
+        shear(),
         MarkerDetections(np.float32([[1, 2]]), np.array([True]), 3.0),
         SlipState("slip", 0.9, "rotation", 2.5, -3.0, 1.25, 4.5),
         SlipState("none", 0.0),
@@ -108,7 +108,7 @@ def test_what_is_not_known_stays_unknown(
 
 
 def test_all_of_a_reading_s_quantities_come_back_from_one_file(tmp_path: Path) -> None:
-    given_ = [slopes(), height(), contact(), markers(), drag(), temperature()]
+    given_ = [slopes(), height(), contact(), markers(), shear(), temperature()]
     write_npz(tmp_path / "a.npz", arrays_of(given_, mm_per_px=0.1))
     found = read_quantities(tmp_path / "a.npz", *map(type, given_), SlipState)
     assert set(found) == set(map(type, given_))  # and no slip, which nobody measured
@@ -139,7 +139,7 @@ class Rival(Quantity):
         return {**super().arrays(), "peak": np.array(1)}
 
 
-def test_arrays_of_one_name_are_told_apart_by_their_type() -> None:
+def test_arrays_of_one_name_are_reported_apart_by_their_type() -> None:
     rival = Rival(8.0)
     arrays = arrays_of([height(), rival], mm_per_px=0.1)
     assert arrays["height_mm"].shape == SHAPE

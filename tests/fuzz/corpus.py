@@ -27,7 +27,7 @@ _LIGHTS = """\
     - {name: green, azimuth_deg: 210, elevation_deg: 35}
     - {name: blue, azimuth_deg: 330, elevation_deg: 35}
 optics:
-  lamps: {distance_mm: 40, scatter: 1.0}
+  lights: {distance_mm: 40, scatter: 1.0}
   sensor: {jpeg_quality: none}
 """
 _STEPS = "estimators: {height: {use: core.poisson}, contact: {use: core.contact}}\n"

@@ -11,7 +11,7 @@ from tactile_core.interfaces.constant_light import (
     ConstantOptions,
 )
 from tactile_core.interfaces.illumination import Light
-from tactile_core.interfaces.optics import Lamps
+from tactile_core.interfaces.optics import LightBuild
 
 
 def test_one_exposure_shows_every_channel_with_every_light_on() -> None:
@@ -46,7 +46,7 @@ def test_lights_stand_where_the_profile_says_and_are_built_as_it_says() -> None:
     options = ConstantOptions.model_validate(
         {"lights": [{"name": "red", "azimuth_deg": 90, "elevation_deg": 20, "array": [2, 4]}]}
     )
-    built = Lamps.model_validate({"array": [2, 4]})
+    built = LightBuild.model_validate({"array": [2, 4]})
     assert ConstantIllumination(options).lights == (Light("red", 90, 20, (), built),)
 
 

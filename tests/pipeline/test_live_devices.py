@@ -28,7 +28,7 @@ steps:
 
 
 @dataclass(frozen=True)
-class Untouched:
+class Undeformed:
     """A profile that names the devices, and what was done to them."""
 
     profile: Path
@@ -41,7 +41,7 @@ class Untouched:
 
 
 @pytest.fixture
-def untouched(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Untouched:
+def undeformed(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Undeformed:
     monkeypatch.syspath_prepend(FAKES)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(FAKES), *sys.path]))
     log = tmp_path / "touched.txt"
@@ -49,7 +49,7 @@ def untouched(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("TOUCHED", str(log))
     profile = tmp_path / "live.yaml"
     profile.write_text(f"extends: {lab.profile_path}\n{DEVICES}")
-    return Untouched(profile, log)
+    return Undeformed(profile, log)
 
 
 COMMANDS: dict[str, Callable[[VirtualLab, Path, Path], list[object]]] = {
@@ -82,36 +82,36 @@ COMMANDS: dict[str, Callable[[VirtualLab, Path, Path], list[object]]] = {
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_device_is_touched_without_a_live_sensor(
-    lab: VirtualLab, untouched: Untouched, tmp_path: Path, command: str
+    lab: VirtualLab, undeformed: Undeformed, tmp_path: Path, command: str
 ) -> None:
     (tmp_path / "script.yaml").write_text(SCRIPT)
-    done = tactile(*COMMANDS[command](lab, untouched.profile, tmp_path / "out"))
+    done = tactile(*COMMANDS[command](lab, undeformed.profile, tmp_path / "out"))
     assert done.returncode == 0, done.stderr
-    assert untouched.done == []
+    assert undeformed.done == []
 
 
 def test_comparing_on_a_recording_touches_no_device(
-    lab: VirtualLab, untouched: Untouched, tmp_path: Path
+    lab: VirtualLab, undeformed: Undeformed, tmp_path: Path
 ) -> None:
     (tmp_path / "script.yaml").write_text(SCRIPT)
     made = tmp_path / "made"
-    tactile("simulate", untouched.profile, "--script", tmp_path / "script.yaml", "--out", made)
-    words = ["compare", untouched.profile, "--input", made / "frames", "--truth", made / "truth"]
+    tactile("simulate", undeformed.profile, "--script", tmp_path / "script.yaml", "--out", made)
+    words = ["compare", undeformed.profile, "--input", made / "frames", "--truth", made / "truth"]
     done = tactile(*words, "--bundle", lab.bundle, "--swap", "height=core.robust_poisson")
     assert done.returncode == 0, done.stderr
-    assert untouched.done == []
+    assert undeformed.done == []
 
 
 def test_a_live_sensor_opens_the_lights_first_and_closes_them_last(
-    lab: VirtualLab, untouched: Untouched
+    lab: VirtualLab, undeformed: Undeformed
 ) -> None:
     with (
-        open_sensor(untouched.profile, bundle=lab.bundle) as sensor,
+        open_sensor(undeformed.profile, bundle=lab.bundle) as sensor,
         pytest.raises(DeviceError, match="no picture"),
     ):
         sensor.read()
     shining = {"red": 1.0, "green": 1.0, "blue": 1.0}
-    assert untouched.done == [
+    assert undeformed.done == [
         *("camera made", "box made", "box attached", "box opened", "camera opened"),
         *(f"box set to {shining}", "camera read"),
         *("box set to {}", "camera closed", "box set to {}", "box closed"),
@@ -119,8 +119,8 @@ def test_a_live_sensor_opens_the_lights_first_and_closes_them_last(
 
 
 def test_a_sensor_that_fails_to_open_leaves_camera_and_lights_closed(
-    untouched: Untouched,
+    undeformed: Undeformed,
 ) -> None:
     with pytest.raises(DeviceError, match="no picture"):
-        open_sensor(untouched.profile, reference="first")
-    assert untouched.done[-4:] == ["box set to {}", "camera closed", "box set to {}", "box closed"]
+        open_sensor(undeformed.profile, reference="first")
+    assert undeformed.done[-4:] == ["box set to {}", "camera closed", "box set to {}", "box closed"]

@@ -73,7 +73,7 @@ def test_the_contact_is_about_as_large_as_the_circle_that_touches(lab: VirtualLa
     assert contact.area_mm2 == pytest.approx(np.pi * PRESS.contact_radius_mm**2, rel=0.35)
 
 
-def test_an_untouched_frame_shows_no_contact(lab: VirtualLab) -> None:
+def test_an_undeformed_frame_shows_no_contact(lab: VirtualLab) -> None:
     reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, None))
     assert reading[ContactMask].area_mm2 == 0
 
@@ -183,12 +183,12 @@ def test_earlier_readings_keep_their_values(lab: VirtualLab) -> None:
 
 def test_another_reference_keeps_the_unit(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle, serial="0007")
-    untouched = Reference(lab.image(None).astype(np.float32), ("red", "green", "blue"))
+    undeformed = Reference(lab.image(None).astype(np.float32), ("red", "green", "blue"))
     assert pipeline.bundle is not None
     foreign = pipeline.bundle.manifest.model_copy(update={"serial": "0008"})
     pipeline.bundle = replace(pipeline.bundle, manifest=foreign)
     with pytest.raises(CalibrationError, match="0008"):
-        pipeline.with_reference(untouched)
+        pipeline.with_reference(undeformed)
 
 
 def test_notes_come_with_the_first_reading_whatever_its_number(lab: VirtualLab) -> None:

@@ -105,26 +105,26 @@ def test_a_missing_plugin_says_which_pip_command_brings_it() -> None:
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_misspelt_plugin_is_told_the_nearest_name() -> None:
+def test_a_misspelt_plugin_is_reported_the_nearest_name() -> None:
     assert "did you mean 'mylab'?" in refusal("camera", "my_lab.still")
     assert imported_fakes() == set()
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_misspelt_component_is_told_the_nearest_name() -> None:
+def test_a_misspelt_component_is_reported_the_nearest_name() -> None:
     message = refusal("estimator", "mylab.peek")
     assert "did you mean 'peak'?" in message
     assert "tactile-mylab 1.4" in message
 
 
 @pytest.mark.usefixtures("fakes")
-def test_an_unlike_component_is_told_what_there_is() -> None:
+def test_an_unlike_component_is_reported_what_there_is() -> None:
     assert "it has peak, peak_again" in refusal("estimator", "mylab.xyz")
     assert "none at all" in refusal("calibrator", "mylab.xyz")
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_component_of_another_kind_is_told_its_kind() -> None:
+def test_a_component_of_another_kind_is_reported_its_kind() -> None:
     message = refusal("camera", "mylab.peak")
     assert "mylab.peak" in message
     assert "is of the kind estimator" in message

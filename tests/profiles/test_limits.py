@@ -113,7 +113,7 @@ def test_options_of_a_stranger_are_finite_whatever_their_model_allows(
         ("pitch_mm: 1.0, diameter_mm: 0.3", "pitch_mm: 1e-6, diameter_mm: 1e-7", "px in an image"),
         ("diameter_mm: 0.3", "diameter_mm: 1e-9", "px in an image of 320 × 240"),
         ("thickness_mm: 2.0", "thickness_mm: 1e30", "at most 1e+09"),
-        ("schema: 1", "schema: 1\noptics: {lamps: {array: [1, 100000]}}", "at most 100"),
+        ("schema: 1", "schema: 1\noptics: {lights: {array: [1, 100000]}}", "at most 100"),
         ("schema: 1", "schema: 1\noptics: {coat: {grain_mm: 1000}}", "at most 10"),
         (
             "mm_per_px: 0.05",

@@ -298,12 +298,12 @@ def test_relative_paths_belong_to_the_file_that_says_them(tmp_path: Path) -> Non
     assert load_profile(fixed).camera.options["path"] == "/data"
 
 
-def test_the_virtual_twin_is_the_profile_with_an_overlay(tmp_path: Path) -> None:
+def test_the_virtual_sensor_is_the_profile_with_an_overlay(tmp_path: Path) -> None:
     path = write(tmp_path, "p.yaml", SOUND + "sim: {gel: {friction: 0.7, markers: null}}\n")
-    real, twin = load_profile(path), load_profile(path, sim=True)
-    assert (real.gel.friction, twin.gel.friction) == (None, 0.7)
+    real, virtual_profile = load_profile(path), load_profile(path, sim=True)
+    assert (real.gel.friction, virtual_profile.gel.friction) == (None, 0.7)
     assert real.gel.markers is not None
-    assert twin.gel == real.gel.model_copy(update={"friction": 0.7, "markers": None})
+    assert virtual_profile.gel == real.gel.model_copy(update={"friction": 0.7, "markers": None})
 
 
 def test_mistakes_in_the_overlay_are_found_without_it(tmp_path: Path) -> None:

@@ -64,9 +64,9 @@ def test_the_markers_of_the_wedge_are_where_its_profile_says(recordings: Path) -
     from tactile_core.algorithms.markers import find_marker_diameter
 
     wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
-    untouched = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))
-    assert untouched is not None
-    straight = ImageGeometry(wedge.image).apply(cv2.cvtColor(untouched, cv2.COLOR_BGR2RGB))
+    undeformed = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))
+    assert undeformed is not None
+    straight = ImageGeometry(wedge.image).apply(cv2.cvtColor(undeformed, cv2.COLOR_BGR2RGB))
     found = find_marker_diameter(np.asarray(straight))
     assert found is not None
     markers = wedge.gel.markers

@@ -44,7 +44,7 @@ def test_an_area_is_that_of_its_pixels() -> None:
 
 
 @pytest.mark.parametrize("domed", [False, True])
-def test_what_is_pressed_lies_nearer_to_the_camera_than_the_skin_at_rest(domed: bool) -> None:
+def test_what_is_pressed_lies_nearer_to_the_camera_than_the_gel_at_rest(domed: bool) -> None:
     rest = (-0.1 * X**2).astype(np.float32) if domed else None
     at_rest, pressed = (
         HeightMap(np.full(SHAPE, mm, np.float32), VALID, MM_PER_PX, rest_mm=rest).points_mm

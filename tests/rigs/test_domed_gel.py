@@ -38,7 +38,7 @@ illumination:
     - {name: green, azimuth_deg: 210, elevation_deg: 45}
     - {name: blue, azimuth_deg: 330, elevation_deg: 45}
 optics:
-  lamps: {distance_mm: 40, scatter: 1.0}
+  lights: {distance_mm: 40, scatter: 1.0}
   sensor: {jpeg_quality: none}
 estimators:
   height: {use: core.poisson}
@@ -147,9 +147,9 @@ def calibrated(profile: Profile, tmp_path_factory: pytest.TempPathFactory) -> Ca
     for i in range(12):
         press = pressed(*rng.uniform([-5.5, -3.5], [5.5, 3.5]))
         cv2.imwrite(str(folder / f"press_{i:02d}.png"), photograph(profile, press, i)[..., ::-1])
-    untouched = folder.parent / "untouched_domed.png"
-    cv2.imwrite(str(untouched), photograph(profile, None, 99)[..., ::-1])
-    return calibrate(profile, folder, untouched, ball_diameter_mm=2 * BALL_MM)
+    undeformed = folder.parent / "undeformed_domed.png"
+    cv2.imwrite(str(undeformed), photograph(profile, None, 99)[..., ::-1])
+    return calibrate(profile, folder, undeformed, ball_diameter_mm=2 * BALL_MM)
 
 
 def test_presses_on_a_dome_are_found_where_the_ball_touches(calibrated: Calibrated) -> None:

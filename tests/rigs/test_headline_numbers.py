@@ -97,7 +97,7 @@ def test_slip_is_reported_in_as_many_lifts_as_published(recordings: Path) -> Non
 
 
 @pytest.mark.timeout(1800)
-def test_slip_between_two_fingers_is_told_as_well_as_published(recordings: Path) -> None:
+def test_slip_between_two_fingers_is_reported_as_well_as_published(recordings: Path) -> None:
     row = only(slip_rows.gripper(recordings))
     assert row.value == pytest.approx(GRIPPER_AREA, abs=0.02)
     control = row.control["strength of the first imprint"]

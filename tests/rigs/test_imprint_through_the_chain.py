@@ -43,9 +43,9 @@ def path(tmp_path: Path) -> Path:
 
 
 def frame(
-    number: int, object_px: tuple[float, float], skin_px: tuple[float, float] = (0, 0)
+    number: int, object_px: tuple[float, float], surface_px: tuple[float, float] = (0, 0)
 ) -> Frame:
-    pixels, _ = scene(object_px, skin_px=skin_px)
+    pixels, _ = scene(object_px, surface_px=surface_px)
     return Frame(pixels, ("red", "green", "blue"), MM_PER_PX, timestamp_s=number / 30)
 
 
@@ -55,7 +55,7 @@ def states(profile: Profile, frames: list[Frame]) -> list[SlipState]:
     return [pipeline.process(frame)[SlipState] for frame in frames]
 
 
-def test_an_object_that_slides_over_skin_which_it_does_not_drag_slips(path: Path) -> None:
+def test_an_object_that_slides_over_gel_which_it_does_not_drag_slips(path: Path) -> None:
     slides = [frame(n, (3.0 * max(n - 2, 0), 0)) for n in range(10)]
     told = states(load_profile(path), slides)
     assert {state.state for state in told[:3]} == {"none"}
@@ -63,15 +63,15 @@ def test_an_object_that_slides_over_skin_which_it_does_not_drag_slips(path: Path
     assert told[-1].kind == "translation"
 
 
-def test_an_object_that_takes_the_skin_along_does_not(path: Path) -> None:
+def test_an_object_that_takes_the_gel_along_does_not(path: Path) -> None:
     ways = [(1.5 * max(n - 2, 0), 0.0) for n in range(10)]
-    dragged = [frame(n, way, skin_px=way) for n, way in enumerate(ways)]
-    told = states(load_profile(path), dragged)
+    sheared = [frame(n, way, surface_px=way) for n, way in enumerate(ways)]
+    told = states(load_profile(path), sheared)
     assert "slip" not in {state.state for state in told}
 
 
 @pytest.mark.parametrize("name", ["object001", "object002", "object003"])
-def test_real_lifts_that_slip_are_told_by_the_whole_chain(recordings: Path, name: str) -> None:
+def test_real_lifts_that_slip_are_reported_by_the_whole_chain(recordings: Path, name: str) -> None:
     folder = recordings / "slip" / "grasp_lift"
     with (folder / "labels.csv").open() as lines:
         rows = [row for row in csv.DictReader(lines) if row["object"] == name]
@@ -90,7 +90,7 @@ def test_the_load_of_the_tared_frame_is_zero_from_there_on(path: Path, tmp_path:
     video, out = tmp_path / "video", tmp_path / "out"
     video.mkdir()
     for number, way in enumerate([(0, 0), (3, 0), (6, 0), (6, 0), (6, -4)]):
-        cv2.imwrite(str(video / f"{number}.png"), scene(way, skin_px=way)[0][..., ::-1])
+        cv2.imwrite(str(video / f"{number}.png"), scene(way, surface_px=way)[0][..., ::-1])
     words = ["run", path, "--input", video, "--reference", video / "0.png"]
     words += ["--tare-frame", 2, "--out", out, "--json"]
     done = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)

@@ -230,7 +230,7 @@ def test_mean_displacement_in_a_measured_contact_is_proportional_to_the_force(
     assert _r2_of_proportion(sheared.force_n, sheared.mean_mm) > 0.99
 
 
-def test_mean_displacement_of_all_skin_that_a_disc_drags_is_the_force_over_the_stiffness(
+def test_mean_displacement_of_all_gel_that_a_disc_shears_is_the_force_over_the_stiffness(
     shear: Shear,
 ) -> None:
     disc = shear("disc")

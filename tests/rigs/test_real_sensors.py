@@ -49,8 +49,8 @@ def test_a_sensor_added_by_yaml_measures_presses_that_it_has_not_seen(
         assert 0.5 < line["max_height_mm"] < 2.5
         assert 3 < line["contact_area_mm2"] < 15
         with np.load(split / "out" / f"{line['source']}.npz") as data:
-            untouched = ~data["contact"] & (np.hypot(*data["gradients"].transpose(2, 0, 1)) < 0.1)
-            assert np.sqrt(np.mean(data["height_mm"][untouched] ** 2)) < 0.1
+            undeformed = ~data["contact"] & (np.hypot(*data["gradients"].transpose(2, 0, 1)) < 0.1)
+            assert np.sqrt(np.mean(data["height_mm"][undeformed] ** 2)) < 0.1
 
 
 def test_a_sensor_with_markers_and_a_warp_finds_its_presses(

@@ -41,7 +41,7 @@ def unseen(recordings: Path) -> Scene:
 
 
 @pytest.mark.headline
-def test_a_press_that_is_held_stays_while_the_lamps_drift(unseen: Scene) -> None:
+def test_a_press_that_is_held_stays_while_the_lights_drift(unseen: Scene) -> None:
     pipeline, frame, grid = unseen
     before = pipeline.process(frame)
     away = np.array([1, -1, 0.5, 1, 0, -0.5])

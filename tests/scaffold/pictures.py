@@ -16,7 +16,7 @@ from tactile_core.sim.analytic_ball import BallPress, render
 def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:
     """A small sensor that differs from a shipped one; its lamps are soft, without shadows."""
     image = {"width_px": 160, "height_px": 120, "mm_per_px": 0.125}
-    soft = {"lamps": {"distance_mm": 40, "scatter": 1.0}}
+    soft = {"lights": {"distance_mm": 40, "scatter": 1.0}}
     return load_profile(parent, overrides={"image": image, "optics": soft, **overrides})
 
 

@@ -119,7 +119,7 @@ def test_markers_are_found_and_their_pitch_gives_the_scale(tmp_path: Path) -> No
     assert profile.gel.markers.diameter_mm == pytest.approx(0.4, rel=0.25)
 
 
-def test_a_gel_without_markers_is_told_from_a_parent_with_them(
+def test_a_gel_without_markers_is_reported_from_a_parent_with_them(
     picture: Path, tmp_path: Path
 ) -> None:
     made = new_profile("mine", "hex_fingertip", picture, mm_per_px=0.125)

@@ -9,7 +9,7 @@ SCALE = 0.05
 
 
 @given(diameter=st.floats(2, 8), share=st.floats(0.05, 0.35))
-def test_the_skin_follows_the_ball_inside_the_contact(diameter: float, share: float) -> None:
+def test_the_gel_follows_the_ball_inside_the_contact(diameter: float, share: float) -> None:
     press = BallPress((60.0, 50.0), diameter, share * diameter)
     height = press.height_mm((100, 120), SCALE)
     r = np.hypot(np.arange(120) - 60.0, np.arange(100)[:, None] - 50.0) * SCALE
@@ -18,7 +18,7 @@ def test_the_skin_follows_the_ball_inside_the_contact(diameter: float, share: fl
     assert np.ptp(height[inside] - ball) < 1e-9
 
 
-def test_the_skin_has_no_step_and_no_kink_at_the_border() -> None:
+def test_the_gel_has_no_step_and_no_kink_at_the_border() -> None:
     press = BallPress((200.0, 0.0), 4.0, 0.8)
     profile = press.height_mm((1, 401), 0.005)[0]
     slope = np.diff(profile) / 0.005
@@ -26,7 +26,7 @@ def test_the_skin_has_no_step_and_no_kink_at_the_border() -> None:
     assert np.abs(np.diff(slope)).max() < 0.02
 
 
-def test_the_skin_rests_far_away() -> None:
+def test_the_gel_rests_far_away() -> None:
     height = BallPress((0.0, 0.0), 4.0, 0.8).height_mm((1, 400), SCALE)
     assert height[0, -1] < 1e-6
 
@@ -38,7 +38,7 @@ def test_pictures_repeat_by_seed(lab: VirtualLab) -> None:
     assert (same[0] != render(lab.profile, flat, seed=5)).any()
 
 
-def test_a_surface_that_faces_a_lamp_is_brighter_in_its_colour(lab: VirtualLab) -> None:
+def test_a_surface_that_faces_a_light_is_brighter_in_its_colour(lab: VirtualLab) -> None:
     # Red shines from azimuth 90°, the bottom: a surface that falls towards +y faces it.
     y = np.arange(120)[:, None] * lab.profile.image.mm_per_px * np.ones(160)
     flat, facing = (render(lab.profile, s * y)[..., 0].mean() for s in (0.0, -0.2))

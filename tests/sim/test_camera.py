@@ -34,7 +34,7 @@ def profile(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_twin_is_read_like_any_sensor(profile: Path) -> None:
+def test_a_sensor_is_read_like_any_sensor(profile: Path) -> None:
     with open_sensor(profile, sim=True, reference="first") as sensor:
         frames = [reading.frame for reading in sensor.stream()]
     assert [frame.pixels.shape for frame in frames] == [(256, 306, 6)] * 3
@@ -42,9 +42,9 @@ def test_a_twin_is_read_like_any_sensor(profile: Path) -> None:
 
 
 def test_it_sees_what_the_stage_shows_less_the_dark(profile: Path) -> None:
-    twin = load_profile(profile, sim=True)
-    stage = VirtualStage(twin, seed=3)
-    with open_sensor(twin, reference="first") as sensor:
+    virtual_profile = load_profile(profile, sim=True)
+    stage = VirtualStage(virtual_profile, seed=3)
+    with open_sensor(virtual_profile, reference="first") as sensor:
         seen = sensor.read().frame.pixels
     dark, *_ = [image for image in stage.exposures() if np.median(image) < 10]
     stage.reset()
@@ -62,8 +62,8 @@ def test_a_script_of_ones_own_is_played(tmp_path: Path) -> None:
 
 
 def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
-    twin = load_profile(profile, sim=True)
-    camera, lights, _ = make_devices(twin)
+    virtual_profile = load_profile(profile, sim=True)
+    camera, lights, _ = make_devices(virtual_profile)
     exposures = len(lights.exposures())
     with camera:
         images = list(iter(camera.read, None))

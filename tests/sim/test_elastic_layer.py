@@ -79,7 +79,7 @@ def test_mean_shift_is_thickness_over_modulus_times_mean_traction(layer: Elastic
     np.testing.assert_allclose(u.mean((1, 2)), 2.0 / 0.145 * q.mean((1, 2)), rtol=1e-9)
 
 
-def test_skin_spreads_away_from_what_presses(layer: ElasticLayer) -> None:
+def test_gel_spreads_away_from_what_presses(layer: ElasticLayer) -> None:
     x, y = layer.grid.nodes_mm
     u = layer.spread(np.exp(-(x**2 + y**2)))
     ring = np.abs(np.hypot(x, y) - 1.5) < 0.3

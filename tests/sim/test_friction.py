@@ -88,7 +88,7 @@ def test_friction_that_grows_with_speed_holds_a_quick_slip_back(ball: BallOnHalf
     assert quick.slip_mm[0][ball.pressure > 0].max() < slow.slip_mm[0][ball.pressure > 0].max()
 
 
-def test_without_friction_nothing_is_dragged() -> None:
+def test_without_friction_nothing_is_sheared() -> None:
     layer = ElasticLayer(Grid(32, 32, 0.2), Elastomer(2.0, 0.145, 0.48))
     wanted = np.full((2, 32, 32), 0.3, np.float32)
     grip = solve_friction(

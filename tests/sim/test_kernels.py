@@ -83,9 +83,9 @@ def test_markers_of_every_shape_are_drawn_alike(shape: str) -> None:
         stage = VirtualStage("hex_fingertip", 1, overrides={"optics": looks}, compiled=compiled)
         optics = stage._optics
         level = np.zeros(stage.truth().height_mm.shape, np.float32)
-        skin = optics.skin(level, None, optics.markers_px + 0.3)
-        assert skin.reflectance is not None
-        return skin.reflectance
+        surface = optics.surface(level, None, optics.markers_px + 0.3)
+        assert surface.reflectance is not None
+        return surface.reflectance
 
     fast, plain = both_ways(printed)
     np.testing.assert_allclose(fast, plain, atol=1e-5)
@@ -104,6 +104,6 @@ def imports_numba(choice: str) -> bool:
 
 
 @needs_kernels
-def test_a_stage_loads_numba_unless_it_is_told_not_to() -> None:
+def test_a_stage_loads_numba_unless_it_is_reported_not_to() -> None:
     assert imports_numba("")
     assert not imports_numba(", compiled=False")

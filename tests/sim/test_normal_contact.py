@@ -69,7 +69,7 @@ def test_contact_of_a_ball_with_a_half_space_is_as_wide_as_hertz_says() -> None:
     assert found.pressure.max() == pytest.approx(peak, rel=0.01)
 
 
-def test_skin_either_touches_under_pressure_or_leaves_a_gap() -> None:
+def test_gel_either_touches_under_pressure_or_leaves_a_gap() -> None:
     layer = _layer(0.1)
     x, y = layer.grid.nodes_mm
     overlap = 0.2 - (x**2 + y**2) / (2 * RADIUS_MM) + 0.02 * np.cos(6 * x)
@@ -103,7 +103,7 @@ def test_the_work_of_pressing_is_stored_in_the_layer() -> None:
     assert stored == pytest.approx(work, rel=1e-3)
 
 
-def test_an_object_above_the_skin_presses_nothing() -> None:
+def test_an_object_above_the_gel_presses_nothing() -> None:
     layer = _layer(0.3)
     found, force = _ball(layer, depth_mm=-0.01)
     assert force == 0

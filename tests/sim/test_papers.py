@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core import load_profile
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.skin import Skin
 from tactile_core.sim.truth import TrueState
 
 STEP_MM = 0.05
@@ -52,12 +52,12 @@ class Sheared:
         return int(np.argmin(np.abs(self.moved_mm - moved_mm)))
 
 
-def _pressed(kind: str) -> Skin:
+def _pressed(kind: str) -> GelSurface:
     indenter, angle_deg, force_n = PRESSES[kind]
-    skin = Skin(load_profile("hex_fingertip"), "fast")
-    skin.indent_with(indenter, angle_deg=angle_deg)
-    skin.press(force_n=force_n)
-    return skin
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
+    surface.indent_with(indenter, angle_deg=angle_deg)
+    surface.press(force_n=force_n)
+    return surface
 
 
 def _entropy_bits(displacement_mm: NDArray[np.float64]) -> float:
@@ -82,15 +82,15 @@ def can() -> Sheared:
 
 
 def _shear(kind: str) -> Sheared:
-    skin = _pressed(kind)
-    before, nodes_before = skin.truth(), skin.state.displacement_mm[:2]
+    surface = _pressed(kind)
+    before, nodes_before = surface.truth(), surface.state.displacement_mm[:2]
     rows, sticks, contacts = [], [], []
     for moved in STEP_MM * np.arange(1, 17):
-        skin.shear(dy_mm=STEP_MM)
-        truth = skin.truth()
+        surface.shear(dy_mm=STEP_MM)
+        truth = surface.truth()
         since = truth.displacement_mm - before.displacement_mm
         size = np.hypot(*since[truth.contact].T)
-        whole = (skin.state.displacement_mm[1] - nodes_before[1])[skin.state.contact].mean()
+        whole = (surface.state.displacement_mm[1] - nodes_before[1])[surface.state.contact].mean()
         rows.append(
             (
                 moved,
@@ -206,15 +206,15 @@ def test_entropy_of_a_cylinder_is_4_to_6_5_in_partial_slip(can: Sheared) -> None
 @pytest.fixture(scope="module")
 def turned() -> dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """By angle of the plate: by how much the skin turned about the middle, and how far from it."""
-    skin = _pressed("flat")
-    before = skin.truth().displacement_mm
+    surface = _pressed("flat")
+    before = surface.truth().displacement_mm
     found = {}
     for angle in (0.6, 1.5, 3.0, 4.5):
-        skin.twist(angle - skin.state.pose.angle_deg, steps=3)
-        since = skin.truth().displacement_mm - before
+        surface.twist(angle - surface.state.pose.angle_deg, steps=3)
+        since = surface.truth().displacement_mm - before
         height, width = since.shape[:2]
-        x = (np.arange(width) - (width - 1) / 2) * skin.mm_per_px
-        y = (np.arange(height)[:, None] - (height - 1) / 2) * skin.mm_per_px
+        x = (np.arange(width) - (width - 1) / 2) * surface.mm_per_px
+        y = (np.arange(height)[:, None] - (height - 1) / 2) * surface.mm_per_px
         r = np.hypot(x, y)
         # values live where the skin is now: the turn about the middle is seen from there
         angles = np.degrees((x * since[..., 1] - y * since[..., 0]) / np.maximum(r, 0.1) ** 2)
@@ -239,14 +239,14 @@ def test_at_4_5_degrees_the_outer_markers_turn_less(
 
 def _step_in_shear(before_mm: float, step_mm: float) -> tuple[list[float], list[TrueState]]:
     """Forces before, right after, 10 s, 3 min and 10 min after a step, and what was true then."""
-    skin = _pressed("flat")
-    skin.shear(dy_mm=before_mm, steps=8)
-    forces, truths = [skin.wrench[1]], [skin.truth()]
-    skin.shear(dy_mm=step_mm, steps=4, seconds=0.4)
+    surface = _pressed("flat")
+    surface.shear(dy_mm=before_mm, steps=8)
+    forces, truths = [surface.wrench[1]], [surface.truth()]
+    surface.shear(dy_mm=step_mm, steps=4, seconds=0.4)
     for seconds in (0.0, 10.0, 170.0, 420.0):
-        skin.hold(seconds)
-        forces.append(skin.wrench[1])
-        truths.append(skin.truth())
+        surface.hold(seconds)
+        forces.append(surface.wrench[1])
+        truths.append(surface.truth())
     return forces, truths
 
 
@@ -286,12 +286,12 @@ def test_a_large_step_ends_near_the_force_before_it() -> None:
 @pytest.mark.parametrize("kind", ["flat", "cylinder", "ball"])
 def test_markers_spread_outwards_under_a_normal_load(kind: str) -> None:
     small = make_indenter("flat", diameter_mm=12.5) if kind == "flat" else PRESSES[kind][0]
-    skin = Skin(load_profile("hex_fingertip"), "fast")
-    skin.indent_with(small)
-    skin.press(force_n=4.0)
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
+    surface.indent_with(small)
+    surface.press(force_n=4.0)
     x, y = np.meshgrid(np.arange(-6, 6.1, 1.2), np.arange(-4.8, 4.9, 1.2))
     markers = np.stack([x.ravel(), y.ravel()], 1)
-    moved = skin.carried(markers) - markers
+    moved = surface.carried(markers) - markers
     outwards = (moved * markers).sum(1)
     far = np.hypot(*moved.T) > 0.3 * np.hypot(*moved.T).max()
     assert (outwards[far] > 0).all()
@@ -299,15 +299,15 @@ def test_markers_spread_outwards_under_a_normal_load(kind: str) -> None:
 
 
 def test_force_is_linear_in_depth_and_differs_between_loading_and_unloading() -> None:
-    skin = Skin(load_profile("hex_fingertip"), "fast")
-    skin.indent_with(make_indenter("flat", diameter_mm=12.5))
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
+    surface.indent_with(make_indenter("flat", diameter_mm=12.5))
     depths = np.linspace(0.02, 0.2, 10)
     loading, unloading = [], []
     for depth in depths:
-        skin.press(depth_mm=depth, steps=1, seconds=0.5)
-        loading.append(skin.wrench[2])
+        surface.press(depth_mm=depth, steps=1, seconds=0.5)
+        loading.append(surface.wrench[2])
     for depth in depths[::-1]:
-        skin.press(depth_mm=depth, steps=1, seconds=0.5)
-        unloading.append(skin.wrench[2])
+        surface.press(depth_mm=depth, steps=1, seconds=0.5)
+        unloading.append(surface.wrench[2])
     assert np.corrcoef(depths, loading)[0, 1] ** 2 > 0.99
     assert np.mean(unloading[::-1]) < 0.97 * np.mean(loading)

@@ -35,15 +35,15 @@ def script(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", [entry.name for entry in list_profiles()])
-def test_every_shipped_profile_has_a_virtual_twin(name: str) -> None:
+def test_every_shipped_profile_has_a_virtual_sensor(name: str) -> None:
     stage = VirtualStage(name)
-    untouched = stage.frame()
+    undeformed = stage.frame()
     stage.indenter("sphere", diameter_mm=3.0)
     stage.press(depth_mm=0.3)
     pressed = stage.frame()
     image = stage.profile.image
     assert pressed.pixels.shape == (image.height_px, image.width_px, len(pressed.channels))
-    assert not np.array_equal(pressed.pixels, untouched.pixels)
+    assert not np.array_equal(pressed.pixels, undeformed.pixels)
     truth = stage.truth()
     assert truth.height_mm.max() == pytest.approx(0.3, rel=0.12)
     assert truth.wrench[2] > 0
@@ -71,7 +71,7 @@ def test_a_reset_stage_is_a_new_one() -> None:
     assert not stage.truth().contact.any()
 
 
-def test_markers_are_carried_by_the_skin() -> None:
+def test_markers_are_carried_by_the_gel() -> None:
     stage = VirtualStage("hex_fingertip")
     rest = stage.truth().markers_px
     stage.indenter("flat", size_mm=(8.0, 6.0))
@@ -113,7 +113,7 @@ def test_a_script_is_played_frame_by_frame(script: Path) -> None:
     assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
 
 
-def test_an_impossible_step_is_told_with_its_line(script: Path) -> None:
+def test_an_impossible_step_is_reported_with_its_line(script: Path) -> None:
     script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
     with pytest.raises(InputError, match=r"script.yaml:3:5: .*pressed 7 mm deep .*2 mm thick"):
         list(Script(script).played(VirtualStage("hex_fingertip")))
@@ -137,7 +137,7 @@ def test_an_impossible_step_is_told_with_its_line(script: Path) -> None:
         ("indenter: {kind: heightmap, height_mm: [[1], [a]], mm_per_px: 1}", "rows of numbers"),
     ],
 )
-def test_a_mistake_in_a_script_is_told_with_its_place(
+def test_a_mistake_in_a_script_is_reported_with_its_place(
     script: Path, tmp_path: Path, wrong: str, said: str
 ) -> None:
     script.write_text(SCRIPT.replace("press: {depth_mm: 0.5, frames: 2}", wrong))

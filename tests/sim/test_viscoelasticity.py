@@ -47,7 +47,7 @@ def test_in_the_end_the_layer_is_elastic() -> None:
     assert _strained([0.0, np.inf], [1.0, 1.0]) == (1.0, 0.0)
 
 
-def test_let_go_the_skin_comes_back_slowly() -> None:
+def test_let_go_the_gel_comes_back_slowly() -> None:
     u, stretches = np.zeros((3, 1, 1)), np.zeros((2, 3, 1, 1))
     held = TimeStep(BRANCHES, 100.0)
     stretches, u = held.stretched(stretches, np.ones_like(u)), np.ones_like(u)

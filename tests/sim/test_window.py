@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.sim.contact_state import Move, Pose, SkinState
+from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
@@ -45,7 +45,7 @@ def test_a_part_of_the_layer_answers_loads_on_it_as_the_whole_does(
     np.testing.assert_allclose(answer[2], near.indentation(loads[2]) + near.bulge(loads[:2]))
 
 
-def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> SkinState:
+def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> SurfaceState:
     """Something pressed near the border of a grid, and shifted."""
     grid = Grid(100, 90, 0.2)
     model = ContactModel(ElasticLayer(grid, GEL.elastomer, np.float64), GEL, CAREFUL)

@@ -49,8 +49,8 @@ class HeightLab:
         return self.folder / "press"
 
     @property
-    def untouched(self) -> Path:
-        return self.folder / "untouched"
+    def undeformed(self) -> Path:
+        return self.folder / "undeformed"
 
     @property
     def tmd(self) -> Path:
@@ -88,7 +88,7 @@ def make_height_lab(folder: Path) -> HeightLab:
     """Write the recordings, the map (tilted: its plane is arbitrary) and the profile."""
     lab = HeightLab(folder, relief())
     lab.profile.write_text(PROFILE)
-    for path, height, seed in ((lab.press, lab.height_mm, 1), (lab.untouched, 0 * relief(), 2)):
+    for path, height, seed in ((lab.press, lab.height_mm, 1), (lab.undeformed, 0 * relief(), 2)):
         path.mkdir(parents=True)
         for k, exposure in enumerate(lit(height, seed)):
             cv2.imwrite(str(path / f"lamp{k}.png"), exposure)

@@ -30,7 +30,7 @@ def scene(
     object_px: tuple[float, float] = (0, 0),
     *,
     turn_deg: float = 0.0,
-    skin_px: tuple[float, float] = (0, 0),
+    surface_px: tuple[float, float] = (0, 0),
     depth: float = 1.0,
     light: float = 1.0,
     noise: float = 0.0,
@@ -40,9 +40,9 @@ def scene(
     pose = cv2.getRotationMatrix2D(CENTRE, -turn_deg, 1.0)
     pose[:, 2] += object_px
     printed = depth * cv2.warpAffine(TEXTURE, pose, (COLUMNS, ROWS))
-    markers_px = MARKERS + np.array(skin_px)
+    markers_px = MARKERS + np.array(surface_px)
     image = (140 + 0.1 * X[..., None]) * (1 + printed)
-    x, y = X - skin_px[0] - MARKERS[0, 0], Y - skin_px[1] - MARKERS[0, 1]
+    x, y = X - surface_px[0] - MARKERS[0, 0], Y - surface_px[1] - MARKERS[0, 1]
     from_marker = np.hypot(*((side + PITCH_PX / 2) % PITCH_PX - PITCH_PX / 2 for side in (x, y)))
     image *= 1 - 0.8 * np.clip(MARKER_PX / 2 + 0.5 - from_marker, 0, 1)[..., None]
     image = light * image + np.random.default_rng(seed).normal(0, noise, image.shape)

@@ -49,7 +49,7 @@ def markers() -> MarkerField:
     return MarkerField(np.arange(2, dtype=np.int32), at, at + 1, np.array([True, False]), 0.1)
 
 
-def drag() -> DisplacementField:
+def shear() -> DisplacementField:
     return DisplacementField(np.full((*SHAPE, 2), 0.1, np.float32), ONES, 0.1)
 
 

@@ -58,7 +58,7 @@ illumination:
     - {name: green, azimuth_deg: 210, elevation_deg: 35}
     - {name: blue, azimuth_deg: 330, elevation_deg: 35}
 optics:                        # wide, soft lamps: no shadows to speak of
-  lamps: {distance_mm: 40, scatter: 1.0}
+  lights: {distance_mm: 40, scatter: 1.0}
   sensor: {jpeg_quality: none}
 calibration: {use: core.automatic}
 estimators:

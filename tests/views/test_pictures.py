@@ -38,7 +38,7 @@ def test_every_sensor_s_picture_is_large_enough_to_read(shape: tuple[int, int]) 
     assert picture.shape[1] > shape[1]
 
 
-def test_an_untouched_gel_is_one_even_colour() -> None:
+def test_an_undeformed_gel_is_one_even_colour() -> None:
     picture = relief(flat())
     inside = picture[200:400, 200:500].reshape(-1, 3)
     assert np.ptp(inside, axis=0).max() == 0

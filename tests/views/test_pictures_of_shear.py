@@ -29,7 +29,7 @@ def markers(size_px: float = 0.0, *, seen: bool = True) -> Points:
     return Points(at + np.float32([size_px, 0]), "markers", at, np.full(len(at), seen))
 
 
-def drag(picture: Rgb, points: Points) -> str:
+def shear(picture: Rgb, points: Points) -> str:
     return overlay.points(picture, points, mm_per_px=SCALE_MM)
 
 
@@ -41,9 +41,9 @@ def red(picture: np.ndarray) -> np.ndarray:
     return (picture[..., 0] > 150) & (picture[..., 1] < 100)
 
 
-def test_arrows_point_where_the_skin_went() -> None:
+def test_arrows_point_where_the_gel_went() -> None:
     picture = canvas()
-    drag(picture, Points(np.float32([[240, 100]]), from_px=np.float32([[200, 100]])))
+    shear(picture, Points(np.float32([[240, 100]]), from_px=np.float32([[200, 100]])))
     drawn = np.argwhere(red(picture))
     assert abs(drawn[:, 0].mean() - 100) < 2
     assert drawn[:, 1].min() > 195
@@ -51,22 +51,22 @@ def test_arrows_point_where_the_skin_went() -> None:
 
 
 @pytest.mark.parametrize(("size_px", "words"), [(40.0, "×1"), (8.0, "×5"), (1.0, "×10")])
-def test_small_motions_are_magnified_by_a_round_number_that_is_told(
+def test_small_motions_are_magnified_by_a_round_number_that_is_reported(
     size_px: float, words: str
 ) -> None:
-    assert drag(canvas(), markers(size_px)).endswith(words)
+    assert shear(canvas(), markers(size_px)).endswith(words)
 
 
 def test_noise_of_the_markers_gives_no_arrows() -> None:
     picture = canvas()
-    assert drag(picture, markers(0.1)) == ""
+    assert shear(picture, markers(0.1)) == ""
     assert not red(picture).any()
 
 
 def test_markers_that_are_not_seen_are_hollow() -> None:
     seen, unseen = canvas(), canvas()
-    drag(seen, markers())
-    drag(unseen, markers(seen=False))
+    shear(seen, markers())
+    shear(unseen, markers(seen=False))
     assert seen[20, 20].max() < 70
     assert unseen[20, 20].min() > 200
 

@@ -28,7 +28,7 @@ def test_a_ball_presses_the_volume_of_its_cap() -> None:
     assert volume_of(np.maximum(cap_mm, 0)).mm3 == pytest.approx(expected_mm3, rel=1e-3)
 
 
-def test_untouched_skin_has_no_volume_and_a_bulge_does_not_count() -> None:
+def test_undeformed_gel_has_no_volume_and_a_bulge_does_not_count() -> None:
     assert volume_of(np.zeros((200, 240))).mm3 == 0
     assert volume_of(np.full((200, 240), -0.1)).mm3 == 0
 

@@ -13,7 +13,7 @@ def bench() -> Bench:
     return bench
 
 
-def test_the_ball_is_measured_in_the_light_of_four_lamps_in_turn(bench: Bench) -> None:
+def test_the_ball_is_measured_in_the_light_of_four_sequential_lights(bench: Bench) -> None:
     with open_sensor("example_lights_bench") as sensor:
         sensor.capture_reference(frames=1)
         reading = sensor.read()

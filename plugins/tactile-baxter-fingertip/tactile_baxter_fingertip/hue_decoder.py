@@ -137,21 +137,23 @@ def evened(features: Float32, evening: Float32) -> Float32:
     return np.asarray(np.einsum("nt,tkj,nj->nk", terms, evening, change), np.float32)
 
 
-def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both") -> HueDecoder:
+def fit_decoder(
+    features: Float32, normal_xy: Float32, pitch_from: PitchFrom = "both"
+) -> HueDecoder:
     """Learn the tables from pixels whose slope is known.
 
     Parameters
     ----------
     features : (N, 5) float32
         Relative change of the three channels, and place.
-    sines : (N, 2) float32
+    normal_xy : (N, 2) float32
     pitch_from : {"both", "intensity", "saturation"}
         What tells the pitch beside the yaw.
     """
-    evening = _evening(features, sines)
+    evening = _evening(features, normal_xy)
     # Turned so that to first order the hue is the yaw, and the saturation the sine of the pitch.
     axes = evened(features, evening)[:, :2].astype(np.float64)
-    onto = np.linalg.lstsq(axes, sines.astype(np.float64), rcond=None)[0]
+    onto = np.linalg.lstsq(axes, normal_xy.astype(np.float64), rcond=None)[0]
     evening[:, :2] = np.einsum("ak,taj->tkj", onto, evening[:, :2])
     colour = evened(features, evening)
     reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), _REACH_PERCENT))
@@ -163,7 +165,7 @@ def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both
     # How far the yaw is from the hue changes little towards level skin, where both are unsure.
     offsets = _centred(chroma)
     seen = offsets[:, 0] + 1j * offsets[:, 1]
-    turned = (sines[:, 0] + 1j * sines[:, 1]) * np.conj(seen)
+    turned = (normal_xy[:, 0] + 1j * normal_xy[:, 1]) * np.conj(seen)
     parts = np.stack([turned.real, turned.imag], 1)
     turn = smooth_table(chroma[:, 0], chroma[:, 1], parts, np.ones(len(parts)))
     axis = _centred(np.arange(ENTRIES))
@@ -173,7 +175,7 @@ def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both
     yaw = yaw_table[chroma[:, 0], chroma[:, 1]]
     # Along the yaw that will be read: where that is unsure the sine is read as small as it is.
     angle = angle_of(yaw)
-    along = (sines[:, 0] * np.cos(angle) + sines[:, 1] * np.sin(angle)).astype(np.float64)
+    along = (normal_xy[:, 0] * np.cos(angle) + normal_xy[:, 1] * np.sin(angle)).astype(np.float64)
     by_intensity = silent
     if pitch_from != "saturation":
         mean, variance = _told(yaw, intensity, along, np.ones(len(along)))
@@ -189,11 +191,11 @@ def fit_decoder(features: Float32, sines: Float32, pitch_from: PitchFrom = "both
     return HueDecoder(evening, limits, yaw_table, by_intensity, by_saturation)
 
 
-def _evening(features: Float32, sines: Float32) -> Float32:
+def _evening(features: Float32, normal_xy: Float32) -> Float32:
     """The matrices that bring each place's change to that which a normal causes on average."""
     change = features[:, :3].astype(np.float64)
     powers = range(_COLOUR_ORDER + 1)
-    nx, ny = sines.astype(np.float64).T
+    nx, ny = normal_xy.astype(np.float64).T
     slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= _COLOUR_ORDER], 1)
     usual = slope @ np.linalg.lstsq(slope, change, rcond=None)[0]
     terms = regression.terms(features[:, 3:], 2).astype(np.float64)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
+from tactile_core.algorithms.normal_xy import planes_to_gradient
 from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
-from tactile_core.algorithms.sines import planes_to_gradient
 
 Bool = NDArray[np.bool_]
 
@@ -102,9 +102,9 @@ class HueField:
         yaw = self._yaw.take(chroma)
         told = self._by_chroma.take(chroma)
         told += self._by_intensity.take(_pair(yaw, intensity))
-        sines = self._direction.take(yaw)
-        sines *= told.real / told.imag
-        gx, gy = (np.ascontiguousarray(part) for part in (sines.real, sines.imag))
+        normal_xy = self._direction.take(yaw)
+        normal_xy *= told.real / told.imag
+        gx, gy = (np.ascontiguousarray(part) for part in (normal_xy.real, normal_xy.imag))
         planes_to_gradient(gx, gy, np.empty_like(gx))
         return gx, gy
 

@@ -136,10 +136,10 @@ class HueIntensityCalibrator(Calibrator):
                     f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
                     f"the size of the input"
                 )
-        features, sines = thinned(presses, light.features, most=MOST_SAMPLES)
-        if np.count_nonzero(sines.any(axis=1)) < FEWEST_SAMPLES:
+        features, normal_xy = thinned(presses, light.features, most=MOST_SAMPLES)
+        if np.count_nonzero(normal_xy.any(axis=1)) < FEWEST_SAMPLES:
             raise too_few(presses)
-        decoder = fit_decoder(features, sines, self.options.pitch_from)
+        decoder = fit_decoder(features, normal_xy, self.options.pitch_from)
         return HueIntensity(decoder, shape, blur_px, light_blur_px)
 
     def smoothing_px(self, mm_per_px: float) -> float:

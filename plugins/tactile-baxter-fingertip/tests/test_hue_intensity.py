@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.four_lamps import Ball, frame_of, presses, untouched
+from support.four_lights import Ball, frame_of, presses, undeformed
 from support.gains import MOST, gains
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder
@@ -16,7 +16,7 @@ from tactile_baxter_fingertip.hue_intensity import (
     HueIntensityCalibrator,
     HueIntensityOptions,
 )
-from tactile_core.algorithms.sines import to_gradient
+from tactile_core.algorithms.normal_xy import to_gradient
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.slope_models.model_file import arrays_of
@@ -28,7 +28,7 @@ UNSEEN = Ball((71.3, 64.8))
 
 def fitted(*, mirrored: bool = False, **options: object) -> HueIntensity:
     calibrator = HueIntensityCalibrator(HueIntensityOptions.model_validate(options))
-    return calibrator.fit(presses(12, mirrored=mirrored), untouched(mirrored=mirrored))
+    return calibrator.fit(presses(12, mirrored=mirrored), undeformed(mirrored=mirrored))
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def model() -> HueIntensity:
 def errors_deg(model: HueIntensity, *, mirrored: bool = False, gain: float = 1.0) -> np.ndarray:
     """Angle between measured and true normals on a ball that the fit has not seen."""
     frame = frame_of(UNSEEN, mirrored=mirrored, gain=gain)
-    measured = model.measure(frame, untouched(mirrored=mirrored))
+    measured = model.measure(frame, undeformed(mirrored=mirrored))
     true, on = UNSEEN.slopes()
     return angles_deg(np.stack([measured.x[on], measured.y[on]], 1), true[on])
 
@@ -54,14 +54,14 @@ def test_calibrator_and_model_are_found_by_one_name() -> None:
 def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
     model: HueIntensity, ball: Ball
 ) -> None:
-    measured = model.measure(frame_of(ball), untouched())
+    measured = model.measure(frame_of(ball), undeformed())
     true, on = ball.slopes()
     found = np.stack([measured.x[on], measured.y[on]], 1)
     assert gains(found, true[on]) == pytest.approx(1, abs=MOST)
 
 
 def test_the_hue_tells_the_yaw(model: HueIntensity) -> None:
-    measured = model.measure(frame_of(UNSEEN), untouched())
+    measured = model.measure(frame_of(UNSEEN), undeformed())
     true, on = UNSEEN.slopes()
     steep = on & (np.hypot(true[..., 0], true[..., 1]) > 0.3)
     found = np.arctan2(measured.y[steep], measured.x[steep])
@@ -79,8 +79,8 @@ def test_intensity_or_saturation_alone_tells_less_than_both(model: HueIntensity)
     assert errors_deg(model).mean() <= min(alone) + 0.1
 
 
-def test_untouched_skin_is_level(model: HueIntensity) -> None:
-    level = model.measure(frame_of(None), untouched())
+def test_undeformed_gel_is_level(model: HueIntensity) -> None:
+    level = model.measure(frame_of(None), undeformed())
     assert np.hypot(level.x, level.y).max() < 0.02
 
 
@@ -89,7 +89,7 @@ def test_more_of_all_light_changes_no_hue(model: HueIntensity) -> None:
 
 
 def test_whole_images_are_measured_as_pixels_are(model: HueIntensity) -> None:
-    frame, reference = frame_of(UNSEEN), untouched()
+    frame, reference = frame_of(UNSEEN), undeformed()
     light = ReferenceLight(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
     decoder = model.decoder
     rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
@@ -103,7 +103,7 @@ def test_whole_images_are_measured_as_pixels_are(model: HueIntensity) -> None:
 def test_the_model_comes_back_as_it_was_saved(model: HueIntensity, tmp_path: Path) -> None:
     model.save(tmp_path)
     for again in (HueIntensity.load(tmp_path), pickle.loads(pickle.dumps(model))):
-        before, after = (m.measure(frame_of(UNSEEN), untouched()) for m in (model, again))
+        before, after = (m.measure(frame_of(UNSEEN), undeformed()) for m in (model, again))
         np.testing.assert_array_equal(after.x, before.x)
         np.testing.assert_array_equal(after.y, before.y)
 
@@ -127,7 +127,7 @@ def test_a_misshapen_table_is_refused(model: HueIntensity, name: str) -> None:
 
 
 def test_another_size_is_refused(model: HueIntensity) -> None:
-    frame, reference = frame_of(UNSEEN), untouched()
+    frame, reference = frame_of(UNSEEN), undeformed()
     with pytest.raises(CalibrationError, match="this frame is 160 × 50"):
         model.measure(replace(frame, pixels=frame.pixels[:50]), reference)
     with pytest.raises(CalibrationError, match="this reference is 160 × 50"):
@@ -135,7 +135,7 @@ def test_another_size_is_refused(model: HueIntensity) -> None:
 
 
 def test_grey_images_have_no_hue() -> None:
-    grey = Reference(untouched().pixels[..., :1], ("grey",))
+    grey = Reference(undeformed().pixels[..., :1], ("grey",))
     with pytest.raises(CalibrationError, match="three channels"):
         HueIntensityCalibrator(HueIntensityOptions()).fit(presses(1), grey)
 
@@ -145,7 +145,7 @@ def test_presses_that_all_rest_are_refused() -> None:
     level = replace(press, gradients=np.zeros_like(press.gradients))
     for samples in ([], [level]):
         with pytest.raises(CalibrationError, match="too few pixels"):
-            HueIntensityCalibrator(HueIntensityOptions()).fit(samples, untouched())
+            HueIntensityCalibrator(HueIntensityOptions()).fit(samples, undeformed())
 
 
 def test_a_clipped_channel_has_no_hue_and_neither_has_darkness(model: HueIntensity) -> None:
@@ -153,7 +153,7 @@ def test_a_clipped_channel_has_no_hue_and_neither_has_darkness(model: HueIntensi
     pixels = copy.copy(frame.pixels)
     pixels[5, 7, 1] = 255
     pixels[5, 8] = 0
-    valid = model.measure(replace(frame, pixels=pixels), untouched()).valid
+    valid = model.measure(replace(frame, pixels=pixels), undeformed()).valid
     assert not valid[5, 7]
     assert not valid[5, 8]
     assert valid.sum() == valid.size - 2
@@ -163,4 +163,4 @@ def test_bit_depths_are_not_mixed(model: HueIntensity) -> None:
     frame = frame_of(UNSEEN)
     deep = replace(frame, pixels=frame.pixels.astype(np.uint16) * 257, full_scale=65535.0)
     with pytest.raises(CalibrationError, match="same bit depth"):
-        model.measure(deep, untouched())
+        model.measure(deep, undeformed())

@@ -25,7 +25,7 @@ _TINY = 1e-9
 _FILE = "directions.npz"
 
 
-def lamp_directions(azimuth_deg: Sequence[float], elevation_deg: Sequence[float]) -> Float32:
+def light_directions(azimuth_deg: Sequence[float], elevation_deg: Sequence[float]) -> Float32:
     """(K, 3) unit vectors from the skin towards lamps: x right, y down, z towards the camera."""
     azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
     flat = np.cos(elevation)
@@ -107,15 +107,15 @@ class GivenLights(Calibration):
             The level skin; of equal intensities where it is not known, which leaves the lamps'
             strengths to the frame.
         """
-        height, width, lamps = frame.pixels.shape
-        if lamps != len(self._directions):
+        height, width, lights = frame.pixels.shape
+        if lights != len(self._directions):
             raise CalibrationError(
-                f"the profile has {len(self._directions)} lights and the frame {lamps} channels; "
+                f"the profile has {len(self._directions)} lights and the frame {lights} channels; "
                 f"give one light per channel"
             )
         level = np.maximum(reference.pixels, 1e-3 * reference.full_scale)
         facing = self._directions[:, 2] if np.ptp(reference.pixels) else np.float32(1)
-        light = (frame.pixels / level * facing).reshape(-1, lamps)
+        light = (frame.pixels / level * facing).reshape(-1, lights)
         normals = robust_normals(light.astype(np.float32), self._directions)
         slopes = -normals[:, :2] / np.maximum(normals[:, 2:], 1e-3)
         steep = np.hypot(slopes[:, 0], slopes[:, 1])

@@ -14,13 +14,13 @@ Float32 = NDArray[np.float32]
 
 
 @njit(**ROW)
-def _respond(plane: Any, table: Float32, untouched: Float32, response: Float32) -> None:
+def _respond(plane: Any, table: Float32, undeformed: Float32, response: Float32) -> None:
     for x in range(response.size):
-        response[x] = table[plane[x]] * untouched[x] - np.float32(1)
+        response[x] = table[plane[x]] * undeformed[x] - np.float32(1)
 
 
 @njit(**ROW)
-def _add_lamp(response: Float32, y: Any, rows: Float32, b: Float32) -> None:
+def _add_light(response: Float32, y: Any, rows: Float32, b: Float32) -> None:
     for x in range(response.size):
         b[0, x] += response[x] * (rows[0, 0, x] + y * (rows[0, 1, x] + y * rows[0, 2, x]))
         b[1, x] += response[x] * (rows[1, 0, x] + y * (rows[1, 1, x] + y * rows[1, 2, x]))
@@ -54,7 +54,7 @@ def _finish(
 def solve(
     planes: Any,
     tables: Float32,
-    untouched: Float32,
+    undeformed: Float32,
     light: tuple[Float32, Float32],
     redundancy: tuple[Float32, float],
     least_facing: Any,
@@ -69,7 +69,7 @@ def solve(
         Smoothed exposures.
     tables : (K, 256) float32
         Linear response of each level.
-    untouched : (K, H, W) float32
+    undeformed : (K, H, W) float32
         Inverse linear response of the untouched skin.
     light : (H,) and (K, 3, 3, W) float32
         Places along y, and the light field M of each lamp along x: its powers 0, 1 and 2 of y.
@@ -81,22 +81,22 @@ def solve(
     odd : (H, W) bool
         Overwritten.
     """
-    lamps, height, width = untouched.shape
+    lights, height, width = undeformed.shape
     places, rows = light
     combinations, tolerance = redundancy
-    response, b = np.empty((lamps, width), np.float32), np.empty((3, width), np.float32)
+    response, b = np.empty((lights, width), np.float32), np.empty((3, width), np.float32)
     left, square = np.empty(width, np.float32), np.empty(width, np.float32)
     limit = np.float32(tolerance * tolerance)
     for y in range(height):
         b[:2] = 0
         b[2] = 1
-        for k in range(lamps):
-            _respond(planes[k, y], tables[k], untouched[k, y], response[k])
-            _add_lamp(response[k], places[y], rows[k], b)
+        for k in range(lights):
+            _respond(planes[k, y], tables[k], undeformed[k, y], response[k])
+            _add_light(response[k], places[y], rows[k], b)
         square[:] = 0
         for c in range(len(combinations)):
             left[:] = 0
-            for k in range(lamps):
+            for k in range(lights):
                 _add_scaled(response[k], combinations[c, k], left)
             _add_square(left, square)
         _finish(b, square, least_facing, limit, sides[0, y], sides[1, y], odd[y])

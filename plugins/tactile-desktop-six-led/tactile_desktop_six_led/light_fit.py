@@ -24,7 +24,7 @@ _EXPONENT_RIDGE = 1.0
 _TINY = 1e-4
 
 
-def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> LightField:
+def fit_light_field(features: Float32, normal_xy: Float32, *, seed: int = 0) -> LightField:
     """Fit response and light field to pixels of known slope.
 
     The error of the normal is minimised, not that of the intensities: intensities weigh all slopes
@@ -34,7 +34,7 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
     ----------
     features : (N, K + 2) float32
         Relative change of each lamp, and place.
-    sines : (N, 2) float32
+    normal_xy : (N, 2) float32
         Sine of the slope along x and y, uphill.
     seed : int
         Same seed, same sample.
@@ -51,17 +51,17 @@ def fit_light_field(features: Float32, sines: Float32, *, seed: int = 0) -> Ligh
     gain = np.concatenate([np.ones(len(pick)), 1 + _GAIN * rng.standard_normal(len(pick))])
     pick = np.concatenate([pick, pick])
     change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
-    known = sines[pick]
+    known = normal_xy[pick]
     terms = regression.terms(features[pick, -2:], 2).astype(np.float64)
-    lamps = change.shape[1]
+    lights = change.shape[1]
     logs = np.log(np.maximum(change + 1, DIMMEST))
     start = _linear_start(change, terms, known)
     held = np.full(len(start), _RIDGE)
-    held[:lamps] = _EXPONENT_RIDGE
+    held[:lights] = _EXPONENT_RIDGE
 
     fit = _Objective(logs, terms, known, start, held)
     found = least_squares(fit.error, start, fit.jacobian, max_nfev=_ROUNDS).x
-    return _unpacked(found.astype(np.float32), lamps)
+    return _unpacked(found.astype(np.float32), lights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,24 +96,24 @@ class _Objective:
         """(2 N + P, P)."""
         field = _unpacked(parameters, self.logs.shape[1])
         missed, b, power = self._missed(field)
-        count, lamps = power.shape
+        count, lights = power.shape
         terms = self.terms[:, :, None] * (power - 1)[:, None, :]
         by = np.zeros((count, 3, len(parameters)))
         across = np.stack([*field.across, np.pad(field.facing, ((0, 3), (0, 0)))])
-        by[:, :, :lamps] = (self.terms @ across).transpose(1, 0, 2) * (power * self.logs)[:, None]
+        by[:, :, :lights] = (self.terms @ across).transpose(1, 0, 2) * (power * self.logs)[:, None]
         for component, wide in enumerate((6, 6, 3)):
-            first = lamps * (1 + 6 * component)
-            by[:, component, first : first + wide * lamps] = terms[:, :wide].reshape(count, -1)
+            first = lights * (1 + 6 * component)
+            by[:, component, first : first + wide * lights] = terms[:, :wide].reshape(count, -1)
         length = np.linalg.norm(b, axis=0)
         normal = (b / length).T
         by -= normal[:, :, None] * np.einsum("nj,njp->np", normal, by)[:, None]
-        sines = by[:, :2] / length[:, None, None]
+        normal_xy = by[:, :2] / length[:, None, None]
         factor = _robust(missed)
         squared = np.maximum((missed**2).sum(axis=1), _HUBER**2)
-        along = np.einsum("nj,njp->np", missed, sines) / (2 * squared[:, None])
-        sines -= np.where(factor < 1, missed, 0)[:, :, None] * along[:, None]
-        sines *= factor[:, :, None]
-        return np.concatenate([sines.reshape(2 * count, -1), np.diag(self.held)])
+        along = np.einsum("nj,njp->np", missed, normal_xy) / (2 * squared[:, None])
+        normal_xy -= np.where(factor < 1, missed, 0)[:, :, None] * along[:, None]
+        normal_xy *= factor[:, :, None]
+        return np.concatenate([normal_xy.reshape(2 * count, -1), np.diag(self.held)])
 
     def _missed(self, field: LightField) -> tuple[Float, Float, Float]:
         """(N, 2) sines too much, (3, N) unnormalised normals, (N, K) linear responses."""
@@ -134,10 +134,10 @@ def _linear_start(change: Float, terms: Float, known: Float32) -> Float:
     design = (terms[:, :, None] * change[:, None, :]).reshape(len(terms), -1)
     normal = design.T @ design + _TINY * len(design) * np.eye(design.shape[1])
     across = np.linalg.solve(normal, design.T @ known)
-    lamps = change.shape[1]
-    return np.concatenate([np.ones(lamps), across.T.ravel(), np.zeros(3 * lamps)])
+    lights = change.shape[1]
+    return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights)])
 
 
-def _unpacked(parameters: NDArray[Any], lamps: int) -> LightField:
-    exponents, across, facing = np.split(parameters, [lamps, 13 * lamps])
-    return LightField(exponents, across.reshape(2, 6, lamps), facing.reshape(3, lamps))
+def _unpacked(parameters: NDArray[Any], lights: int) -> LightField:
+    exponents, across, facing = np.split(parameters, [lights, 13 * lights])
+    return LightField(exponents, across.reshape(2, 6, lights), facing.reshape(3, lights))

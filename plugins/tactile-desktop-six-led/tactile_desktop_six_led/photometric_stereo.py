@@ -28,14 +28,14 @@ from tactile_core.interfaces.slope_models.options import SlopeOptions
 from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
 from tactile_core.interfaces.slope_models.slope_model import slopes_of
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
-from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions
-from tactile_desktop_six_led.lamp_drift import LampDrift, fit_lamp_drift
+from tactile_desktop_six_led.given_lights import GivenLights, light_directions
+from tactile_desktop_six_led.light_drift import LightDrift, fit_light_drift
 from tactile_desktop_six_led.light_field import LightField
 from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 
-FEWEST_LAMPS = 3
+FEWEST_LIGHTS = 3
 _FRAMES = 5
 
 
@@ -45,7 +45,7 @@ class StereoModel:
 
     field: LightField
     redundancy: Redundancy
-    drift: LampDrift
+    drift: LightDrift
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that was fitted, by name."""
@@ -129,7 +129,7 @@ class PhotometricStereo(Calibration):
             model = StereoModel(
                 part_from(LightField, arrays),
                 part_from(Redundancy, arrays),
-                part_from(LampDrift, arrays),
+                part_from(LightDrift, arrays),
             )
             if not np.isfinite(model.field(np.zeros((1, shape[2] + 2), np.float32))).all():
                 raise ValueError("the model gives no numbers")
@@ -152,17 +152,17 @@ class PhotometricCalibrator(Calibrator):
             There are fewer than three lights, or too few pixels.
         """
         shape = shape_of(reference)
-        if shape[2] < FEWEST_LAMPS:
+        if shape[2] < FEWEST_LIGHTS:
             raise CalibrationError(
-                f"photometric stereo needs {FEWEST_LAMPS} lamps and there are {shape[2]}; choose "
+                f"photometric stereo needs {FEWEST_LIGHTS} lamps and there are {shape[2]}; choose "
                 f"another calibration"
             )
         blur_px = self.smoothing_px(scale_of(presses))
-        features, sines = samples_of(presses, reference, blur_px=blur_px)
-        field = fit_light_field(features, sines)
+        features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
+        field = fit_light_field(features, normal_xy)
         response = field.response(features[:, :-2]).T
         redundancy = fit_redundancy(response)
-        drift = fit_lamp_drift(response, field(features).T, field.exponents, redundancy)
+        drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
         model = StereoModel(field, redundancy, drift)
         prepared = PhotometricStereo(model, shape, blur_px).field(reference)
         zero = _seeming_change(prepared, presses, field.exponents)
@@ -173,7 +173,7 @@ class PhotometricCalibrator(Calibrator):
         if self.options.lights != "given":
             return None
         azimuths = [light.azimuth_deg for light in lights]
-        return GivenLights(lamp_directions(azimuths, [light.elevation_deg for light in lights]))
+        return GivenLights(light_directions(azimuths, [light.elevation_deg for light in lights]))
 
     def smoothing_px(self, mm_per_px: float) -> float:
         """Smoothing that the options ask for."""

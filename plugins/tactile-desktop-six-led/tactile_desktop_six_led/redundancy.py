@@ -46,46 +46,46 @@ class Redundancy:
         left = self.combinations @ response
         return np.asarray(np.sqrt(np.einsum("cn,cn->n", left, left)), np.float32)
 
-    def mended(self, response: Float32) -> tuple[Float32, Bool]:
+    def corrected(self, response: Float32) -> tuple[Float32, Bool]:
         """(K, N) responses with spoilt lamps replaced, and (N,) bool: which are consistent now."""
         redundant = len(self.combinations)
-        mended = self._without_one(response) if redundant > 1 else response.copy()
-        bad = np.flatnonzero(self.misfit(mended) > self.tolerance)
+        corrected = self._without_one(response) if redundant > 1 else response.copy()
+        bad = np.flatnonzero(self.misfit(corrected) > self.tolerance)
         if redundant > 2 and len(bad):
-            mended[:, bad] = self._without_two(response[:, bad])
-            bad = bad[self.misfit(mended[:, bad]) > self.tolerance]
+            corrected[:, bad] = self._without_two(response[:, bad])
+            bad = bad[self.misfit(corrected[:, bad]) > self.tolerance]
         sure = np.ones(response.shape[1], np.bool_)
         sure[bad] = False
-        return mended, sure
+        return corrected, sure
 
     def _without_one(self, response: Float32) -> Float32:
         """(K, N) responses in which the lamp is replaced that mends most."""
         along = self.combinations.T @ (self.combinations @ response)
         length = np.maximum((self.combinations**2).sum(0), _TINY)
-        lamp = np.argmax(along * along / length[:, None], axis=0)
-        pixel = np.arange(len(lamp))
-        mended = response.copy()
-        mended[lamp, pixel] -= along[lamp, pixel] / length[lamp]
-        return mended
+        light = np.argmax(along * along / length[:, None], axis=0)
+        pixel = np.arange(len(light))
+        corrected = response.copy()
+        corrected[light, pixel] -= along[light, pixel] / length[light]
+        return corrected
 
     def _without_two(self, response: Float32) -> Float32:
         """(K, N) responses in which the two lamps are replaced that mend most."""
-        lamps, projections, replacements = self._pairs
+        lights, projections, replacements = self._pairs
         left = self.combinations @ response
         # What is left shrinks by its projection onto the span of the two lamps.
         best = np.argmax(((projections @ left) ** 2).sum(axis=1), axis=0)
         change = np.einsum("nlc,cn->ln", replacements[best], left)
-        mended = response.copy()
-        mended[lamps[best].T, np.arange(len(best))] -= change
-        return mended
+        corrected = response.copy()
+        corrected[lights[best].T, np.arange(len(best))] -= change
+        return corrected
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], Float32, Float32]:
         """All P pairs of lamps, (P, 2): basis of their span and pseudo-inverse, (P, 2, K − 3)."""
-        lamps = np.array(list(combinations(range(self.combinations.shape[1]), 2)))
-        spans = self.combinations.T[lamps].transpose(0, 2, 1)
+        lights = np.array(list(combinations(range(self.combinations.shape[1]), 2)))
+        spans = self.combinations.T[lights].transpose(0, 2, 1)
         bases = np.linalg.qr(spans)[0].transpose(0, 2, 1)
-        return lamps, np.ascontiguousarray(bases), np.linalg.pinv(spans)
+        return lights, np.ascontiguousarray(bases), np.linalg.pinv(spans)
 
 
 def fit_redundancy(response: Float32) -> Redundancy:

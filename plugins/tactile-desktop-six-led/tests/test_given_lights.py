@@ -14,44 +14,44 @@ from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
-from tactile_desktop_six_led.given_lights import GivenLights, lamp_directions, robust_normals
+from tactile_desktop_six_led.given_lights import GivenLights, light_directions, robust_normals
 from tactile_desktop_six_led.photometric_stereo import PhotometricCalibrator, StereoOptions
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 AZIMUTHS = [-90.0, -150.0, 150.0, 90.0, 30.0, -30.0]
-LAMPS = lamp_directions(AZIMUTHS, [60.0] * 6)
+LIGHTS = light_directions(AZIMUTHS, [60.0] * 6)
 
 
 def normals_of_a_ball(count: int = 2000) -> NDArray[np.float32]:
     rng = np.random.default_rng(0)
-    sines = rng.uniform(-0.6, 0.6, (count, 2))
-    return np.column_stack([sines, np.sqrt(1 - (sines**2).sum(1))]).astype(np.float32)
+    normal_xy = rng.uniform(-0.6, 0.6, (count, 2))
+    return np.column_stack([normal_xy, np.sqrt(1 - (normal_xy**2).sum(1))]).astype(np.float32)
 
 
 def off_deg(found: NDArray[np.float32], true: NDArray[np.float32]) -> NDArray[np.float64]:
     return np.degrees(np.arccos(np.clip((found * true).sum(1), -1, 1)))
 
 
-def test_a_lamp_at_the_right_of_the_image_shines_from_there() -> None:
-    assert lamp_directions([0.0], [0.0])[0] == pytest.approx([1, 0, 0], abs=1e-6)
-    assert lamp_directions([90.0], [0.0])[0] == pytest.approx([0, 1, 0], abs=1e-6)
+def test_a_light_at_the_right_of_the_image_shines_from_there() -> None:
+    assert light_directions([0.0], [0.0])[0] == pytest.approx([1, 0, 0], abs=1e-6)
+    assert light_directions([90.0], [0.0])[0] == pytest.approx([0, 1, 0], abs=1e-6)
 
 
 @pytest.mark.parametrize("count", [3, 4, 6])
 def test_a_lambertian_ball_of_any_albedo_is_exact(count: int) -> None:
     true = normals_of_a_ball()
-    lamps = lamp_directions(np.arange(count) * 360 / count, [60.0] * count)
+    lights = light_directions(np.arange(count) * 360 / count, [60.0] * count)
     albedo = np.random.default_rng(1).uniform(0.2, 1, (len(true), 1)).astype(np.float32)
-    assert off_deg(robust_normals(albedo * (true @ lamps.T), lamps), true).max() < 0.1
+    assert off_deg(robust_normals(albedo * (true @ lights.T), lights), true).max() < 0.1
 
 
 @pytest.mark.parametrize("level", [0.0, 3.0], ids=["shadow", "highlight"])
-def test_a_lamp_that_does_not_fit_is_left_out(level: float) -> None:
+def test_a_light_that_does_not_fit_is_left_out(level: float) -> None:
     true = normals_of_a_ball()
-    light = true @ LAMPS.T
+    light = true @ LIGHTS.T
     light[np.arange(len(true)), np.arange(len(true)) % 6] = level
-    assert off_deg(robust_normals(light, LAMPS), true).mean() < 0.5
+    assert off_deg(robust_normals(light, LIGHTS), true).mean() < 0.5
 
 
 def test_a_profile_may_ask_for_given_lights() -> None:
@@ -62,8 +62,8 @@ def test_a_profile_may_ask_for_given_lights() -> None:
 
 
 def test_given_lights_come_back_as_they_were_saved(tmp_path: Path) -> None:
-    GivenLights(LAMPS).save(tmp_path)
-    np.testing.assert_array_equal(GivenLights.load(tmp_path)._directions, LAMPS)
+    GivenLights(LIGHTS).save(tmp_path)
+    np.testing.assert_array_equal(GivenLights.load(tmp_path)._directions, LIGHTS)
 
 
 @pytest.mark.parametrize("directions", [None, np.zeros(3), np.full((6, 3), np.nan)])
@@ -81,14 +81,14 @@ def test_an_object_nearer_to_the_camera_has_slopes_uphill_to_its_middle() -> Non
     y, x = np.mgrid[:41, :41] - 20.0
     normal = np.dstack([x, y, np.full_like(x, 40.0)])
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    frame = Frame((200 * normal @ LAMPS.T).astype(np.float32), names, 0.1)
+    frame = Frame((200 * normal @ LIGHTS.T).astype(np.float32), names, 0.1)
     even = Reference(np.full(frame.pixels.shape, 255, np.float32), names)
-    measured = GivenLights(LAMPS).measure(frame, even)
+    measured = GivenLights(LIGHTS).measure(frame, even)
     assert measured.x == pytest.approx(-x / 40, abs=1e-3)
     assert measured.y == pytest.approx(-y / 40, abs=1e-3)
     three = Frame(frame.pixels[..., :3], names[:3], 0.1)
     with pytest.raises(CalibrationError, match="6 lights and the frame 3 channels"):
-        GivenLights(LAMPS).measure(three, even)
+        GivenLights(LIGHTS).measure(three, even)
 
 
 PROFILE = """\
@@ -120,7 +120,7 @@ def exposures(height_mm: NDArray[np.float64], strengths: NDArray[np.float64]) ->
     gy, gx = np.gradient(height_mm, 0.05)
     normal = np.dstack([-gx, -gy, np.ones_like(gx)])
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    return np.rint(200 * strengths * np.maximum(normal @ LAMPS.T, 0)).astype(np.uint8)
+    return np.rint(200 * strengths * np.maximum(normal @ LIGHTS.T, 0)).astype(np.uint8)
 
 
 def slope_error_deg(x: NDArray[np.float32], y: NDArray[np.float32]) -> float:
@@ -144,7 +144,7 @@ def test_a_pipeline_without_a_bundle_measures_by_the_lights_of_the_profile(profi
     assert reading[HeightMap].mm.max() == pytest.approx(PEAK_MM, rel=0.05)
 
 
-def test_an_untouched_frame_evens_lamps_of_unequal_strength(profile: Path) -> None:
+def test_an_undeformed_frame_evens_lights_of_unequal_strength(profile: Path) -> None:
     unequal = np.array([1.0, 0.8, 1.1, 0.7, 0.9, 1.0])
     names = tuple(f"lamp{k}" for k in range(6))
     frame = Frame(exposures(hill(), unequal), names, 0.05)

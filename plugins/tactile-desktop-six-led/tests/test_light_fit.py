@@ -9,14 +9,14 @@ from tactile_core.algorithms.arrays import regression
 from tactile_desktop_six_led.light_fit import _Objective
 
 
-@given(lamps=st.integers(3, 7), seed=st.integers(0, 10_000))
-def test_the_jacobian_is_the_derivative_of_the_error(lamps, seed):
+@given(lights=st.integers(3, 7), seed=st.integers(0, 10_000))
+def test_the_jacobian_is_the_derivative_of_the_error(lights, seed):
     rng = np.random.default_rng(seed)
-    logs = rng.normal(0, 0.3, (12, lamps))
+    logs = rng.normal(0, 0.3, (12, lights))
     terms = regression.terms(rng.uniform(-1, 1, (12, 2)), 2)
     known = rng.uniform(-0.6, 0.6, (12, 2)).astype(np.float32)
-    start = np.concatenate([np.ones(lamps), rng.normal(0, 0.2, 15 * lamps)])
-    fit = _Objective(logs, terms, known, start, np.full(16 * lamps, 0.03))
+    start = np.concatenate([np.ones(lights), rng.normal(0, 0.2, 15 * lights)])
+    fit = _Objective(logs, terms, known, start, np.full(16 * lights, 0.03))
     somewhere = start + rng.normal(0, 0.1, start.shape)
 
     def cost(parameters):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from support.gains import MOST, gains
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.sines import to_gradient
+from tactile_core.algorithms.normal_xy import to_gradient
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.plugins.registry import resolve
@@ -53,10 +53,10 @@ class Rig:
         y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
         planes = []
         for azimuth in np.radians(self.azimuths_deg):
-            lamp = 300 * np.array([np.cos(azimuth), np.sin(azimuth)])
-            to_lamp = np.dstack([lamp[0] + 80 - x, lamp[1] + 60 - y, np.full(SHAPE, 600.0)])
-            to_lamp /= np.linalg.norm(to_lamp, axis=2, keepdims=True)
-            planes.append(np.maximum((normal * to_lamp).sum(2), 0.02))
+            light = 300 * np.array([np.cos(azimuth), np.sin(azimuth)])
+            to_light = np.dstack([light[0] + 80 - x, light[1] + 60 - y, np.full(SHAPE, 600.0)])
+            to_light /= np.linalg.norm(to_light, axis=2, keepdims=True)
+            planes.append(np.maximum((normal * to_light).sum(2), 0.02))
         light = (np.stack(planes, 2) * np.asarray(albedo)[..., None]) ** self.gamma
         level = 0.75 * full_scale * light * gain
         if seed is not None:
@@ -92,10 +92,10 @@ def ball(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """(H, W, 2) slopes of a ball, and where it touches."""
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
-    sines = np.dstack([centre[0] - x, centre[1] - y]) / BALL_PX
-    radius = np.hypot(sines[..., 0], sines[..., 1])
-    sines[radius >= reach] = 0
-    return to_gradient(sines.astype(np.float32)).astype(np.float64), radius < reach
+    normal_xy = np.dstack([centre[0] - x, centre[1] - y]) / BALL_PX
+    radius = np.hypot(normal_xy[..., 0], normal_xy[..., 1])
+    normal_xy[radius >= reach] = 0
+    return to_gradient(normal_xy.astype(np.float32)).astype(np.float64), radius < reach
 
 
 def error_deg(measured: Gradients, slopes: NDArray[np.float64], where: NDArray[np.bool_]) -> float:
@@ -164,7 +164,7 @@ def test_slopes_steeper_than_pressed_follow_the_same_law(rig: Rig) -> None:
     assert error_deg(measured, slopes, steep) < 3.0
 
 
-def test_a_paler_skin_and_brighter_lamps_change_little(rig: Rig, fitted: PhotometricStereo) -> None:
+def test_a_paler_gel_and_brighter_lights_change_little(rig: Rig, fitted: PhotometricStereo) -> None:
     slopes, on_ball = ball(SPOT)
     plain = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
     for changed in (rig.frame(slopes, gain=1.03), rig.frame(slopes, albedo=0.95)):
@@ -172,15 +172,15 @@ def test_a_paler_skin_and_brighter_lamps_change_little(rig: Rig, fitted: Photome
         assert error_deg(measured, slopes, on_ball) < plain + 0.1
 
 
-@pytest.mark.parametrize("lamp", range(6))
-def test_a_lamp_that_has_become_brighter_is_followed(
-    rig: Rig, fitted: PhotometricStereo, lamp: int
+@pytest.mark.parametrize("light", range(6))
+def test_a_light_that_has_become_brighter_is_followed(
+    rig: Rig, fitted: PhotometricStereo, light: int
 ) -> None:
     slopes, on_ball = ball(SPOT)
-    gain = np.where(np.arange(6) == lamp, 1.03, 1.0)
+    gain = np.where(np.arange(6) == light, 1.03, 1.0)
     frame = rig.frame(slopes, gain=gain)
     told = fitted.field(rig.reference()).gains(frame.pixels)
-    assert 1.015 < told[lamp] / np.delete(told, lamp).mean() < 1.035
+    assert 1.015 < told[light] / np.delete(told, light).mean() < 1.035
     drifted = error_deg(fitted.measure(frame, rig.reference()), slopes, on_ball)
     steady = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
     assert drifted - steady < 0.65
@@ -195,23 +195,23 @@ def test_a_ball_that_is_held_for_ten_minutes_stays(rig: Rig, fitted: Photometric
         assert error_deg(measured, slopes, on_ball) < 2.0
 
 
-@pytest.mark.parametrize("lamp", range(6))
+@pytest.mark.parametrize("light", range(6))
 @pytest.mark.parametrize("level", [10, 250], ids=["cast shadow", "highlight"])
-def test_what_spoils_one_lamp_is_rejected(
-    rig: Rig, fitted: PhotometricStereo, lamp: int, level: int
+def test_what_spoils_one_light_is_rejected(
+    rig: Rig, fitted: PhotometricStereo, light: int, level: int
 ) -> None:
     slopes, _ = ball(SPOT)
     frame = rig.frame(slopes)
     pixels = frame.pixels.copy()
     patch = np.zeros(SHAPE, np.bool_)
     patch[35:75, 85:120] = True
-    pixels[patch, lamp] = level
+    pixels[patch, light] = level
     measured = fitted.measure(replace(frame, pixels=pixels), rig.reference())
     assert error_deg(measured, slopes, patch) < 1.5
     assert measured.valid[patch].mean() > 0.95
 
 
-def test_two_spoilt_lamps_of_six_are_rejected() -> None:
+def test_two_spoilt_lights_of_six_are_rejected() -> None:
     rng = np.random.default_rng(1)
     combinations = np.linalg.qr(rng.normal(size=(6, 3)))[0]
     clean = (combinations @ rng.normal(size=(3, 400))).astype(np.float32)
@@ -219,12 +219,12 @@ def test_two_spoilt_lamps_of_six_are_rejected() -> None:
     spoilt = clean.copy()
     spoilt[1] += 1.0
     spoilt[4] -= 0.2
-    mended, sure = redundancy.mended(spoilt)
+    corrected, sure = redundancy.corrected(spoilt)
     assert sure.mean() > 0.7
-    assert np.abs(mended - clean)[:, sure].max() < 0.1
+    assert np.abs(corrected - clean)[:, sure].max() < 0.1
 
 
-def test_with_four_lamps_a_spoilt_one_is_seen_but_not_named() -> None:
+def test_with_four_lights_a_spoilt_one_is_seen_but_not_named() -> None:
     four = Rig((0, 90, 180, 270))
     fitted = fit(four.presses(), four.reference())
     frame = four.frame(np.zeros((*SHAPE, 2)))
@@ -235,7 +235,7 @@ def test_with_four_lamps_a_spoilt_one_is_seen_but_not_named() -> None:
     assert measured.valid[70:].all()
 
 
-def test_three_lamps_are_enough_and_two_are_not() -> None:
+def test_three_lights_are_enough_and_two_are_not() -> None:
     slopes, on_ball = ball(SPOT)
     three = Rig((0, 120, 240))
     fitted = fit(three.presses(), three.reference())
@@ -287,15 +287,15 @@ def test_what_is_saved_measures_the_same(
     assert np.array_equal(before.valid, after.valid)
 
 
-def test_the_response_of_the_lamps_is_found(rig: Rig) -> None:
+def test_the_response_of_the_lights_is_found(rig: Rig) -> None:
     rng = np.random.default_rng(0)
     slopes = rng.uniform(-0.8, 0.8, (3000, 2))
     normal = np.concatenate([-slopes, np.ones((3000, 1))], 1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     azimuths = np.radians(rig.azimuths_deg)
-    lamps = np.stack([np.cos(azimuths), np.sin(azimuths), np.full(6, 1.8)]) / np.hypot(1, 1.8)
-    light = (normal @ lamps) ** rig.gamma
-    change = light / lamps[2] ** rig.gamma - 1
+    lights = np.stack([np.cos(azimuths), np.sin(azimuths), np.full(6, 1.8)]) / np.hypot(1, 1.8)
+    light = (normal @ lights) ** rig.gamma
+    change = light / lights[2] ** rig.gamma - 1
     features = np.concatenate([change, rng.uniform(-1, 1, (3000, 2))], 1).astype(np.float32)
     field = fit_light_field(features, (-normal[:, :2]).astype(np.float32))
     assert field(features) == pytest.approx(-normal[:, :2], abs=0.01)

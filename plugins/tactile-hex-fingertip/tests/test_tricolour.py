@@ -22,7 +22,7 @@ def test_the_arrays_stand_on_every_other_side_of_the_hexagon() -> None:
     assert [b - a for a, b in pairwise(azimuths)] == [120, 120]
 
 
-def test_the_light_comes_19_degrees_above_the_skin() -> None:
+def test_the_light_comes_19_degrees_above_the_gel() -> None:
     assert {array.elevation_deg for array in TricolourOptions().lights} == {19}
 
 

@@ -116,8 +116,8 @@ def refine_grid(
 class _Balls:
     """Balls of a frame while their centres are refined."""
 
-    def __init__(self, features: Float32, skin: Bool, centres: Float64, radius: float) -> None:
-        self._features, self._skin, self._radius = features, skin, radius
+    def __init__(self, features: Float32, surface: Bool, centres: Float64, radius: float) -> None:
+        self._features, self._surface, self._radius = features, surface, radius
         self.centres = centres
 
     @classmethod
@@ -131,14 +131,14 @@ class _Balls:
         )
         if with_place:
             features = np.concatenate([features, place(features.shape[:2])], axis=2)
-        skin = (
+        surface = (
             np.ones(features.shape[:2], bool) if image.marker_mask is None else ~image.marker_mask
         )
-        return cls(features, skin, np.array(centres_px, float), radius_px)
+        return cls(features, surface, np.array(centres_px, float), radius_px)
 
     def _disc(self, centre: Float64, reach: float) -> tuple[Float32, Float64]:
         """Features and (N, 2) place in ball radii of the skin within ``reach`` of a centre."""
-        x, y = disc(self._skin, centre, reach * self._radius)
+        x, y = disc(self._surface, centre, reach * self._radius)
         return self._features[y, x], (np.stack([x, y], 1) - centre) / self._radius
 
     def fitted(self, reach: float, many: bool) -> PolynomialFit:
@@ -147,12 +147,15 @@ class _Balls:
         features = np.concatenate([f for f, _ in discs])
         offsets = np.concatenate([o for _, o in discs])
         pick = np.random.default_rng(0).permutation(len(features))[:_SAMPLES]
-        seen, sines = features[pick], offsets[pick].astype(np.float32)
+        seen, normal_xy = features[pick], offsets[pick].astype(np.float32)
         if many:
-            return fit_polynomial(seen, sines, order=2, ridge=1e-3)
+            return fit_polynomial(seen, normal_xy, order=2, ridge=1e-3)
         # Seen from the other side of its centre a ball changes the other way.
         return fit_polynomial(
-            np.concatenate([seen, -seen]), np.concatenate([sines, -sines]), order=1, ridge=1e-3
+            np.concatenate([seen, -seen]),
+            np.concatenate([normal_xy, -normal_xy]),
+            order=1,
+            ridge=1e-3,
         )
 
     def move(self, light: PolynomialFit, reach: float) -> Float64:
@@ -162,11 +165,11 @@ class _Balls:
             features, offsets = self._disc(centre, reach)
             if len(features) < _FEWEST:
                 continue
-            sines = light(features).astype(np.float64)
+            normal_xy = light(features).astype(np.float64)
             spread = offsets - offsets.mean(0)
-            scale = float((spread * sines).sum() / (spread * spread).sum())
-            shift = offsets.mean(0) - sines.mean(0) / (scale if abs(scale) > 0.1 else 1.0)
-            misfits[i] = np.sqrt(((sines - scale * (offsets - shift)) ** 2).sum(1).mean())
+            scale = float((spread * normal_xy).sum() / (spread * spread).sum())
+            shift = offsets.mean(0) - normal_xy.mean(0) / (scale if abs(scale) > 0.1 else 1.0)
+            misfits[i] = np.sqrt(((normal_xy - scale * (offsets - shift)) ** 2).sum(1).mean())
             self.centres[i] = centre + self._radius * np.clip(
                 shift, -_FARTHEST_STEP, _FARTHEST_STEP
             )
@@ -176,9 +179,9 @@ class _Balls:
         """Radius to which the skin follows the balls as it does within ``reach``; ball radii."""
         discs = [self._disc(centre, 1.0) for centre in self.centres]
         offsets = np.concatenate([o for _, o in discs])
-        sines = np.concatenate([light(f) for f, _ in discs])
+        normal_xy = np.concatenate([light(f) for f, _ in discs])
         place_ = np.hypot(offsets[:, 0], offsets[:, 1])
-        along = (sines * offsets).sum(1) / np.maximum(place_, 1e-6)
+        along = (normal_xy * offsets).sum(1) / np.maximum(place_, 1e-6)
         inside = place_ < reach
         usual = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
         last = SMALLEST_CONTACT - _STEP

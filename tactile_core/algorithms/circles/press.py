@@ -135,8 +135,8 @@ def change_of(press: PressImage, scale: float) -> Change:
     for k in range(frame.shape[2]):
         weight[_folded(full[..., k], frame[..., k])] = 0
     change = _masked_blur(frame - reference, weight)
-    skin = np.linalg.norm(change, axis=2)[weight > 0]
-    noise = sigma_of(skin) + 1e-3 if skin.size else np.inf
+    surface = np.linalg.norm(change, axis=2)[weight > 0]
+    noise = sigma_of(surface) + 1e-3 if surface.size else np.inf
     return Change(change, weight, full, noise, scale)
 
 

@@ -2,6 +2,6 @@
 
 from tactile_core.algorithms.displacement.decomposition import Decomposition, decomposed
 from tactile_core.algorithms.displacement.derivatives import curl, divergence
-from tactile_core.algorithms.displacement.marked_skin import MarkedSurface
+from tactile_core.algorithms.displacement.marked_surface import MarkedSurface
 
 __all__ = ["Decomposition", "MarkedSurface", "curl", "decomposed", "divergence"]

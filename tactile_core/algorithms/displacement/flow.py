@@ -60,9 +60,9 @@ def detail(pixels: Array, full_scale: float) -> Float32:
     return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), _DETAIL_PX), np.float32)
 
 
-def imprint(now: Float32, untouched: Float32) -> Imprint:
+def imprint(now: Float32, undeformed: Float32) -> Imprint:
     """Return the imprint that a frame's :func:`detail` shows over that of the untouched skin."""
-    added = now - untouched
+    added = now - undeformed
     energy = cv2.blur(cv2.blur(added * added, _NEIGHBOURHOOD_PX), _NEIGHBOURHOOD_PX)
     energy = np.maximum(energy - np.float32(_noise_energy(added)), 0)
     energy *= np.float32(_FAINT_SHARE**-2)

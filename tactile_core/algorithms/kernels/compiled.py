@@ -11,7 +11,7 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.slopes import sines_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes, to_slopes
 from tactile_core.algorithms.kernels.spots import moments_of_labels
 
 __all__ = [
@@ -21,8 +21,8 @@ __all__ = [
     "moments_of_labels",
     "mutual_nearest",
     "neighbours_plane",
+    "normal_xy_of_bytes",
     "rest_plane",
-    "sines_of_bytes",
     "solve_low",
     "to_slopes",
 ]

@@ -11,7 +11,7 @@ from tactile_core.algorithms.kernels.options import LOOP
 
 
 @njit(**LOOP)
-def _commonest(values: Any) -> tuple[float, float]:
+def _mode(values: Any) -> tuple[float, float]:
     ordered = np.sort(values)
     half = (len(ordered) + 1) // 2
     first, shortest = 0, np.inf
@@ -42,10 +42,10 @@ def _lower_level(
     flat: Any, calm: Any, apart: float, least_below: float, cut: float
 ) -> tuple[float, float]:
     """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
-    level, spread = _commonest(flat)
+    level, spread = _mode(flat)
     below = _up_to(np.nextafter(level - apart, -np.inf), calm, calm)
     if len(below) >= least_below * len(calm):
-        level, spread = _commonest(below)
+        level, spread = _mode(below)
     return level, min(spread, apart / cut)
 
 
@@ -163,17 +163,17 @@ def rest_plane(
     _samples(gy, step, q)
     tilt_x, tilt_y = np.median(p), np.median(q)
     calm = np.zeros(count, np.bool_)
-    resting = 0
+    at_rest = 0
     for i in range(count):
         x[i] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
         y[i] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
         size[i] = np.hypot(p[i] - tilt_x, q[i] - tilt_y)
         calm[i] = size[i] < drift_slope
-        resting += calm[i]
-    if resting < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
+        at_rest += calm[i]
+    if at_rest < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
         for i in range(count):
             size[i] = np.hypot(p[i], q[i])
-        return _commonest(_up_to(np.median(size), size, z))[0], 0.0, 0.0
+        return _mode(_up_to(np.median(size), size, z))[0], 0.0, 0.0
     level_above = np.empty(count)
     plane = np.zeros(3)
     plane[1], plane[2] = tilt_x, tilt_y

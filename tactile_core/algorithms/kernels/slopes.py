@@ -46,7 +46,7 @@ def _split(pairs: Float32, nx: Float32, ny: Float32) -> None:
 
 
 @njit(**LOOP)
-def sines_of_bytes(
+def normal_xy_of_bytes(
     smoothed: UInt8,
     base: UInt8,
     table: Any,

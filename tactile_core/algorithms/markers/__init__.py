@@ -1,8 +1,8 @@
 """Printed markers: which pixels they hide, where they are, and how they are laid out."""
 
-from tactile_core.algorithms.markers.darkness import darkness_of
+from tactile_core.algorithms.markers.contrast import contrast_of
 from tactile_core.algorithms.markers.detection import find_markers
 from tactile_core.algorithms.markers.lattice import find_marker_diameter
 from tactile_core.algorithms.markers.mask import marker_mask, mask_of
 
-__all__ = ["darkness_of", "find_marker_diameter", "find_markers", "marker_mask", "mask_of"]
+__all__ = ["contrast_of", "find_marker_diameter", "find_markers", "marker_mask", "mask_of"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, UInt8
-from tactile_core.algorithms.markers.darkness import FULL
+from tactile_core.algorithms.markers.contrast import FULL
 from tactile_core.algorithms.markers.spots import Spots, measured_spots
 
 # Lengths in diameters of a marker: smoothing, what is opened, the neighbourhood of a peak, the rim.
@@ -36,7 +36,7 @@ _SQUARES = np.arange(FULL + 1) ** 2
 
 
 def find_markers(
-    darkness: UInt8,
+    contrast: UInt8,
     shape: tuple[int, ...],
     *,
     diameter_px: float,
@@ -56,8 +56,8 @@ def find_markers(
 
     Parameters
     ----------
-    darkness : (h, w) uint8
-        From :func:`tactile_core.algorithms.markers.darkness_of`.
+    contrast : (h, w) uint8
+        From :func:`tactile_core.algorithms.markers.contrast_of`.
     shape : (H, W)
         Of the image.
     diameter_px, pitch_px : float
@@ -75,9 +75,9 @@ def find_markers(
         The border cuts the marker. Where its centre is, perhaps just out of view, is told from its
         part in view and the size of the others.
     """
-    scale = shape[1] / darkness.shape[1], shape[0] / darkness.shape[0]
+    scale = shape[1] / contrast.shape[1], shape[0] / contrast.shape[0]
     size = diameter_px / scale[0]
-    smooth = np.asarray(cv2.GaussianBlur(darkness, (_odd(_SMOOTH * size),) * 2, 0), np.uint8)
+    smooth = np.asarray(cv2.GaussianBlur(contrast, (_odd(_SMOOTH * size),) * 2, 0), np.uint8)
     thick = cv2.morphologyEx(smooth, cv2.MORPH_OPEN, _square(_OPEN * size))
     peaks = np.asarray(cv2.dilate(thick, _square(_AROUND * size)), np.uint8)
     level = max(_usual(peaks), least * FULL)
@@ -88,7 +88,7 @@ def find_markers(
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
     faintest, rim = max(_FAINTEST * level, least * FULL), max(1, round(_RIM * size))
     spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
-    centres, cut = _markers(spots, pitch_px / scale[0], darkness.shape)
+    centres, cut = _markers(spots, pitch_px / scale[0], contrast.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), cut
 

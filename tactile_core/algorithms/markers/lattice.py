@@ -7,12 +7,12 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.pitch import spacings
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.markers.darkness import brightness_of, check_image, surroundings
+from tactile_core.algorithms.markers.contrast import brightness_of, check_image, surroundings
 
 _LEAST_DOT_PX = 3.0
 _SIZE_STEP = 1.25
 _ALIKE = 1.45
-_LEAST_DARKNESS = 0.1
+_LEAST_CONTRAST = 0.1
 _LEAST_DOTS = 12
 _LEAST_REGULAR = 0.7
 
@@ -50,11 +50,11 @@ def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | 
         brightness_of(pixels, 1).astype(np.float32), (0, 0), 0.3 + 0.08 * diameter_px
     )
     closed = surroundings(brightness, diameter_px)
-    darkness = (closed - brightness) / closed
-    typical = _typical_peak(darkness, diameter_px)
-    centres, sizes = _compact_spots(darkness > 0.5 * typical)
+    contrast = (closed - brightness) / closed
+    typical = _typical_peak(contrast, diameter_px)
+    centres, sizes = _compact_spots(contrast > 0.5 * typical)
     alike = np.abs(np.log(sizes / diameter_px)) < np.log(_ALIKE)
-    if typical < _LEAST_DARKNESS or alike.sum() < _LEAST_DOTS:
+    if typical < _LEAST_CONTRAST or alike.sum() < _LEAST_DOTS:
         return None
     centres, sizes = centres[alike], sizes[alike]
     nearest = spacings(centres)
@@ -69,16 +69,16 @@ def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | 
     return float(regular.sum()) * size**2 * typical, size, pitch
 
 
-def _typical_peak(darkness: Array, diameter_px: float) -> float:
+def _typical_peak(contrast: Array, diameter_px: float) -> float:
     from scipy.ndimage import maximum
 
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (darkness > _LEAST_DARKNESS).view(np.uint8)
+        (contrast > _LEAST_CONTRAST).view(np.uint8)
     )
     large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] > 0.2 * diameter_px**2) + 1
     if not large.size:
         return 0.0
-    return float(np.median(maximum(darkness, np.asarray(labels, np.intp), large)))
+    return float(np.median(maximum(contrast, np.asarray(labels, np.intp), large)))
 
 
 def _compact_spots(dark: Bool) -> tuple[Array, Array]:

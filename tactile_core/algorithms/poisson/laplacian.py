@@ -87,8 +87,8 @@ class FftLaplacian:
         """Return the z of L z = rhs."""
         from scipy import fft
 
-        cosines, sines = (fft.dctn, fft.idctn, 2), (fft.dstn, fft.idstn, 1)
-        forward, backward, kind = cosines if self._boundary == "neumann" else sines
+        cosines, normal_xy = (fft.dctn, fft.idctn, 2), (fft.dstn, fft.idstn, 1)
+        forward, backward, kind = cosines if self._boundary == "neumann" else normal_xy
         how: dict[str, Any] = {"type": kind, "norm": "ortho", "overwrite_x": True, "workers": 1}
         spectrum = forward(rhs, **how)
         spectrum *= self._gain

@@ -15,7 +15,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.types import Array, Float32
-from tactile_core.algorithms.slip.skin_view import SkinView
+from tactile_core.algorithms.slip.surface_view import SurfaceView
 
 SLIP_SHARE = 0.4
 """Slip is where this much of the imprint has left its place within about a second.
@@ -105,7 +105,7 @@ class ImprintFollower:
     """
 
     def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
-        self._view = SkinView(pixels, reference_px, diameter_px)
+        self._view = SurfaceView(pixels, reference_px, diameter_px)
         self.reset()
 
     def reset(self) -> None:

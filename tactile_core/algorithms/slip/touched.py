@@ -28,18 +28,18 @@ def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> F
     return small if small.ndim == 3 else small[..., None]
 
 
-def light_change(now: Float32, untouched: Float32, hidden: Bool) -> Float32:
+def light_change(now: Float32, undeformed: Float32, hidden: Bool) -> Float32:
     """(h, w) how much the light of the skin changed, which is most where it became steepest.
 
     Parameters
     ----------
-    now, untouched : (h, w, K) float32
+    now, undeformed : (h, w, K) float32
         Of :func:`small_image`.
     hidden : (h, w) bool
         Where a marker is, or was.
     """
     seen = (~hidden).astype(np.float32)
-    change = reduce(np.maximum, cv2.split(cv2.absdiff(now, untouched))) * seen
+    change = reduce(np.maximum, cv2.split(cv2.absdiff(now, undeformed))) * seen
     return np.asarray(cv2.blur(change, _SMOOTH) / np.maximum(cv2.blur(seen, _SMOOTH), _FEWEST_SEEN))
 
 

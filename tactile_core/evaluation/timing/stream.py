@@ -19,7 +19,7 @@ from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 
-ACQUIRE, LAMPS, MARKERS, SLOPES = "acquire", "lamps verified", "markers masked", "slopes"
+ACQUIRE, LIGHTS, MARKERS, SLOPES = "acquire", "lamps verified", "markers masked", "slopes"
 WHOLE = "whole frame"
 
 
@@ -72,7 +72,7 @@ class Stream:
         reference = self._pipeline.reference
         assert reference is not None
         if is_sequential(frame):
-            with _timed(times, LAMPS):
+            with _timed(times, LIGHTS):
                 self._condition.verify(frame)
         if self._condition.finder is not None:
             with _timed(times, MARKERS):

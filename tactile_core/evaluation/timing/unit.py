@@ -29,7 +29,7 @@ PRESSES = 8
 _BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
 
 _STROKE_PX = (1.0, 2.0, 3.0, 2.0)
-_DRAGGED_RADII = 2.5
+_SHEARED_RADII = 2.5
 """How far from a ball it drags the skin along, in radii of its contact."""
 
 
@@ -76,8 +76,8 @@ def virtual_unit(
     image = profile.image
     lights = make_lights(profile)
     take = partial(_frame, RigOptics(profile), lights)
-    untouched = take(None, 0)
-    condition = Conditioning.of(profile, average([untouched]), compensates=False)
+    undeformed = take(None, 0)
+    condition = Conditioning.of(profile, average([undeformed]), compensates=False)
     reference = condition.undeformed
     ball_mm = _BALL_OF_WIDTH * image.width_px * image.mm_per_px
     rng = np.random.default_rng(0)
@@ -122,17 +122,17 @@ def _frame(
     lights: Illumination,
     ball: BallPress | None,
     seed: int,
-    dragged_px: float = 0.0,
+    sheared_px: float = 0.0,
 ) -> Frame:
     image = optics.profile.image
     shape = (image.height_px, image.width_px)
     height_mm, displacement_mm = np.zeros(shape), None
     if ball is not None:
         x, y = ball.centre_px
-        ball = replace(ball, centre_px=(x + dragged_px, y))
+        ball = replace(ball, centre_px=(x + sheared_px, y))
         height_mm = ball.height_mm(shape, image.mm_per_px)
-        if dragged_px:
-            displacement_mm = image.mm_per_px * dragged_px * _drag(ball, shape, image.mm_per_px)
+        if sheared_px:
+            displacement_mm = image.mm_per_px * sheared_px * _shear(ball, shape, image.mm_per_px)
     pixels = optics.expose(height_mm, displacement_mm, frame=seed)
     exposures = [
         _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
@@ -152,11 +152,11 @@ def _frame(
     return replace(frame, sequence=seed)
 
 
-def _drag(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
+def _shear(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
     """(H, W, 2) of skin that a ball drags along x by 1: all of it inside, ever less outside."""
     x, y = (np.arange(n) - at for n, at in zip(shape[::-1], ball.centre_px, strict=True))
     beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
-    along = np.clip(1 - beyond / _DRAGGED_RADII, 0, 1)
+    along = np.clip(1 - beyond / _SHEARED_RADII, 0, 1)
     return np.stack([along, np.zeros(shape)], axis=-1)
 
 

@@ -91,7 +91,7 @@ def part_from(kind: type[T], arrays: Arrays) -> T:
 def table_arrays(table: ColourTable) -> dict[str, NDArray[Any]]:
     """Arrays of a table, by names that no model uses."""
     return {
-        "table": table.sines,
+        "table": table.normal_xy,
         "table_axis": np.array([table.axis.per_unit, table.axis.first]),
         "table_points": np.array(table.points),
     }
@@ -106,8 +106,8 @@ def table_from(arrays: Arrays) -> ColourTable:
         They are missing, or no table.
     """
     per_unit, first = arrays["table_axis"]
-    sines = np.asarray(arrays["table"], np.complex64)
-    if sines.ndim != 3 or len(set(sines.shape)) != 1:
+    normal_xy = np.asarray(arrays["table"], np.complex64)
+    if normal_xy.ndim != 3 or len(set(normal_xy.shape)) != 1:
         raise ValueError("a table is a cube")
-    axis = Axis(float(per_unit), int(first), len(sines))
-    return ColourTable(axis, sines, int(arrays["table_points"]))
+    axis = Axis(float(per_unit), int(first), len(normal_xy))
+    return ColourTable(axis, normal_xy, int(arrays["table_points"]))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from tactile_core.algorithms.sines import to_sines
+from tactile_core.algorithms.normal_xy import to_normal_xy
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.slope_models.fields import sampler_of
@@ -58,10 +58,10 @@ def samples_of(
             )
     if not presses:
         raise too_few(presses)
-    features, sines = thinned(presses, sampler_of(reference, blur_px).features, most=most)
-    if len(sines) < FEWEST_SAMPLES or not sines.any():
+    features, normal_xy = thinned(presses, sampler_of(reference, blur_px).features, most=most)
+    if len(normal_xy) < FEWEST_SAMPLES or not normal_xy.any():
         raise too_few(presses)
-    return features, sines
+    return features, normal_xy
 
 
 def thinned(
@@ -78,15 +78,15 @@ def thinned(
     most : int
         So many pixels of all presses together.
     """
-    features, sines = [], []
+    features, normal_xy = [], []
     rng = np.random.default_rng(0)
     share = max(1, most // len(presses))
     for press in presses:
         pick = rng.permutation(len(press.rows))[:share]
         at = press.rows[pick], press.columns[pick]
         features.append(features_of(press.frame.pixels, press.frame.marker_mask, *at))
-        sines.append(to_sines(press.gradients[pick]))
-    return np.concatenate(features), np.concatenate(sines)
+        normal_xy.append(to_normal_xy(press.gradients[pick]))
+    return np.concatenate(features), np.concatenate(normal_xy)
 
 
 def too_few(presses: Sequence[Press]) -> CalibrationError:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.intensity import CEILING, FLOOR
-from tactile_core.algorithms.photometric import skin_of
+from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.validity import two_within
 from tactile_core.interfaces.slope_models.fields import slope_field
@@ -135,7 +135,7 @@ def slopes_of(frame: Frame, gx: Float32, gy: Float32, sure: Bool | None = None) 
     """
     valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
     if frame.marker_mask is not None:
-        valid &= skin_of(frame.marker_mask)
+        valid &= bare_mask(frame.marker_mask)
     measurable: Bool = valid.view(np.bool_)
     if sure is not None:
         measurable &= sure

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
-from tactile_core.algorithms.sines import to_sines
+from tactile_core.algorithms.normal_xy import to_normal_xy
 from tactile_core.algorithms.slope_field import Model, takes_table
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.slope_models.fields import sampler_of, slope_field
@@ -60,7 +60,7 @@ def faithful(
             at = press.rows, press.columns
             gx, gy, _ = field.measure(press.frame.pixels, press.frame.marker_mask)
             exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
-            fast = to_sines(np.stack([gx[at], gy[at]], axis=1))
+            fast = to_normal_xy(np.stack([gx[at], gy[at]], axis=1))
             apart.append(np.linalg.norm(fast - exact, axis=1))
         if np.concatenate(apart).mean() < FAITHFUL_SINE:
             return candidate

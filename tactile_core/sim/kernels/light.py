@@ -137,7 +137,7 @@ def _scale_by_every(grain: Float32, number: Any, count: Any, level: Any, row: Fl
 
 
 @njit(**LOOP)
-def add_lamp(
+def add_light(
     facing: Float32,
     toward: Float32,
     lobe: Float32,

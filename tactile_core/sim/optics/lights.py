@@ -13,7 +13,7 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Illumination, Light
-from tactile_core.interfaces.optics import Lamps
+from tactile_core.interfaces.optics import LightBuild
 
 _DEFAULT_ELEVATION_DEG = 30.0
 _DEFAULT_DISTANCE_DIAGONALS = 0.8
@@ -23,7 +23,7 @@ _COARSE_PX = 8
 
 
 @dataclass(frozen=True)
-class Lamp:
+class LedArray:
     """One lamp: an array of LEDs that shine towards the skin.
 
     Attributes
@@ -44,7 +44,7 @@ class Lamp:
     elevation_deg: float
     distance_mm: float
     feeds: tuple[str, ...]
-    build: Lamps
+    build: LightBuild
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -82,7 +82,7 @@ class Lamp:
 
 
 def light_field(
-    lamp: Lamp,
+    led_array: LedArray,
     shape: tuple[int, int],
     *,
     mm_per_px: float,
@@ -95,7 +95,7 @@ def light_field(
 
     Parameters
     ----------
-    lamp : Lamp
+    led_array : Lamp
     shape : (height, width) in px
     mm_per_px : float
     rest_mm : (H, W) float32, optional
@@ -115,41 +115,41 @@ def light_field(
     x = ((np.arange(size[0]) + 0.5) * width / size[0] - width / 2) * mm_per_px
     y = ((np.arange(size[1]) + 0.5) * height / size[1] - height / 2)[:, None] * mm_per_px
     z = np.zeros((1, 1)) if rest_mm is None else cv2.resize(rest_mm, size)
-    lobe_power = np.log(0.5) / np.log(np.cos(np.radians(lamp.build.lobe_deg) / 2))
+    lobe_power = np.log(0.5) / np.log(np.cos(np.radians(led_array.build.lobe_deg) / 2))
     whole = np.zeros((3, size[1], size[0]))
     shining = np.zeros_like(whole)
-    for number, (px, py, pz) in enumerate(lamp.leds_mm):
+    for number, (px, py, pz) in enumerate(led_array.leds_mm):
         ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
         far = np.maximum(np.sqrt((ray**2).sum(0)), _LED_MM)
-        along = np.maximum(-np.tensordot(lamp.axes[2], ray, 1) / far, 0)
+        along = np.maximum(-np.tensordot(led_array.axes[2], ray, 1) / far, 0)
         vector = ray * (along**lobe_power / far**3)
         whole += vector
         if number not in dead_leds:
             shining += vector
     strength = np.median(np.linalg.norm(whole, axis=0))
-    middle = lamp.place_mm / lamp.distance_mm
-    share = lamp.build.scatter
-    alight = 1 - len(set(dead_leds)) / len(lamp.leds_mm)
+    middle = led_array.place_mm / led_array.distance_mm
+    share = led_array.build.scatter
+    alight = 1 - len(set(dead_leds)) / len(led_array.leds_mm)
     field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
     coarse = field.transpose(1, 2, 0).astype(np.float32)
     fine = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
     return np.ascontiguousarray(fine.transpose(2, 0, 1))
 
 
-def lamps_of(profile: SensorBuild, illumination: Illumination) -> tuple[Lamp, ...]:
+def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[LedArray, ...]:
     """Return the lamps of an illumination, each built as it says itself or else as the profile.
 
     Where its lights are not all that its exposures name, lights stand evenly around.
     """
     image = profile.image
     diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px
-    general = profile.optics.lamps.model_dump()
+    general = profile.optics.lights.model_dump()
     default_mm = _DEFAULT_DISTANCE_DIAGONALS * diagonal_mm
-    lamps = []
+    led_arrays = []
     for light in _placed(illumination):
-        build = Lamps.model_validate(general | light.build.model_dump(exclude_unset=True))
-        lamps.append(
-            Lamp(
+        build = LightBuild.model_validate(general | light.build.model_dump(exclude_unset=True))
+        led_arrays.append(
+            LedArray(
                 name=light.name,
                 azimuth_deg=light.azimuth_deg,
                 elevation_deg=light.elevation_deg,
@@ -158,7 +158,7 @@ def lamps_of(profile: SensorBuild, illumination: Illumination) -> tuple[Lamp, ..
                 build=build,
             )
         )
-    return tuple(lamps)
+    return tuple(led_arrays)
 
 
 def _placed(illumination: Illumination) -> tuple[Light, ...]:

@@ -43,13 +43,13 @@ def photographed(
     -------
     (H, W, K) uint8 or uint16
     """
-    skin, fed, ambient = shining.skin, shining.fed, shining.ambient
-    height, width = skin.relief_mm.shape
+    surface, fed, ambient = shining.surface, shining.fed, shining.ambient
+    height, width = surface.relief_mm.shape
     count = len(mixing)
     pixels = np.empty((height, width * count), chip.dtype)
-    relief = np.ascontiguousarray(skin.relief_mm)
-    rest = _NO_FIELD if skin.rest_slopes is None else skin.rest_slopes
-    printed = _NONE if skin.reflectance is None else np.ascontiguousarray(skin.reflectance)
+    relief = np.ascontiguousarray(surface.relief_mm)
+    rest = _NO_FIELD if surface.rest_slopes is None else surface.rest_slopes
+    printed = _NONE if surface.reflectance is None else np.ascontiguousarray(surface.reflectance)
     numbers = noise.values.reshape(pixels.shape), noise.sign
     electrons = 1 / chip.full_well_e, (chip.read_noise_e / chip.full_well_e) ** 2
     facing = np.empty((3, _BAND_PX, width), np.float32)
@@ -58,20 +58,20 @@ def photographed(
         rows = min(_BAND_PX, height - top)
         if rows < _BAND_PX:
             facing, light = (np.empty((len(a), rows, width), np.float32) for a in (facing, light))
-        compiled.normals(relief, rest, skin.mm_per_px, top, facing)
+        compiled.normals(relief, rest, surface.mm_per_px, top, facing)
         light[:] = 0
         for (number, source, level), seen, into in zip(
             shining.sources, shining.seen, fed, strict=True
         ):
             shading = source.shading
-            compiled.add_lamp(
+            compiled.add_light(
                 facing,
                 shading.toward,
                 _NO_FIELD if shading.lobe is None else shading.lobe,
                 _NONE if shading.peak is None else shading.peak,
                 float(shading.blur),
                 _NONE if seen is None else seen,
-                (skin.textures[number // 4], number % 4),
+                (surface.textures[number // 4], number % 4),
                 float(level),
                 into,
                 top,

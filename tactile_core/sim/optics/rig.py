@@ -17,13 +17,13 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.sim import kernels
+from tactile_core.sim.gel_surface import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.lights import lamps_of
+from tactile_core.sim.optics.lights import led_arrays_of
 from tactile_core.sim.optics.quick import photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
-from tactile_core.sim.skin import Mode
 
 _SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
 _COLOURS = 3
@@ -88,12 +88,14 @@ class RigOptics:
         self._shots = tuple(e for e in self.exposures if e.channels)
         # One camera takes every exposure: all show as many colours.
         self._colours = self._shots[0].channels
-        lamps = lamps_of(profile, illumination)
-        self._faults.check_lights({lamp.name: len(lamp.leds_mm) for lamp in lamps})
-        self._membrane = Membrane(profile, len(lamps), self._faults, seed)
+        led_arrays = led_arrays_of(profile, illumination)
+        self._faults.check_lights(
+            {led_array.name: len(led_array.leds_mm) for led_array in led_arrays}
+        )
+        self._membrane = Membrane(profile, len(led_arrays), self._faults, seed)
         self._sources = sources_of(
             profile,
-            lamps,
+            led_arrays,
             rest_mm=self._membrane.rest_mm,
             faults=self._faults,
             seed=seed,
@@ -153,11 +155,11 @@ class RigOptics:
         fate, above = self._faults.fate(number, self._seed)
         if fate == "dropped" and self._last is not None:
             return self._last
-        skin = self.skin(height_mm, displacement_mm, markers_px)
+        surface = self.surface(height_mm, displacement_mm, markers_px)
         late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
         planes = [
             self.photograph(
-                skin, self._shots[shot - 1 if late else shot].levels, frame=number, exposure=shot
+                surface, self._shots[shot - 1 if late else shot].levels, frame=number, exposure=shot
             )
             for shot in range(len(self._shots))
         ]
@@ -168,7 +170,7 @@ class RigOptics:
         self._last = pixels
         return pixels
 
-    def skin(
+    def surface(
         self,
         height_mm: NDArray[Any],
         displacement_mm: NDArray[Any] | None = None,
@@ -188,13 +190,13 @@ class RigOptics:
         return self._membrane.state(height, displacement, markers_px, compiled=loops)
 
     def photograph(
-        self, skin: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
+        self, surface: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
     ) -> NDArray[Any]:
         """Take one exposure under some lights.
 
         Parameters
         ----------
-        skin : Surface
+        surface : Surface
         levels : mapping of light to brightness
             0..1; lights that are not named are dark.
         frame, exposure : int
@@ -210,7 +212,7 @@ class RigOptics:
             for number, source in enumerate(self._sources)
             if (bright := self._brightness(source, number, levels, frame)) > 0
         )
-        shining = Shining(sources, skin, self._colours)
+        shining = Shining(sources, surface, self._colours)
         noise = self._noise.of(frame, exposure)
         loops = kernels.chosen(self._compiled)
         if loops is not None:
@@ -227,7 +229,7 @@ class RigOptics:
     def _brightness(
         self, source: LightSource, number: int, levels: Mapping[str, float], frame: int
     ) -> float:
-        name = source.lamp.name
+        name = source.led_array.name
         return levels.get(name, 0.0) * self._faults.level(name, number, frame, self._seed)
 
     def _balanced(self) -> NDArray[np.float64]:
@@ -245,7 +247,7 @@ class RigOptics:
             sources = tuple(
                 (number, source, level)
                 for number, source in enumerate(self._sources)
-                if (level := shot.levels.get(source.lamp.name, 0.0)) > 0
+                if (level := shot.levels.get(source.led_array.name, 0.0)) > 0
             )
             shining = Shining(sources, bare, self._colours)
             light = np.concatenate([band for _, band in shining.bands()], axis=1)

@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.lights import Lamp, light_field
+from tactile_core.sim.optics.lights import LedArray, light_field
 from tactile_core.sim.optics.shadows import Shadows
 from tactile_core.sim.optics.surface import Surface
 
@@ -30,14 +30,14 @@ class LightSource:
 
     Attributes
     ----------
-    lamp : Lamp
+    led_array : Lamp
     shading : Shading
     shadows : Shadows
     ambient : float
         Light of this lamp that comes from everywhere.
     """
 
-    lamp: Lamp
+    led_array: LedArray
     shading: Shading
     shadows: Shadows
     ambient: float
@@ -45,7 +45,7 @@ class LightSource:
 
 def sources_of(
     profile: SensorBuild,
-    lamps: Sequence[Lamp],
+    led_arrays: Sequence[LedArray],
     *,
     rest_mm: Float32 | None,
     faults: Faults,
@@ -57,7 +57,7 @@ def sources_of(
     Parameters
     ----------
     profile : SensorBuild
-    lamps : sequence of Lamp
+    led_arrays : sequence of Lamp
     rest_mm : (H, W) float32 or None
         Height of the skin at rest, towards the camera; None for a flat gel.
     faults : Faults
@@ -71,24 +71,28 @@ def sources_of(
     shape = (image.height_px, image.width_px)
     coating = Coating.of(profile)
     view = _towards_camera(profile, shape)
-    deviations = np.random.default_rng([seed, 41]).standard_normal(len(lamps))
+    deviations = np.random.default_rng([seed, 41]).standard_normal(len(led_arrays))
     made = []
-    for lamp, deviation in zip(lamps, deviations, strict=True):
+    for led_array, deviation in zip(led_arrays, deviations, strict=True):
         whole, toward = (
-            light_field(lamp, shape, mm_per_px=image.mm_per_px, rest_mm=rest_mm, dead_leds=dead)
-            for dead in ((), faults.dead_leds.get(lamp.name, ()))
+            light_field(
+                led_array, shape, mm_per_px=image.mm_per_px, rest_mm=rest_mm, dead_leds=dead
+            )
+            for dead in ((), faults.dead_leds.get(led_array.name, ()))
         )
-        bright = max(_DIMMEST, 1 + lamp.build.spread * float(deviation))
+        bright = max(_DIMMEST, 1 + led_array.build.spread * float(deviation))
         direct = (1 - ambient) * bright
-        shading = Shading.prepare(toward * np.float32(direct), lamp.blur * direct, coating, view)
+        shading = Shading.prepare(
+            toward * np.float32(direct), led_array.blur * direct, coating, view
+        )
         shadows = Shadows.prepare(
             toward,
-            lamp.blur,
+            led_array.blur,
             mm_per_px=image.mm_per_px,
             reduce=max(1, image.width_px // shadow_columns),
         )
         everywhere = ambient * bright * float(np.median(whole[2]))
-        made.append(LightSource(lamp, shading, shadows, everywhere))
+        made.append(LightSource(led_array, shading, shadows, everywhere))
     return tuple(made)
 
 
@@ -100,13 +104,13 @@ class Shining:
     ----------
     sources : tuple of (number, LightSource, level)
         Which lamp of the rig each is, and how brightly it shines.
-    skin : Surface
+    surface : Surface
     channels : tuple of str
         Names of the camera's colours. A lamp that feeds none of them feeds all.
     """
 
     sources: tuple[tuple[int, LightSource, float], ...]
-    skin: Surface
+    surface: Surface
     channels: tuple[str, ...]
 
     @cached_property
@@ -114,17 +118,18 @@ class Shining:
         """Of each lamp the (H, W) share that each place sees; None where none is hidden."""
         if not self.sources:
             return []
-        low = self.skin.reduced(self.sources[0][1].shadows.size)
+        low = self.surface.reduced(self.sources[0][1].shadows.size)
         if low is None:
             return [None] * len(self.sources)
-        shape = self.skin.relief_mm.shape
+        shape = self.surface.relief_mm.shape
         return [source.shadows.cast(low, shape) for _, source, _ in self.sources]
 
     @property
     def fed(self) -> NDArray[np.bool_]:
         """(S, K) bool: which channels see which lamp."""
         named = [
-            [name in source.lamp.feeds for name in self.channels] for _, source, _ in self.sources
+            [name in source.led_array.feeds for name in self.channels]
+            for _, source, _ in self.sources
         ]
         fed = np.array(named, np.bool_).reshape(len(self.sources), len(self.channels))
         fed[~fed.any(1)] = True
@@ -138,10 +143,10 @@ class Shining:
 
     def bands(self) -> Iterator[tuple[slice, Float32]]:
         """Yield rows, and the (K, h, W) light that the skin in them sends to the camera."""
-        skin, fed, ambient = self.skin, self.fed, self.ambient
-        for top in range(0, len(skin.relief_mm), _BAND_PX):
+        surface, fed, ambient = self.surface, self.fed, self.ambient
+        for top in range(0, len(surface.relief_mm), _BAND_PX):
             rows = slice(top, top + _BAND_PX)
-            normals = skin.normals[:, rows]
+            normals = surface.normals[:, rows]
             sky = 0.5 * normals[2] + 0.5
             light = np.zeros((len(self.channels), *sky.shape), np.float32)
             for (number, source, level), share, into in zip(
@@ -150,14 +155,14 @@ class Shining:
                 plane = source.shading.reflect(normals, rows)
                 if share is not None:
                     plane *= share[rows]
-                plane *= skin.grain(number)[rows]
+                plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)
                 light[into] += plane
             for channel, everywhere in enumerate(ambient):
                 light[channel] += sky * everywhere
-            if skin.reflectance is not None:
-                light *= skin.reflectance[rows]
+            if surface.reflectance is not None:
+                light *= surface.reflectance[rows]
             yield rows, light
 
 

@@ -47,9 +47,9 @@ class Surface:
     textures: tuple[Float32, ...]
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
-    def grain(self, lamp: int) -> Float32:
+    def grain(self, led_array: int) -> Float32:
         """(H, W) factor on the light of the lamp of this number."""
-        return _plane(self.textures, lamp)
+        return _plane(self.textures, led_array)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
         """Return the relief on fewer columns and rows; None if it is too low to cast shadows."""
@@ -86,13 +86,13 @@ class Membrane:
     Parameters
     ----------
     profile : SensorBuild
-    lamps : int
+    led_arrays : int
         Each sees a grain of its own.
     faults : Faults
     seed : int
     """
 
-    def __init__(self, profile: SensorBuild, lamps: int, faults: Faults, seed: int) -> None:
+    def __init__(self, profile: SensorBuild, led_arrays: int, faults: Faults, seed: int) -> None:
         image, coat = profile.image, profile.optics.coat
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
@@ -110,7 +110,7 @@ class Membrane:
         wide = (self._shape[0] + 2 * self._margin, self._shape[1] + 2 * self._margin)
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
-        textures = [_grain(wide, coat.grain, size_px, rng) for _ in range(lamps)]
+        textures = [_grain(wide, coat.grain, size_px, rng) for _ in range(led_arrays)]
         furrows = faults.furrows_mm(wide, image.mm_per_px, seed)
         # Behind those of the lamps
         self._furrows = len(textures) if furrows is not None else None
@@ -124,7 +124,7 @@ class Membrane:
         # Images of up to four channels are carried in the time of one.
         self._textures = tuple(np.dstack(textures[k : k + 4]) for k in range(0, len(textures), 4))
         m = self._margin
-        self._resting = tuple(
+        self._at_rest = tuple(
             np.ascontiguousarray(texture[m:-m, m:-m]) if m else texture
             for texture in self._textures
         )
@@ -167,7 +167,7 @@ class Membrane:
         rows, columns = self._shape
         m = self._margin
         if displacement_mm is None:
-            return self._resting
+            return self._at_rest
         px = np.float32(-1 / self._mm_per_px)
         x = displacement_mm[..., 0] * px
         y = displacement_mm[..., 1] * px

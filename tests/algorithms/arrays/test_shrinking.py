@@ -27,7 +27,7 @@ def test_each_channel_is_shrunk_by_itself_and_keeps_its_mean(
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_markers_are_filled_under_six_lamps(dtype: type) -> None:
+def test_markers_are_filled_under_six_lights(dtype: type) -> None:
     levels = np.array([60, 80, 100, 120, 140, 160])
     pixels = np.full((101, 133, 6), levels, dtype)
     markers = np.zeros((101, 133), np.bool_)
@@ -38,10 +38,10 @@ def test_markers_are_filled_under_six_lamps(dtype: type) -> None:
     np.testing.assert_allclose(filled[50, 60], levels, atol=2)
 
 
-def test_drift_of_six_lamps_is_told_in_a_small_image() -> None:
-    untouched = np.random.default_rng(1).uniform(80, 140, (41, 53, 6)).astype(np.float32)
+def test_drift_of_six_lights_is_reported_in_a_small_image() -> None:
+    undeformed = np.random.default_rng(1).uniform(80, 140, (41, 53, 6)).astype(np.float32)
     gains = np.array([1.03, 0.97, 1.01, 1.0, 0.98, 1.02])
-    np.testing.assert_allclose(channel_gains(untouched * gains, untouched, 255), gains, rtol=1e-3)
+    np.testing.assert_allclose(channel_gains(undeformed * gains, undeformed, 255), gains, rtol=1e-3)
 
 
 @given(sides, sides, st.integers(1, 16))

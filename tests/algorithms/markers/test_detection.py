@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from tactile_core.algorithms.markers import darkness_of, find_marker_diameter, find_markers
-from tactile_core.algorithms.markers.darkness import brightness_of
+from tactile_core.algorithms.markers import contrast_of, find_marker_diameter, find_markers
+from tactile_core.algorithms.markers.contrast import brightness_of
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.optics.faults import Faults
 
@@ -30,8 +30,8 @@ FINER = 5
 
 
 def found(pixels: Array, size_px: float, pitch_px: float) -> tuple[Array, Array]:
-    darkness = darkness_of(pixels, diameter_px=size_px)
-    return find_markers(darkness, pixels.shape[:2], diameter_px=size_px, pitch_px=pitch_px)
+    contrast = contrast_of(pixels, diameter_px=size_px)
+    return find_markers(contrast, pixels.shape[:2], diameter_px=size_px, pitch_px=pitch_px)
 
 
 def lattice(pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE) -> Array:
@@ -175,7 +175,7 @@ def test_every_colour_has_the_same_say_in_how_bright_a_pixel_is(dtype: type) -> 
 
 
 @pytest.mark.parametrize("level", [0, 5, 128, 255])
-def test_a_skin_without_markers_shows_none(level: int) -> None:
+def test_a_gel_without_markers_shows_none(level: int) -> None:
     noise = np.random.default_rng(0).normal(0, 1, (*SHAPE, 3))
     centres, cut = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12, 36)
     assert centres.shape == (0, 2)

@@ -186,5 +186,5 @@ def test_the_dots_of_the_wedge_are_found_under_a_press(recordings: Path) -> None
         "force/grip/wedge_config/init_frame.png",
     ],
 )
-def test_bare_skins_have_no_dots(recordings: Path, path: str) -> None:
+def test_bare_gels_have_no_dots(recordings: Path, path: str) -> None:
     assert find_marker_diameter(read(recordings / path)) is None

@@ -90,7 +90,7 @@ def test_points_outside_the_view_cover_nothing() -> None:
     assert covered(np.array([[3.0, 4.0]]), 1.0, SHAPE).sum() == pytest.approx(9)
 
 
-def test_skin_that_is_dragged_along_is_in_contact_and_the_rest_is_not() -> None:
+def test_gel_that_is_sheared_along_is_in_contact_and_the_rest_is_not() -> None:
     moved = np.where(RADIUS < 15, 0.2, 0.05 * np.exp(-RADIUS / 20)).astype(np.float32)
     np.testing.assert_array_equal(touched_by_motion(moved), RADIUS < 15)
     assert not touched_by_motion(0.05 * moved).any()

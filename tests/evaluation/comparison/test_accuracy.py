@@ -15,7 +15,7 @@ SHAPE = (12, 16)
 ANYWHERE = Path("truth/ball.npz")
 
 
-def skin(seed: int = 0) -> dict[str, np.ndarray]:
+def surface(seed: int = 0) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
     return {
         "height_mm": rng.normal(0, 0.2, SHAPE).astype(np.float32),
@@ -36,7 +36,7 @@ def scored(*pairs: tuple[Arrays, Arrays]) -> dict:
 
 
 def test_the_truth_itself_is_without_error() -> None:
-    score = scored((skin(), skin()))
+    score = scored((surface(), surface()))
     assert score["normal_error_deg"] == {"mean": 0, "median": 0, "p90": 0}
     assert score["height_rmse_mm"] == score["height_rmse_in_contact_mm"] == 0
     assert score["peak_error_mm"] == 0
@@ -47,8 +47,8 @@ def test_the_truth_itself_is_without_error() -> None:
 @given(tilt_deg=st.floats(0, 80), azimuth=st.floats(0, 6.28))
 def test_a_plane_seen_as_level_is_wrong_by_its_tilt(tilt_deg: float, azimuth: float) -> None:
     slope = np.tan(np.radians(tilt_deg)) * np.array([np.cos(azimuth), np.sin(azimuth)])
-    tilted = skin() | {"gradients": np.broadcast_to(slope, (*SHAPE, 2))}
-    score = scored((skin() | {"gradients": np.zeros((*SHAPE, 2))}, tilted))
+    tilted = surface() | {"gradients": np.broadcast_to(slope, (*SHAPE, 2))}
+    score = scored((surface() | {"gradients": np.zeros((*SHAPE, 2))}, tilted))
     for normals in (score["normal_error_deg"], score["normal_error_in_contact_deg"]):
         assert normals["mean"] == pytest.approx(tilt_deg, abs=1e-3)
         assert normals["median"] == pytest.approx(tilt_deg, abs=0.006)
@@ -57,7 +57,7 @@ def test_a_plane_seen_as_level_is_wrong_by_its_tilt(tilt_deg: float, azimuth: fl
 
 @given(offset_mm=st.floats(-2, 2))
 def test_a_surface_that_is_too_high_is_wrong_by_that_much(offset_mm: float) -> None:
-    truth = skin()
+    truth = surface()
     raised = truth | {"height_mm": truth["height_mm"].astype(float) + offset_mm}
     score = scored((raised, truth))
     for name in ("height_rmse_mm", "height_rmse_in_contact_mm", "peak_error_mm"):
@@ -80,7 +80,7 @@ def test_quantiles_are_those_of_all_angles_together(sizes: list[int]) -> None:
 
 
 def test_frames_are_pooled_by_their_pixels() -> None:
-    truth = skin()
+    truth = surface()
     off_by_3 = truth | {"height_mm": truth["height_mm"] + 3}
     off_by_4 = truth | {"height_mm": truth["height_mm"] + 4}
     score = scored((off_by_3, truth), (off_by_4, truth))
@@ -89,7 +89,7 @@ def test_frames_are_pooled_by_their_pixels() -> None:
 
 
 def test_half_of_the_contact_is_half_a_score() -> None:
-    truth = skin() | {"contact": np.zeros(SHAPE, bool)}
+    truth = surface() | {"contact": np.zeros(SHAPE, bool)}
     truth["contact"][:, :8] = True
     half = np.zeros(SHAPE, bool)
     half[:, :4] = True
@@ -97,56 +97,56 @@ def test_half_of_the_contact_is_half_a_score() -> None:
 
 
 def test_the_error_of_a_field_of_vectors_is_their_length() -> None:
-    truth = skin()
+    truth = surface()
     moved = truth | {"displacement_mm": truth["displacement_mm"] + np.array([0.3, 0.4])}
     assert scored((moved, truth))["rmse"]["displacement_mm"] == pytest.approx(0.5, abs=1e-6)
 
 
 def test_forces_and_torque_are_not_mixed() -> None:
-    pressed = skin() | {"wrench": np.array([0.1, 0.2, 4.0, 5.5])}
-    assert scored((pressed, skin()))["rmse"]["wrench"] == pytest.approx([0, 0, 1, 0.5], abs=1e-6)
+    pressed = surface() | {"wrench": np.array([0.1, 0.2, 4.0, 5.5])}
+    assert scored((pressed, surface()))["rmse"]["wrench"] == pytest.approx([0, 0, 1, 0.5], abs=1e-6)
 
 
 def test_what_has_no_truth_is_not_scored() -> None:
-    truth = {"height_mm": skin()["height_mm"]}
-    score = scored((skin(), truth))
+    truth = {"height_mm": surface()["height_mm"]}
+    score = scored((surface(), truth))
     assert score["normal_error_deg"] is None
     assert score["height_rmse_in_contact_mm"] is None
     assert score["iou"] == {}
 
 
 def test_a_truth_of_another_size_is_refused() -> None:
-    smaller = skin() | {"height_mm": np.zeros((6, 8), np.float32)}
+    smaller = surface() | {"height_mm": np.zeros((6, 8), np.float32)}
     with pytest.raises(InputError, match="height_mm is 6 × 8 and what was measured 12 × 16"):
-        common_names(skin(), smaller, ANYWHERE)
+        common_names(surface(), smaller, ANYWHERE)
 
 
 def test_a_true_contact_of_another_size_is_refused_even_if_none_was_measured() -> None:
-    measured = {name: array for name, array in skin().items() if name != "contact"}
+    measured = {name: array for name, array in surface().items() if name != "contact"}
     with pytest.raises(InputError, match="contact is 6 × 8"):
-        common_names(measured, skin() | {"contact": np.zeros((6, 8), bool)}, ANYWHERE)
+        common_names(measured, surface() | {"contact": np.zeros((6, 8), bool)}, ANYWHERE)
 
 
 def test_a_contact_of_zeros_and_ones_is_a_mask() -> None:
-    truth = skin()
-    assert scored((skin(), truth | {"contact": truth["contact"].astype(np.uint8)})) == scored(
-        (skin(), truth)
+    truth = surface()
+    assert scored((surface(), truth | {"contact": truth["contact"].astype(np.uint8)})) == scored(
+        (surface(), truth)
     )
 
 
 def test_a_truth_at_another_scale_is_refused() -> None:
     with pytest.raises(InputError, match=r"0\.06 mm per pixel"):
-        common_names(skin(), skin() | {"mm_per_px": np.asarray(0.06)}, ANYWHERE)
+        common_names(surface(), surface() | {"mm_per_px": np.asarray(0.06)}, ANYWHERE)
 
 
 def test_a_truth_with_holes_is_refused() -> None:
-    truth = skin()
+    truth = surface()
     truth["height_mm"][3, 3] = np.nan
     with pytest.raises(InputError, match="not finite"):
-        common_names(skin(), truth, ANYWHERE)
+        common_names(surface(), truth, ANYWHERE)
 
 
 @pytest.mark.parametrize("dtype", ["complex64", "U8"])
 def test_a_truth_that_is_no_number_is_not_scored(dtype: str) -> None:
-    truth = skin() | {"gradients": skin()["gradients"].astype(dtype)}
-    assert scored((skin(), truth))["normal_error_deg"] is None
+    truth = surface() | {"gradients": surface()["gradients"].astype(dtype)}
+    assert scored((surface(), truth))["normal_error_deg"] is None

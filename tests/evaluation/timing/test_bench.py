@@ -9,7 +9,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.timing import Benches, bench
-from tactile_core.evaluation.timing.stream import ACQUIRE, LAMPS, MARKERS, SLOPES, WHOLE, Stream
+from tactile_core.evaluation.timing.stream import ACQUIRE, LIGHTS, MARKERS, SLOPES, WHOLE, Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
@@ -70,7 +70,7 @@ def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
     assert list(Stream(unit).staged()) == [ACQUIRE, MARKERS, SLOPES, *steps]
 
 
-def test_what_is_timed_is_a_contact_that_drags_the_skin_and_is_followed() -> None:
+def test_what_is_timed_is_a_contact_that_shears_the_gel_and_is_followed() -> None:
     unit = virtual_unit(marked(), size_px=(320, 240))
     stream = Stream(unit)
     for frame in unit.stroke:
@@ -90,10 +90,10 @@ def test_what_is_timed_is_a_contact_that_drags_the_skin_and_is_followed() -> Non
         assert slip.entropy_bits is not None
 
 
-def test_lamps_in_turn_are_verified() -> None:
+def test_sequential_lights_are_verified() -> None:
     profile = load_profile("desktop_six_led")
     stream = Stream(virtual_unit(profile, size_px=(204, 171)))
-    assert list(stream.staged()) == [ACQUIRE, LAMPS, SLOPES, "height", "contact"]
+    assert list(stream.staged()) == [ACQUIRE, LIGHTS, SLOPES, "height", "contact"]
     assert list(stream.whole()) == [WHOLE]
 
 

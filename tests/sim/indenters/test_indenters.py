@@ -146,7 +146,7 @@ def test_mesh_of_a_ball_is_a_ball(trimesh: Any, tmp_path: Path) -> None:
     assert mesh.gap_mm(np.array([3.5]), np.zeros(1)) > 100
 
 
-def test_mesh_shows_the_side_towards_the_skin(trimesh: Any, tmp_path: Path) -> None:
+def test_mesh_shows_the_side_towards_the_gel(trimesh: Any, tmp_path: Path) -> None:
     file = tmp_path / "cone.stl"
     cone = trimesh.creation.cone(radius=3.0, height=3.0)
     cone.apply_transform(trimesh.transformations.rotation_matrix(np.pi, [1, 0, 0]))

@@ -44,7 +44,7 @@ def test_the_three_colour_fingertip(hex_pairs: list[beside.Pair]) -> None:
 
 
 @pytest.mark.recordings
-def test_the_six_lamps_over_a_grid_of_balls(grid_pair: beside.Pair) -> None:
+def test_the_six_lights_over_a_grid_of_balls(grid_pair: beside.Pair) -> None:
     near(grid_pair.mean)
     near(grid_pair.spread)
     near(grid_pair.change)

@@ -72,7 +72,7 @@ def test_numbers_end_at_the_full_scale(bits: int, dtype: type) -> None:
     assert frame.max() == optics.full_scale == 2**bits - 1
 
 
-def test_the_resting_skin_is_as_bright_as_the_profile_says() -> None:
+def test_the_gel_at_rest_is_as_bright_as_the_profile_says() -> None:
     frame = RigOptics(rig(optics={"sensor": QUIET | {"exposure": 0.3}})).expose(level())
     assert np.median(frame) / (2**16 - 1) == pytest.approx(0.3, rel=0.01)
 

@@ -19,12 +19,12 @@ def curve(**coat: object) -> np.ndarray:
     return np.array([optics.expose(-slope(x=t))[MIDDLE].mean() / rest for t in tilts])
 
 
-def test_a_matte_skin_is_lambertian() -> None:
+def test_a_matte_gel_is_lambertian() -> None:
     expected = [np.sin(np.radians(30 + t)) / np.sin(np.radians(30)) for t in TILTS_DEG]
     np.testing.assert_allclose(curve(), expected, rtol=0.02)
 
 
-def test_flakes_mirror_the_lamp_where_the_skin_bisects_lamp_and_camera() -> None:
+def test_flakes_mirror_the_light_where_the_gel_bisects_light_and_camera() -> None:
     # From 30° above the skin to straight above it: a mirror must tilt by (90° − 30°) / 2.
     matte, flakes = curve(), curve(specular=0.5, roughness=0.12)
     assert TILTS_DEG[int(np.argmax(flakes - matte))] == 30
@@ -35,11 +35,15 @@ def test_smoother_flakes_mirror_more_sharply() -> None:
     assert np.ptp(np.diff(smooth)) > np.ptp(np.diff(rough))
 
 
-def test_grain_moves_with_the_skin_and_differs_from_lamp_to_lamp() -> None:
+def test_grain_moves_with_the_gel_and_differs_from_light_to_light() -> None:
     profile = rig(
         (0.0, 120.0, 240.0),
         in_turn=True,
-        optics={"sensor": QUIET, "coat": {"grain": 0.05, "grain_mm": 0.3}, "lamps": {"scatter": 1}},
+        optics={
+            "sensor": QUIET,
+            "coat": {"grain": 0.05, "grain_mm": 0.3},
+            "lights": {"scatter": 1},
+        },
     )
     optics = RigOptics(profile)
     moved = np.zeros((120, 160, 2), np.float32)

@@ -18,7 +18,7 @@ def frames(count: int, faults: Faults, *, in_turn: bool = True, **more: Any) -> 
     return [optics.expose(level()) for _ in range(count)]
 
 
-def test_lamps_drift_each_on_its_own_course_and_not_at_first() -> None:
+def test_lights_drift_each_on_its_own_course_and_not_at_first() -> None:
     faults = Faults(drift=0.2, drift_frames=8)
     steady, drifting = (
         np.array(frames(8, f, optics={"sensor": QUIET})).mean((1, 2)) for f in (Faults(), faults)
@@ -29,7 +29,7 @@ def test_lamps_drift_each_on_its_own_course_and_not_at_first() -> None:
     assert np.ptp(course[3]) > 0.02
 
 
-def test_dust_rests_in_the_image_and_scratches_move_with_the_skin() -> None:
+def test_dust_rests_in_the_image_and_scratches_move_with_the_gel() -> None:
     def change(faults: Faults) -> list[np.ndarray]:
         whole, spoilt = (
             RigOptics(rig((0.0, 90.0), optics={"sensor": QUIET}), faults=f, seed=1)
@@ -90,6 +90,6 @@ def test_a_light_that_there_is_not_is_refused_by_name() -> None:
 
 
 def test_an_led_that_there_is_not_is_refused() -> None:
-    profile = rig(optics={"lamps": {"array": [1, 4]}})
+    profile = rig(optics={"lights": {"array": [1, 4]}})
     with pytest.raises(InputError, match="light 'lamp0' has LEDs 0 to 3, and dead_leds names 1, 4"):
         RigOptics(profile, faults=Faults(dead_leds={"lamp0": (1, 4)}))

@@ -6,25 +6,25 @@ from support.virtual_rigs import QUIET, SHAPE, level, rig, slope
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
-from tactile_core.interfaces.optics import Lamps
+from tactile_core.interfaces.optics import LightBuild
 from tactile_core.sim.optics import Faults, RigOptics
-from tactile_core.sim.optics.lights import Lamp, lamps_of, light_field
+from tactile_core.sim.optics.lights import LedArray, led_arrays_of, light_field
 
 SCALE_MM = 0.05
 
 
-def lamp(*, distance_mm: float = 30.0, azimuth_deg: float = 0.0, **build: object) -> Lamp:
-    return Lamp("one", azimuth_deg, 30.0, distance_mm, (), Lamps.model_validate(build))
+def led_array(*, distance_mm: float = 30.0, azimuth_deg: float = 0.0, **build: object) -> LedArray:
+    return LedArray("one", azimuth_deg, 30.0, distance_mm, (), LightBuild.model_validate(build))
 
 
-def strength(one: Lamp, **options: object) -> np.ndarray:
+def strength(one: LedArray, **options: object) -> np.ndarray:
     field = light_field(one, (200, 200), mm_per_px=SCALE_MM, **options)  # type: ignore[arg-type]
     return np.asarray(np.linalg.norm(field, axis=0))
 
 
 def test_light_falls_with_the_square_of_the_distance() -> None:
     # A lobe as wide as the sky, nearly: every place receives 1/r² and nothing else tells.
-    one = lamp(lobe_deg=179.0)
+    one = led_array(lobe_deg=179.0)
     found = strength(one)[100, ::20]
     x = (np.arange(200)[::20] - 99.5) * SCALE_MM
     far = np.linalg.norm(one.leds_mm[0] - np.stack([x, 0 * x + 0.025, 0 * x], 1), axis=1)
@@ -32,8 +32,8 @@ def test_light_falls_with_the_square_of_the_distance() -> None:
 
 
 @given(azimuth=st.floats(-180, 180))
-def test_light_comes_from_where_the_lamp_stands(azimuth: float) -> None:
-    field = light_field(lamp(azimuth_deg=azimuth), (64, 64), mm_per_px=0.05)
+def test_light_comes_from_where_the_light_stands(azimuth: float) -> None:
+    field = light_field(led_array(azimuth_deg=azimuth), (64, 64), mm_per_px=0.05)
     x, y, up = field[:, 31:33, 31:33].mean((1, 2))
     turn = np.degrees(np.arctan2(y, x)) - azimuth
     assert abs((turn + 180) % 360 - 180) < 1
@@ -41,23 +41,23 @@ def test_light_comes_from_where_the_lamp_stands(azimuth: float) -> None:
 
 
 def test_a_narrow_lobe_that_aims_beyond_the_middle_lights_the_far_side() -> None:
-    near, far = (strength(lamp(lobe_deg=20.0, aim_mm=aim))[100] for aim in (0.0, 10.0))
+    near, far = (strength(led_array(lobe_deg=20.0, aim_mm=aim))[100] for aim in (0.0, 10.0))
     assert np.argmax(near) > np.argmax(far)
 
 
 def test_scatter_evens_the_light_out() -> None:
-    spread = [strength(lamp(scatter=share)).std() for share in (0.0, 0.5, 1.0)]
+    spread = [strength(led_array(scatter=share)).std() for share in (0.0, 0.5, 1.0)]
     assert spread[0] > spread[1] > spread[2]
     assert spread[2] < 1e-6
 
 
 def test_half_the_leds_give_half_the_light() -> None:
-    one = lamp(array=[1, 4], pitch_mm=0.5)
+    one = led_array(array=[1, 4], pitch_mm=0.5)
     whole, half = strength(one), strength(one, dead_leds=(0, 1))
     assert (half / whole).mean() == pytest.approx(0.5, abs=0.02)
 
 
-def test_a_skin_that_faces_the_lamp_is_brightest() -> None:
+def test_a_gel_that_faces_the_light_is_brightest() -> None:
     # At 30° of elevation a slope of 60° faces it; flatter and steeper ones are darker.
     optics = RigOptics(
         rig(elevation_deg=30, optics={"sensor": QUIET | {"exposure": 0.1}, "ambient": 0.0})
@@ -70,7 +70,7 @@ def test_a_skin_that_faces_the_lamp_is_brightest() -> None:
     assert int(np.argmax(seen)) == 2
 
 
-def test_a_rig_that_tells_no_lamps_gets_one_for_each_light() -> None:
+def test_a_rig_that_tells_no_lights_gets_one_for_each_light() -> None:
     profile = rig(image={"color": "rgb", "bit_depth": 8}).model_copy()
     data = profile.model_dump(by_alias=True) | {"illumination": {"use": "core.constant"}}
     optics = RigOptics(type(profile).model_validate(data))
@@ -79,20 +79,20 @@ def test_a_rig_that_tells_no_lamps_gets_one_for_each_light() -> None:
     assert len({tuple(np.unravel_index(frame[..., k].argmax(), SHAPE)) for k in range(3)}) == 3
 
 
-def test_a_lamp_may_say_itself_how_it_is_built() -> None:
+def test_a_light_may_say_itself_how_it_is_built() -> None:
     class Near(Illumination):
         channels = ("x", "y", "z")
-        lights = (Light("a", 0.0, 30.0, ("x", "y"), Lamps(distance_mm=7.0)),)
+        lights = (Light("a", 0.0, 30.0, ("x", "y"), LightBuild(distance_mm=7.0)),)
 
         def exposures(self) -> tuple[Exposure, ...]:
             return (Exposure({"a": 1.0}, self.channels),)
 
-    (one,) = lamps_of(rig(optics={"lamps": {"array": (2, 4)}}), Near(Options()))
+    (one,) = led_arrays_of(rig(optics={"lights": {"array": (2, 4)}}), Near(Options()))
     assert one.build.array == (2, 4)
     assert (one.distance_mm, one.feeds, one.build.lobe_deg) == (7.0, ("x", "y"), 120.0)
 
 
-def test_a_dead_lamp_is_dark_and_the_others_are_as_they_were() -> None:
+def test_a_dead_light_is_dark_and_the_others_are_as_they_were() -> None:
     profile = rig((0.0, 120.0, 240.0), in_turn=True, optics={"sensor": QUIET})
     whole, dead = (
         RigOptics(profile, faults=faults).expose(level(), frame=3)

@@ -18,7 +18,7 @@ def printed(shape: str = "round", layout: str = "grid", **more: object) -> Profi
         optics={
             "sensor": QUIET,
             "coat": {"grain": 0.0, "ink": 0.0},
-            "lamps": {"scatter": 1.0},
+            "lights": {"scatter": 1.0},
             "markers": {"shape": shape, "layout": layout},
         }
         | more,
@@ -52,7 +52,7 @@ def off_px(found: np.ndarray, told: np.ndarray) -> float:
 
 @pytest.mark.parametrize("shape", ["round", "square", "triangle"])
 @pytest.mark.parametrize("layout", ["grid", "quasi_random"])
-def test_markers_are_where_they_are_told(shape: str, layout: str) -> None:
+def test_markers_are_where_they_are_reported(shape: str, layout: str) -> None:
     optics = RigOptics(printed(shape, layout), seed=2)
     found = centres(ink(optics))
     assert len(found) > 20
@@ -72,7 +72,7 @@ def test_markers_have_the_area_that_their_size_tells(shape: str, area_mm2: float
 
 
 @given(x=st.floats(-0.8, 0.8), y=st.floats(-0.8, 0.8))
-def test_markers_move_with_the_skin(x: float, y: float) -> None:
+def test_markers_move_with_the_gel(x: float, y: float) -> None:
     optics = RigOptics(printed())
     found = centres(ink(optics, shift(x, y)))
     assert off_px(found, optics.markers_px + np.array([x, y]) / SCALE_MM) < 0.1

@@ -46,10 +46,10 @@ def test_held_out_presses_are_measured(
         pixels = optics.expose(height)
         return Frame(pixels, optics.channels, image.mm_per_px, optics.full_scale)
 
-    untouched = average([frame(np.zeros(shape)) for _ in range(4)])
-    finder = MarkerFinder.of(profile, untouched)
+    undeformed = average([frame(np.zeros(shape)) for _ in range(4)])
+    finder = MarkerFinder.of(profile, undeformed)
     if finder is not None:
-        untouched = replace(untouched, marker_mask=finder.find(untouched.pixels))
+        undeformed = replace(undeformed, marker_mask=finder.find(undeformed.pixels))
 
     def press() -> tuple[Frame, np.ndarray, np.ndarray, np.ndarray]:
         """A frame, the true height and slopes, and where they count."""
@@ -69,16 +69,16 @@ def test_held_out_presses_are_measured(
     samples = []
     for _ in range(12):
         seen, height, slopes, inside = press()
-        resting = rng.random(shape) < 0.25 * inside.mean()
-        rows, columns = np.nonzero(inside | (resting & (height < 1e-3)))
+        at_rest = rng.random(shape) < 0.25 * inside.mean()
+        rows, columns = np.nonzero(inside | (at_rest & (height < 1e-3)))
         known = slopes[rows, columns].astype(np.float32)
         samples.append(Press(seen, rows.astype(np.int32), columns.astype(np.int32), known, ""))
     said = profile.calibration if profile.calibration.use == model else Component(use=model)
-    fitted = calibrator_of(said).fit(samples, untouched)
+    fitted = calibrator_of(said).fit(samples, undeformed)
     angles, depths = [], []
     for _ in range(4):
         seen, height, slopes, inside = press()
-        measured = fitted.measure(seen, untouched)
+        measured = fitted.measure(seen, undeformed)
         found = np.stack([measured.x[inside], measured.y[inside]], 1)
         angles.append(angles_deg(found, slopes[inside]).mean())
         error = integrate(measured.x, measured.y, mm_per_px=image.mm_per_px)[inside]

@@ -51,7 +51,7 @@ def test_the_same_seed_gives_the_same_frames() -> None:
         assert (a != other).any()
 
 
-def test_a_frame_is_told_by_its_number_and_not_by_what_was_before() -> None:
+def test_a_frame_is_reported_by_its_number_and_not_by_what_was_before() -> None:
     optics = RigOptics(rig(), seed=3)
     first = optics.expose(level())
     optics.expose(bump())
@@ -66,7 +66,7 @@ def test_it_pickles_and_goes_on_where_it_was() -> None:
     np.testing.assert_array_equal(copy.expose(bump()), optics.expose(bump()))
 
 
-def test_lamps_in_turn_show_together_what_lamps_at_once_show() -> None:
+def test_sequential_lights_show_together_what_lights_at_once_show() -> None:
     azimuths = (0.0, 120.0, 240.0)
     turn, once = (
         RigOptics(rig(azimuths, in_turn=t, optics={"sensor": QUIET})).expose(bump(), frame=0)
@@ -79,20 +79,20 @@ def test_lamps_in_turn_show_together_what_lamps_at_once_show() -> None:
 
 def test_one_exposure_shows_the_lights_that_shine() -> None:
     optics = RigOptics(rig((0.0, 180.0), optics={"sensor": QUIET}))
-    skin = optics.skin(level())
+    surface = optics.surface(level())
     left, right, both = (
-        optics.photograph(skin, levels).astype(float)
+        optics.photograph(surface, levels).astype(float)
         for levels in ({"lamp1": 1.0}, {"lamp0": 0.5}, {"lamp1": 1.0, "lamp0": 0.5})
     )
     np.testing.assert_allclose(left + right, both, atol=2)
     assert optics.exposures == (Exposure({"lamp0": 1.0, "lamp1": 1.0}, ("grey",)),)
 
 
-def test_a_dome_falls_away_from_the_lamp_on_its_far_side() -> None:
+def test_a_dome_falls_away_from_the_light_on_its_far_side() -> None:
     # Its border lies nearer to the camera: the skin beyond the apex faces the lamp.
     gel = {"shape": "dome", "radius_mm": 20.0}
     flat, domed = (
-        RigOptics(rig(gel=g, optics={"sensor": QUIET, "lamps": {"distance_mm": 500.0}})).expose(
+        RigOptics(rig(gel=g, optics={"sensor": QUIET, "lights": {"distance_mm": 500.0}})).expose(
             level()
         )[HEIGHT // 2, :, 0]
         for g in ({}, gel)
@@ -102,7 +102,7 @@ def test_a_dome_falls_away_from_the_lamp_on_its_far_side() -> None:
 
 
 def test_a_plane_has_one_brightness_up_to_the_border() -> None:
-    optics = RigOptics(rig(optics={"sensor": QUIET, "lamps": {"distance_mm": 5000.0}}))
+    optics = RigOptics(rig(optics={"sensor": QUIET, "lights": {"distance_mm": 5000.0}}))
     frame = optics.expose(slope(x=-0.1, y=0.05)).astype(float)
     assert np.ptp(frame) < 0.02 * frame.mean()
 
@@ -130,7 +130,7 @@ def test_a_state_of_another_size_is_refused() -> None:
 
 @pytest.mark.parametrize("elevation", [0.0, 1.0, 89.0, 90.0])
 @pytest.mark.parametrize("coating", ["matte", "semi_specular"])
-def test_lamps_may_stand_low_and_high(elevation: float, coating: str) -> None:
+def test_lights_may_stand_low_and_high(elevation: float, coating: str) -> None:
     profile = rig((0.0, 120.0), elevation_deg=elevation, gel={"coating": coating})
     frame = RigOptics(profile).expose(bump())
     assert frame.max() > 0

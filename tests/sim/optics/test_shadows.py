@@ -18,19 +18,19 @@ def block(height_mm: float) -> np.ndarray:
 def darkened(azimuth_deg: float, height: np.ndarray, mode: Mode = "accurate") -> np.ndarray:
     """(H, W) light, of that of the resting skin."""
     optics = RigOptics(
-        rig((azimuth_deg,), optics={"sensor": QUIET, "lamps": {"distance_mm": 200}}), mode=mode
+        rig((azimuth_deg,), optics={"sensor": QUIET, "lights": {"distance_mm": 200}}), mode=mode
     )
     return np.asarray(optics.expose(height)[..., 0] / optics.expose(level())[..., 0])
 
 
 @pytest.mark.parametrize("mode", get_args(Mode))
 @pytest.mark.parametrize("azimuth", [0, 90, 180, 270])
-def test_shadows_lie_on_the_side_away_from_the_lamp(azimuth: float, mode: Mode) -> None:
+def test_shadows_lie_on_the_side_away_from_the_light(azimuth: float, mode: Mode) -> None:
     dark = darkened(azimuth, block(0.8), mode) < 0.5
     y, x = np.nonzero(dark)
     away = np.array([np.mean(x) - (WIDTH - 1) / 2, np.mean(y) - (HEIGHT - 1) / 2])
-    lamp = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
-    assert away @ lamp < -0.8 * np.linalg.norm(away)
+    led_array = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
+    assert away @ led_array < -0.8 * np.linalg.norm(away)
 
 
 def test_a_shadow_is_as_long_as_the_tower_is_high_over_the_tangent_of_the_elevation() -> None:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.drag import DraggedContact, Load
 from tactile_core.algorithms.slip.plane import places_mm
+from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
 
 SPACING_MM, SHAPE, RADIUS_MM = 0.22, (60, 80), 4.0
 PLACE = places_mm(SHAPE, SPACING_MM)
@@ -25,7 +25,7 @@ class Sheared:
 
     def __init__(self, seed: int = 0, noise_mm: float = 0.001, *, blurred: bool = False) -> None:
         self._blurred = blurred
-        self.contact = DraggedContact(SPACING_MM)
+        self.contact = ShearedContact(SPACING_MM)
         self._rng, self._noise_mm = np.random.default_rng(seed), noise_mm
         self._field = np.zeros(SHAPE, np.complex128)
         self.look()
@@ -53,41 +53,41 @@ class Sheared:
 def test_a_contact_that_follows_however_the_object_moves_has_no_degree(
     steps: list[complex], seed: int
 ) -> None:
-    skin = Sheared(seed)
-    assert max(skin.move(step).degree for step in steps) < 0.1
+    surface = Sheared(seed)
+    assert max(surface.move(step).degree for step in steps) < 0.1
 
 
-def test_an_object_that_halts_while_it_is_held_well_changes_nothing() -> None:
-    skin = Sheared()
+def test_an_object_that_stops_while_it_is_held_well_changes_nothing() -> None:
+    surface = Sheared()
     for _ in range(8):
-        skin.move(0.04)
-    held = [skin.move(0.0) for _ in range(30)]
+        surface.move(0.04)
+    held = [surface.move(0.0) for _ in range(30)]
     assert held[-1].stalled > 0.8
     assert max(cues.degree for cues in held) < 0.1
 
 
-def test_the_degree_rises_while_the_core_shrinks_and_most_when_it_halts() -> None:
-    skin = Sheared()
+def test_the_degree_rises_while_the_core_shrinks_and_most_when_it_stops() -> None:
+    surface = Sheared()
     for _ in range(5):
-        skin.move(0.04)
-    degrees = [skin.move(0.04, core_mm).degree for core_mm in np.linspace(4, 0.5, 15)]
+        surface.move(0.04)
+    degrees = [surface.move(0.04, core_mm).degree for core_mm in np.linspace(4, 0.5, 15)]
     assert np.all(np.diff(degrees[::3]) > 0)
-    halting = [skin.move(0.04, 0.5, halted=1.0).degree for _ in range(3)]
+    halting = [surface.move(0.04, 0.5, halted=1.0).degree for _ in range(3)]
     assert halting[-1] > max(degrees)
     assert halting[-1] > 0.7
 
 
 def test_what_a_growing_load_spreads_is_no_shear() -> None:
-    skin = Sheared()
+    surface = Sheared()
     for number in range(1, 6):
-        cues = skin.add(0.01 * PLACE, Load(50.0, 5.0 * 1.3**number))
+        cues = surface.add(0.01 * PLACE, Load(50.0, 5.0 * 1.3**number))
     assert cues == Cues(entropy_bits=pytest.approx(0, abs=1e-9), motion_mm=0.0)
 
 
-def test_the_turn_of_the_contact_is_told_with_its_sign() -> None:
-    skin = Sheared()
+def test_the_turn_of_the_contact_is_reported_with_its_sign() -> None:
+    surface = Sheared()
     for _ in range(10):
-        cues = skin.add((1 - np.exp(0.01j)) * PLACE)
+        cues = surface.add((1 - np.exp(0.01j)) * PLACE)
     assert cues.turn_rad == pytest.approx(-0.1, rel=0.05)
     assert cues.turned_mm == pytest.approx(cues.motion_mm, rel=0.05)
 
@@ -108,15 +108,15 @@ def test_a_shift_is_judged_alike_whether_the_field_knows_the_border_or_not() -> 
 
 
 def test_entropy_is_small_while_all_moves_alike_and_grows_with_the_lag() -> None:
-    skin = Sheared()
-    alike = [skin.move(0.04) for _ in range(6)][-1].entropy_bits
-    lagging = [skin.move(0.04, 1.0) for _ in range(6)][-1].entropy_bits
+    surface = Sheared()
+    alike = [surface.move(0.04) for _ in range(6)][-1].entropy_bits
+    lagging = [surface.move(0.04, 1.0) for _ in range(6)][-1].entropy_bits
     assert alike < 1.6
     assert lagging > alike + 2
 
 
 def test_a_contact_of_a_few_places_tells_nothing() -> None:
-    contact = DraggedContact(SPACING_MM)
+    contact = ShearedContact(SPACING_MM)
     tiny = np.abs(PLACE) < 0.3
     field = np.full(SHAPE, 0.1, np.complex64)
     assert contact.update(field, tiny, LOAD) == Cues()

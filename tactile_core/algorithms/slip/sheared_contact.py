@@ -10,11 +10,17 @@ import numpy as np
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Intp
 from tactile_core.algorithms.entropy import displacement_entropy
-from tactile_core.algorithms.slip.core import NOISE_MM, Core, calm_places, far_places, sticking_core
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.plane import places_mm, since, strain
+from tactile_core.algorithms.slip.stick_region import (
+    NOISE_MM,
+    StickRegion,
+    calm_places,
+    far_places,
+    stick_region,
+)
 
-_LOAD_GROWS, _LOAD_GROWS_MUCH, _DRAGGED_MM = 1.15, 1.6, 0.05
+_LOAD_GROWS, _LOAD_GROWS_MUCH, _SHEARED_MM = 1.15, 1.6, 0.05
 """Shear alone changes the volume of a virtual contact by up to 13 %, its image by more: skin that
 is dragged already begins anew only under a much larger load."""
 
@@ -39,7 +45,7 @@ class Load(NamedTuple):
     depth: float
 
 
-class DraggedContact:
+class ShearedContact:
     """Remembers the displacement fields of one contact.
 
     Parameters
@@ -101,7 +107,7 @@ class DraggedContact:
         chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
         moved = since(field, self._settled, self.spacing_mm)
         whole = self._whole(moved, chosen)
-        self._dragged_mm = whole.dragged_mm
+        self._sheared_mm = whole.sheared_mm
         before = self._following if self._judged else 0.0
         tolerance = self.tolerance
         if blurred:
@@ -123,30 +129,30 @@ class DraggedContact:
         self._before: deque[Complex64] = deque(maxlen=_EARLIER)
         self._following, self._span = 1.0, 1
         self._judged = False
-        self._peak_mm = self._stalled = self._dragged_mm = 0.0
+        self._peak_mm = self._stalled = self._sheared_mm = 0.0
 
     def _grew(self, load: Load) -> bool:
         """What spreads the skin under a growing load is no shear."""
-        limit = _LOAD_GROWS if self._dragged_mm < _DRAGGED_MM else _LOAD_GROWS_MUCH
+        limit = _LOAD_GROWS if self._sheared_mm < _SHEARED_MM else _LOAD_GROWS_MUCH
         return any(now > limit * before for now, before in zip(load, self._load, strict=True))
 
-    def _whole(self, moved: Complex64, chosen: Intp) -> Core:
+    def _whole(self, moved: Complex64, chosen: Intp) -> StickRegion:
         displacement = moved.ravel()[chosen]
         strains = strain(moved, self.spacing_mm, chosen)
         return self._core(displacement, chosen, calm_places(displacement, strains), moved.shape)
 
     def _core(
         self, displacement: Complex64, chosen: Intp, start: Array, shape: tuple[int, ...]
-    ) -> Core:
+    ) -> StickRegion:
         place = places_mm(shape, self.spacing_mm).ravel()[chosen]
-        return sticking_core(displacement, place, start, self.noise_mm)
+        return stick_region(displacement, place, start, self.noise_mm)
 
     def _far(self, now: Complex64, before: Complex64, chosen: Intp) -> float:
         """How far the skin of the contact moved; that moves least where it slips."""
         moved = np.abs((now - before).ravel()[chosen])
         return quantile(moved, _FAR_QUANTILE)
 
-    def _follow(self, field: Complex64, chosen: Intp, whole: Core, tolerance: float) -> None:
+    def _follow(self, field: Complex64, chosen: Intp, whole: StickRegion, tolerance: float) -> None:
         """Learn what share of the contact followed in the last motion, and how fast its core is.
 
         Frames are counted, not seconds: quasi-static motions have none.

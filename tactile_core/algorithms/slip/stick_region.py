@@ -24,7 +24,7 @@ _TINY = 1e-12
 
 
 @dataclass(frozen=True)
-class Core:
+class StickRegion:
     """How the sticking core of a contact moved, and how much of the contact moved alike.
 
     Attributes
@@ -37,7 +37,7 @@ class Core:
         Root mean square over the contact of the core's motion.
     turned_mm : float
         The same of its turn alone.
-    dragged_mm : float
+    sheared_mm : float
         The same of the contact as a whole: 0 where skin is spread by a load.
     lag_mm : (n,)
         By how much each place fell short of that motion.
@@ -49,7 +49,7 @@ class Core:
     turn_rad: float
     motion_mm: float
     turned_mm: float
-    dragged_mm: float
+    sheared_mm: float
     lag_mm: NDArray[Any]
     weight: NDArray[Any]
 
@@ -74,9 +74,9 @@ def far_places(displacement: Complex64) -> NDArray[Any]:
     return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
 
 
-def sticking_core(
+def stick_region(
     displacement: Complex64, place: Complex64, start: NDArray[Any], noise_mm: float = NOISE_MM
-) -> Core:
+) -> StickRegion:
     """Find the rigid motion of the skin that sticks to the object, by reweighted least squares.
 
     Parameters
@@ -96,7 +96,7 @@ def sticking_core(
         lag = np.abs(displacement - (shift + rate * contact.away))
         motion = contact.motion(shift, rate)
         weight = 1 / (1 + (lag / max(_CORE_TOLERANCE * motion, noise_mm)) ** 2) ** 2
-    return Core(
+    return StickRegion(
         shift,
         math.asin(rate.imag),
         motion,

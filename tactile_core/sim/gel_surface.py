@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.sim.contact_state import Move, Pose, SkinState
+from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
@@ -33,7 +33,7 @@ _PRECISION: dict[Mode, Precision] = {
 _PRESS_STEPS: dict[Mode, int] = {"fast": 4, "accurate": 5}
 
 
-class Skin:
+class GelSurface:
     """The skin of a profile's gel, its state, and what moves it.
 
     Deterministic, picklable, and without any device. Increments are quasi-static, as slow as it
@@ -73,7 +73,7 @@ class Skin:
         self.reset()
 
     @property
-    def state(self) -> SkinState:
+    def state(self) -> SurfaceState:
         """Everything on the nodes."""
         return self._state
 

@@ -24,7 +24,7 @@ _COMMON = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class LampDrift:
+class LightDrift:
     """What the redundant combinations of lamps say about each lamp's brightness.
 
     If lamp k has become brighter by δ_k, the combinations that should vanish are those of
@@ -47,24 +47,24 @@ class LampDrift:
     exponents: Float32
     zero: Float32
 
-    def gains(self, response: Float32, sines: Float32, redundancy: Redundancy) -> Float32:
+    def gains(self, response: Float32, normal_xy: Float32, redundancy: Redundancy) -> Float32:
         """(K,) brightness of each lamp over that at calibration, 1 where nothing tells.
 
         Parameters
         ----------
         response : (K, N) float32
             Of some pixels of a frame.
-        sines : (2, N) float32
+        normal_xy : (2, N) float32
             Of their slopes, as they seem.
         redundancy : Redundancy
         """
-        lamps = len(response)
+        lights = len(response)
         if not len(redundancy.combinations):
-            return np.ones(lamps, np.float32)
-        steep = np.hypot(sines[0], sines[1])
+            return np.ones(lights, np.float32)
+        steep = np.hypot(normal_xy[0], normal_xy[1])
         telling = (steep > _SLOPED[0]) & (steep < _SLOPED[1])
         seen = response[:, telling]
-        left = redundancy.combinations @ seen - self.structure.T @ _terms(sines[:, telling])
+        left = redundancy.combinations @ seen - self.structure.T @ _terms(normal_xy[:, telling])
         fits = np.einsum("cn,cn->n", left, left) < redundancy.tolerance**2
         left, lit = left[:, fits], 1 + seen[:, fits]
         count = _FEW + lit.shape[1]
@@ -73,22 +73,22 @@ class LampDrift:
         normal = weights * (lit @ lit.T) / count
         along = ((redundancy.combinations.T @ left) * lit).sum(axis=1) / count
         along -= normal @ self.zero
-        normal += _PRIOR * np.eye(lamps) + _COMMON * np.outer(self.exponents, self.exponents)
+        normal += _PRIOR * np.eye(lights) + _COMMON * np.outer(self.exponents, self.exponents)
         change = np.clip(np.linalg.solve(normal, along), -MOST, MOST)
         return np.asarray((1 + change) ** (1 / self.exponents), np.float32)
 
 
-def fit_lamp_drift(
-    response: Float32, sines: Float32, exponents: Float32, redundancy: Redundancy
-) -> LampDrift:
+def fit_light_drift(
+    response: Float32, normal_xy: Float32, exponents: Float32, redundancy: Redundancy
+) -> LightDrift:
     """Learn what is left of the combinations on (K, N) responses of skin with (2, N) sines."""
     left = redundancy.combinations @ response
-    structure = np.linalg.lstsq(_terms(sines).T, left.T, rcond=None)[0]
-    return LampDrift(structure.astype(np.float32), exponents, np.zeros_like(exponents))
+    structure = np.linalg.lstsq(_terms(normal_xy).T, left.T, rcond=None)[0]
+    return LightDrift(structure.astype(np.float32), exponents, np.zeros_like(exponents))
 
 
-def _terms(sines: Float32) -> Float32:
+def _terms(normal_xy: Float32) -> Float32:
     """(9, N) products of the two sines up to the third order, without the constant."""
-    x, y = sines
+    x, y = normal_xy
     powers = [(i, j) for i in range(_ORDER + 1) for j in range(_ORDER + 1 - i) if i + j]
     return np.stack([x**i * y**j for i, j in powers])

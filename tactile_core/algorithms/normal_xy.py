@@ -15,15 +15,15 @@ STEEPEST_SINE = 0.98
 """Sine of the steepest slope that a model may claim, 78°."""
 
 
-def to_gradient(sines: Float32) -> Float32:
+def to_gradient(normal_xy: Float32) -> Float32:
     """Slopes ∂z/∂(x, y) from (..., 2) sines; steeper ones keep their direction at the steepest."""
-    square = (sines * sines).sum(-1, keepdims=True)
+    square = (normal_xy * normal_xy).sum(-1, keepdims=True)
     excess = np.maximum(square, STEEPEST_SINE**2) / STEEPEST_SINE**2
-    bounded = sines / np.sqrt(excess)
+    bounded = normal_xy / np.sqrt(excess)
     return np.asarray(bounded / np.sqrt(1 - np.minimum(square, STEEPEST_SINE**2)), np.float32)
 
 
-def to_sines(gradients: Float32) -> Float32:
+def to_normal_xy(gradients: Float32) -> Float32:
     """Sines from (..., 2) slopes; the inverse of :func:`to_gradient`."""
     norm = np.sqrt(1 + (gradients * gradients).sum(-1, keepdims=True))
     return np.asarray(gradients / norm, np.float32)

@@ -9,7 +9,7 @@ from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.places import struck
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
-from tactile_core.algorithms.displacement.contact_drag import ContactDrag
+from tactile_core.algorithms.displacement.contact_shear import ContactShear
 from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
 from tactile_core.errors import InputError
@@ -25,7 +25,7 @@ _TINY = float(np.finfo(np.float32).tiny)
 class MarkedSurface:
     """Turns the places of markers into the displacement at every pixel.
 
-    What the contact explains (:class:`ContactDrag`, four numbers fitted to the markers) is taken
+    What the contact explains (:class:`ContactShear`, four numbers fitted to the markers) is taken
     off the markers' displacements, the rest is interpolated (:class:`Kriging`), and both are added
     where the skin is now. All that depends on the untouched markers alone is computed once.
 
@@ -77,7 +77,7 @@ class MarkedSurface:
             range_mm=_RANGE_THICKNESSES * thickness_mm,
         )
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
-        self._drag = ContactDrag(grid, mm_per_px=mm_per_px, elastomer=elastomer)
+        self._shear = ContactShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
         """(H, W, 2) float32: :meth:`cells` at every pixel, linear between their middles."""
@@ -103,15 +103,15 @@ class MarkedSurface:
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
-        pulled = None if contact is None else self._drag.fields(grid.share(contact))
+        pulled = None if contact is None else self._shear.fields(grid.share(contact))
         if pulled is None or not seen.any():
             moved_mm = self._kriging.completed(moved_mm, seen)
-            dragged = np.zeros((*grid.shape, 2), np.float32)
+            sheared = np.zeros((*grid.shape, 2), np.float32)
         else:
             moved_mm, strength = self._without(moved_mm, pulled, grid.in_cells(px), seen)
-            dragged = (pulled @ strength.astype(np.complex64))[..., None].view(np.float32)
+            sheared = (pulled @ strength.astype(np.complex64))[..., None].view(np.float32)
         rest = grid.refined(self._kriging.field(moved_mm).reshape(*self._rough.shape, 2))
-        return self._carried(rest, dragged)
+        return self._carried(rest, sheared)
 
     def supported(self, px: Array, seen: Bool) -> Bool:
         """(H, W) bool: within a pitch of a marker that is seen."""
@@ -139,9 +139,9 @@ class MarkedSurface:
         left = fields[:, -1] - fields[:, :-1] @ strength
         return left[:, None].view(np.float64), strength
 
-    def _carried(self, rest: Float32, dragged: Float32) -> Float32:
+    def _carried(self, rest: Float32, sheared: Float32) -> Float32:
         """The sum at the present place of the skin, ``rest`` being told at its untouched place."""
-        moved = dragged + rest
+        moved = sheared + rest
         for _ in range(_STEPS):
-            moved = dragged + self._grid.sampled(rest, self._nodes - moved * self._per_mm)
+            moved = sheared + self._grid.sampled(rest, self._nodes - moved * self._per_mm)
         return moved

@@ -11,7 +11,7 @@ from tactile_core.quantities import Frame, Reference
 
 CHANNELS = ("red", "green", "blue")
 HEIGHT, WIDTH, SCALE_MM, RADIUS_PX = 120, 160, 0.1, 26.0
-_LAMPS = ((-90.0, (1, 0, 0)), (0.0, (0, 1, 0)), (90.0, (0, 0, 1)), (180.0, (0.67, 0.67, 0.67)))
+_LIGHTS = ((-90.0, (1, 0, 0)), (0.0, (0, 1, 0)), (90.0, (0, 0, 1)), (180.0, (0.67, 0.67, 0.67)))
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def shine(slopes: np.ndarray, *, mirrored: bool = False, gain: float = 1.0) -> n
     x = np.linspace(-1, 1, slopes.shape[1])
     y = np.linspace(-1, 1, slopes.shape[0])[:, None]
     total = np.full((*slopes.shape[:2], 3), 10.0)
-    for azimuth_deg, colour in _LAMPS:
+    for azimuth_deg, colour in _LIGHTS:
         azimuth, elevation = np.radians([-azimuth_deg if mirrored else azimuth_deg, 50.0])
         to = np.array([np.cos(azimuth), np.sin(azimuth), np.tan(elevation)]) * np.cos(elevation)
         fade = 1 + 0.3 * (x * to[0] + y * to[1])
@@ -51,7 +51,7 @@ def frame_of(ball: Ball | None, *, mirrored: bool = False, gain: float = 1.0) ->
     return Frame(shine(slopes, mirrored=mirrored, gain=gain), CHANNELS, SCALE_MM)
 
 
-def untouched(*, mirrored: bool = False) -> Reference:
+def undeformed(*, mirrored: bool = False) -> Reference:
     """The skin at rest."""
     return Reference(frame_of(None, mirrored=mirrored).pixels.astype(np.float32), CHANNELS)
 

@@ -21,7 +21,7 @@ _BLUNT_CELLS = 0.7
 _FEWEST_CELLS = 4.0
 
 
-class ContactDrag:
+class ContactShear:
     """Fields of a layer that is pulled along x and y, turned and stretched by a contact.
 
     The traction grows towards the border of the contact as 1/√distance, as under any stiff object

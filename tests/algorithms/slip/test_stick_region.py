@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.slip.core import Core, calm_places, sticking_core
 from tactile_core.algorithms.slip.plane import coarse, places_mm, since, strain, stride_of
+from tactile_core.algorithms.slip.stick_region import StickRegion, calm_places, stick_region
 
 SPACING_MM = 0.22
 SHAPE = (60, 80)
@@ -20,11 +20,11 @@ RADIUS_MM = 4.0
 CONTACT = np.abs(PLACE) < RADIUS_MM
 
 
-def _found(displacement: NDArray[Any]) -> Core:
+def _found(displacement: NDArray[Any]) -> StickRegion:
     displacement = displacement.astype(np.complex64)
     moved = displacement[CONTACT]
     start = calm_places(moved, strain(displacement, SPACING_MM, np.flatnonzero(CONTACT)))
-    return sticking_core(moved, PLACE[CONTACT], start)
+    return stick_region(moved, PLACE[CONTACT], start)
 
 
 def _partly_slipping(motion: NDArray[Any], core_radius_mm: float) -> NDArray[Any]:
@@ -87,20 +87,20 @@ def test_noise_of_a_tenth_of_a_pixel_hardly_changes_the_share() -> None:
     assert noisy.following(0.2) == pytest.approx(_found(clean).following(0.2), abs=0.03)
 
 
-def test_skin_is_compared_with_itself_and_not_with_what_was_there_before() -> None:
+def test_gel_is_compared_with_itself_and_not_with_what_was_there_before() -> None:
     # a field that varies in space is carried along by a shift of many places
-    def of_skin(skin: NDArray[Any]) -> NDArray[Any]:
-        return np.asarray(0.05 * np.sin(skin.real) + 0.03j * np.cos(skin.imag / 2))
+    def of_gel(surface: NDArray[Any]) -> NDArray[Any]:
+        return np.asarray(0.05 * np.sin(surface.real) + 0.03j * np.cos(surface.imag / 2))
 
     shift = 0.5 - 0.3j
-    skin = PLACE.copy()
+    surface = PLACE.copy()
     for _ in range(20):
-        skin = PLACE - of_skin(skin)
-    before = of_skin(skin).astype(np.complex64)
-    skin = PLACE - shift
+        surface = PLACE - of_gel(surface)
+    before = of_gel(surface).astype(np.complex64)
+    surface = PLACE - shift
     for _ in range(20):
-        skin = PLACE - shift - of_skin(skin)
-    now = (shift + of_skin(skin)).astype(np.complex64)
+        surface = PLACE - shift - of_gel(surface)
+    now = (shift + of_gel(surface)).astype(np.complex64)
     inside = np.s_[8:-8, 8:-8]
     moved = since(now, before, SPACING_MM)
     np.testing.assert_allclose(moved[inside], np.full_like(moved[inside], shift), atol=2e-3)

@@ -19,7 +19,7 @@ _FLOOR_SHARE = 0.08
 _COARSE_DOT_PX = 6.0
 
 
-def darkness_of(pixels: Array, *, diameter_px: float) -> UInt8:
+def contrast_of(pixels: Array, *, diameter_px: float) -> UInt8:
     """Share of the light of its surroundings that each pixel lacks.
 
     The paper subtracts a blurred first frame; here the surroundings come from the frame itself, the

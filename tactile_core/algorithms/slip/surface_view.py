@@ -22,7 +22,7 @@ _GRAIN_PX = 3
 _FEWEST_MARKERS = 3
 
 
-class SkinView:
+class SurfaceView:
     """Draws frames back along the markers and keeps what the object printed between them.
 
     A point of the view is a point of the skin, whatever drags it. While the object sticks, its

@@ -11,8 +11,8 @@ import pytest
 from tactile_core import load_profile
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.skin import Skin
 
 BALL = make_indenter("sphere", diameter_mm=8.0)
 
@@ -23,17 +23,17 @@ def profile_with(**gel: Any) -> Profile:
     return profile.model_copy(update={"gel": profile.gel.model_copy(update=gel)})
 
 
-def pressed(profile: Profile | None = None, mode: Any = "fast", **load: Any) -> Skin:
+def pressed(profile: Profile | None = None, mode: Any = "fast", **load: Any) -> GelSurface:
     """Return a skin with a ball of 8 mm on it."""
     place = {key: load.pop(key) for key in ("x_mm", "y_mm") if key in load}
-    skin = Skin(profile or load_profile("hex_fingertip"), mode)
-    skin.indent_with(BALL, **place)
-    skin.press(**(load or {"depth_mm": 0.4}))
-    return skin
+    surface = GelSurface(profile or load_profile("hex_fingertip"), mode)
+    surface.indent_with(BALL, **place)
+    surface.press(**(load or {"depth_mm": 0.4}))
+    return surface
 
 
-def test_untouched_skin_is_flat_and_free() -> None:
-    truth = Skin(load_profile("hex_fingertip"), "fast").truth()
+def test_undeformed_gel_is_flat_and_free() -> None:
+    truth = GelSurface(load_profile("hex_fingertip"), "fast").truth()
     assert truth.height_mm.shape == (480, 640)
     assert not truth.height_mm.any()
     assert not truth.contact.any()
@@ -41,7 +41,7 @@ def test_untouched_skin_is_flat_and_free() -> None:
 
 
 @pytest.mark.parametrize("mode", ["fast", "accurate"])
-def test_pressed_skin_has_the_objects_shape_where_it_touches(mode: str) -> None:
+def test_pressed_gel_has_the_objects_shape_where_it_touches(mode: str) -> None:
     truth = pressed(mode=mode, x_mm=1.0, y_mm=-0.5).truth()
     x = (np.arange(640) - 319.5) * truth.mm_per_px - 1.0
     y = (np.arange(480)[:, None] - 239.5) * truth.mm_per_px + 0.5
@@ -61,39 +61,39 @@ def test_gradients_are_those_of_the_height() -> None:
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0.1, 0.0), (0.0, -0.1)])
-def test_skin_dragged_along_has_a_force_that_way(dx: float, dy: float) -> None:
-    skin = pressed()
-    skin.shear(dx, dy)
-    fx, fy, fz, _ = skin.wrench
+def test_gel_sheared_along_has_a_force_that_way(dx: float, dy: float) -> None:
+    surface = pressed()
+    surface.shear(dx, dy)
+    fx, fy, fz, _ = surface.wrench
     assert fz > 0.5
     np.testing.assert_allclose(
         np.array([fx, fy]) / np.hypot(fx, fy), [dx / 0.1, dy / 0.1], atol=0.01
     )
-    middle = skin.truth().displacement_mm[240, 320]
+    middle = surface.truth().displacement_mm[240, 320]
     np.testing.assert_allclose(middle, [dx, dy], atol=0.01)
 
 
 def test_a_turn_from_x_towards_y_has_a_positive_moment() -> None:
-    skin = pressed()
-    skin.twist(3.0)
-    assert skin.wrench[3] > 0.05
+    surface = pressed()
+    surface.twist(3.0)
+    assert surface.wrench[3] > 0.05
 
 
 def test_moment_is_about_the_image_centre() -> None:
-    skin = pressed(x_mm=2.0)
-    skin.shear(dy_mm=0.1)
-    assert skin.wrench[3] == pytest.approx(2.0 * skin.wrench[1], rel=0.05)
+    surface = pressed(x_mm=2.0)
+    surface.shear(dy_mm=0.1)
+    assert surface.wrench[3] == pytest.approx(2.0 * surface.wrench[1], rel=0.05)
 
 
 def test_markers_and_dense_field_tell_the_same_displacement() -> None:
-    skin = pressed()
-    skin.shear(dx_mm=0.3, dy_mm=0.2, steps=4)
+    surface = pressed()
+    surface.shear(dx_mm=0.3, dy_mm=0.2, steps=4)
     rest = np.stack(np.meshgrid(np.arange(60, 600, 40.0), np.arange(60, 440, 40.0)), -1)
     rest = rest.reshape(-1, 2)
-    now = skin.carried_px(rest)
+    now = surface.carried_px(rest)
     from scipy.ndimage import map_coordinates
 
-    truth = skin.truth()
+    truth = surface.truth()
     dense = [
         map_coordinates(truth.displacement_mm[..., k], now[:, ::-1].T, order=1) for k in (0, 1)
     ]
@@ -101,40 +101,43 @@ def test_markers_and_dense_field_tell_the_same_displacement() -> None:
 
 
 def test_force_in_newtons_is_met_and_kept() -> None:
-    skin = pressed(force_n=1.5)
-    assert skin.wrench[2] == pytest.approx(1.5, rel=1e-4)
-    skin.shear(dx_mm=0.2, steps=2)
-    assert skin.wrench[2] == pytest.approx(1.5, rel=1e-4)
+    surface = pressed(force_n=1.5)
+    assert surface.wrench[2] == pytest.approx(1.5, rel=1e-4)
+    surface.shear(dx_mm=0.2, steps=2)
+    assert surface.wrench[2] == pytest.approx(1.5, rel=1e-4)
 
 
 def test_depth_is_kept() -> None:
-    skin = pressed(depth_mm=0.3)
-    skin.shear(dx_mm=0.2, steps=2)
-    assert skin.truth().depth_mm == pytest.approx(0.3)
-    assert skin.state.displacement_mm[2].max() == pytest.approx(0.3, abs=0.01)
+    surface = pressed(depth_mm=0.3)
+    surface.shear(dx_mm=0.2, steps=2)
+    assert surface.truth().depth_mm == pytest.approx(0.3)
+    assert surface.state.displacement_mm[2].max() == pytest.approx(0.3, abs=0.01)
 
 
 def test_displacement_of_the_whole_gel_tells_the_force() -> None:
-    skin = pressed(profile_with(size_mm=None, crown_mm=0.0))
-    skin.shear(0.15, -0.1, steps=2)
-    total = skin.state.displacement_mm[:2].sum((1, 2), dtype=float) * skin.grid.cell_mm2
-    np.testing.assert_allclose(0.145 / 2.0 * total, skin.wrench[:2], rtol=1e-3, atol=1e-4)
+    surface = pressed(profile_with(size_mm=None, crown_mm=0.0))
+    surface.shear(0.15, -0.1, steps=2)
+    total = surface.state.displacement_mm[:2].sum((1, 2), dtype=float) * surface.grid.cell_mm2
+    np.testing.assert_allclose(0.145 / 2.0 * total, surface.wrench[:2], rtol=1e-3, atol=1e-4)
 
 
 def test_work_of_shearing_is_stored_or_spent_on_slip() -> None:
-    skin = pressed(mode="accurate")
-    cell = skin.grid.cell_mm2
+    surface = pressed(mode="accurate")
+    cell = surface.grid.cell_mm2
     work = spent = 0.0
 
     def stored() -> float:
-        u, q = skin.state.displacement_mm.astype(float), skin.state.grip.traction.astype(float)
-        return 0.5 * cell * float((q * u[:2]).sum() + (skin.state.pressure_mpa * u[2]).sum())
+        u, q = (
+            surface.state.displacement_mm.astype(float),
+            surface.state.grip.traction.astype(float),
+        )
+        return 0.5 * cell * float((q * u[:2]).sum() + (surface.state.pressure_mpa * u[2]).sum())
 
     before = stored()
     for dx in (0.1, 0.1, 0.1, -0.1, -0.1, -0.1, -0.1, 0.1):
-        old = skin.state
-        skin.shear(dx_mm=dx)
-        new = skin.state
+        old = surface.state
+        surface.shear(dx_mm=dx)
+        new = surface.state
         mean = (old.grip.traction.astype(float) + new.grip.traction) / 2
         press = (old.pressure_mpa.astype(float) + new.pressure_mpa) / 2
         slip = new.anchors_mm - old.anchors_mm - np.array([dx, 0.0])[:, None, None]
@@ -147,22 +150,22 @@ def test_work_of_shearing_is_stored_or_spent_on_slip() -> None:
 
 
 def test_work_over_a_closed_loop_is_positive() -> None:
-    skin = pressed()
+    surface = pressed()
     work, force = 0.0, 0.0
     for dx in (0.1, 0.1, 0.1, -0.1, -0.1, -0.1):
-        skin.shear(dx_mm=dx)
-        work += (force + skin.wrench[0]) / 2 * dx
-        force = skin.wrench[0]
+        surface.shear(dx_mm=dx)
+        work += (force + surface.wrench[0]) / 2 * dx
+        force = surface.wrench[0]
     assert work > 0
 
 
 def test_an_object_that_slides_far_takes_its_contact_along() -> None:
-    skin = pressed(x_mm=-3.0, depth_mm=0.3)
-    skin.shear(dx_mm=6.0, steps=60)
-    fx, fy, fz, _ = skin.wrench
+    surface = pressed(x_mm=-3.0, depth_mm=0.3)
+    surface.shear(dx_mm=6.0, steps=60)
+    fx, fy, fz, _ = surface.wrench
     assert fx == pytest.approx(0.5 * fz, rel=0.02)
     assert abs(fy) < 0.01 * fx
-    truth = skin.truth()
+    truth = surface.truth()
     assert not truth.stick.any()
     centre = np.argwhere(truth.contact).mean(0)
     assert (centre[1] - 319.5) * truth.mm_per_px == pytest.approx(3.0, abs=0.15)
@@ -170,17 +173,17 @@ def test_an_object_that_slides_far_takes_its_contact_along() -> None:
 
 
 def test_what_sticks_is_what_friction_could_hold_harder() -> None:
-    skin = pressed(profile_with(friction=0.4, friction_speed_mm_s=None))
+    surface = pressed(profile_with(friction=0.4, friction_speed_mm_s=None))
     for _ in range(3):
-        skin.shear(0.05, 0.02)
-        state = skin.state
+        surface.shear(0.05, 0.02)
+        state = surface.state
         held = np.hypot(*state.grip.traction) < (1 - 2e-3) * 0.4 * state.pressure_mpa
         assert 0.2 < held[state.contact].mean() < 0.9
         # the last node before the limit may be either
         assert np.count_nonzero(state.stick != (held & state.contact)) <= 2
 
 
-def test_a_ball_that_rolls_drags_the_skin_little() -> None:
+def test_a_ball_that_rolls_shears_the_gel_little() -> None:
     rolled, shifted = pressed(), pressed()
     rolled.roll(dx_mm=0.6, steps=6)
     shifted.shear(dx_mm=0.6, steps=6)
@@ -188,141 +191,145 @@ def test_a_ball_that_rolls_drags_the_skin_little() -> None:
     assert rolled.truth().contact.sum() == pytest.approx(shifted.truth().contact.sum(), rel=0.05)
 
 
-def test_released_the_skin_is_as_it_was() -> None:
-    skin = pressed()
-    skin.shear(dx_mm=0.2)
-    skin.release()
-    assert not skin.truth().height_mm.any()
-    assert not skin.wrench.any()
-    assert not skin.pressed
+def test_released_the_gel_is_as_it_was() -> None:
+    surface = pressed()
+    surface.shear(dx_mm=0.2)
+    surface.release()
+    assert not surface.truth().height_mm.any()
+    assert not surface.wrench.any()
+    assert not surface.pressed
 
 
 def test_released_quickly_a_marker_is_left_that_fades() -> None:
-    skin = Skin(load_profile("hex_fingertip"), "fast")
-    skin.indent_with(BALL)
-    skin.press(depth_mm=0.4, seconds=0.5)
-    skin.hold(30.0)
-    skin.release(seconds=0.1)
-    left = skin.truth().height_mm.max()
-    skin.hold(300.0)
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
+    surface.indent_with(BALL)
+    surface.press(depth_mm=0.4, seconds=0.5)
+    surface.hold(30.0)
+    surface.release(seconds=0.1)
+    left = surface.truth().height_mm.max()
+    surface.hold(300.0)
     assert 0.02 < left < 0.2
-    assert skin.truth().height_mm.max() < 0.01 * left
-    assert skin.time_s == pytest.approx(330.6)
+    assert surface.truth().height_mm.max() < 0.01 * left
+    assert surface.time_s == pytest.approx(330.6)
 
 
 def test_a_dome_is_touched_at_its_top_and_presses_back_like_a_second_ball() -> None:
-    flat = Skin(profile_with(size_mm=None, crown_mm=0.0), "accurate")
-    dome = Skin(profile_with(shape="dome", radius_mm=40.0, size_mm=None, crown_mm=0.0), "accurate")
+    flat = GelSurface(profile_with(size_mm=None, crown_mm=0.0), "accurate")
+    dome = GelSurface(
+        profile_with(shape="dome", radius_mm=40.0, size_mm=None, crown_mm=0.0), "accurate"
+    )
     flat.indent_with(make_indenter("sphere", diameter_mm=2 / (1 / 5 + 1 / 40)))
     dome.indent_with(make_indenter("sphere", diameter_mm=10.0))
-    for skin in (flat, dome):
-        skin.press(depth_mm=0.3)
+    for surface in (flat, dome):
+        surface.press(depth_mm=0.3)
     assert dome.wrench[2] == pytest.approx(flat.wrench[2], rel=0.01)
     assert dome.truth().height_mm.max() == pytest.approx(0.3, abs=0.002)
 
 
 def test_on_a_dome_the_first_touch_is_where_the_ball_meets_the_slope() -> None:
-    skin = Skin(profile_with(shape="dome", radius_mm=40.0, size_mm=None, crown_mm=0.0), "fast")
-    skin.indent_with(make_indenter("sphere", diameter_mm=10.0), x_mm=5.0)
-    skin.press(depth_mm=0.2)
-    centre = np.argwhere(skin.truth().contact)[:, 1].mean()
+    surface = GelSurface(
+        profile_with(shape="dome", radius_mm=40.0, size_mm=None, crown_mm=0.0), "fast"
+    )
+    surface.indent_with(make_indenter("sphere", diameter_mm=10.0), x_mm=5.0)
+    surface.press(depth_mm=0.2)
+    centre = np.argwhere(surface.truth().contact)[:, 1].mean()
     # both slopes are alike where x / 40 = (5 − x) / 5
-    assert (centre - 319.5) * skin.mm_per_px == pytest.approx(5.0 * 40 / 45, abs=0.1)
+    assert (centre - 319.5) * surface.mm_per_px == pytest.approx(5.0 * 40 / 45, abs=0.1)
 
 
 @pytest.mark.parametrize("depth", [0.06, 0.5])
 def test_accurate_mode_has_ten_nodes_on_the_contacts_radius(depth: float) -> None:
-    skin = pressed(mode="accurate", depth_mm=depth)
-    assert np.sqrt(skin.state.contact.sum() / np.pi) >= 10
+    surface = pressed(mode="accurate", depth_mm=depth)
+    assert np.sqrt(surface.state.contact.sum() / np.pi) >= 10
 
 
 def test_fast_mode_agrees_with_the_accurate_one() -> None:
     fast, accurate = pressed(), pressed(mode="accurate")
-    for skin in (fast, accurate):
-        skin.shear(dx_mm=0.24, steps=4)
+    for surface in (fast, accurate):
+        surface.shear(dx_mm=0.24, steps=4)
     np.testing.assert_allclose(fast.wrench[:3], accurate.wrench[:3], rtol=0.03, atol=1e-3)
     rough, fine = fast.truth(), accurate.truth()
     assert np.abs(rough.height_mm - fine.height_mm).max() < 0.015
     assert np.abs(rough.displacement_mm - fine.displacement_mm).max() < 0.015
 
 
-def test_the_same_motions_give_the_same_skin_also_through_a_pickle() -> None:
+def test_the_same_motions_give_the_same_gel_also_through_a_pickle() -> None:
     one, other = pressed(), pickle.loads(pickle.dumps(pressed()))
-    for skin in (one, other):
-        skin.shear(dx_mm=0.1)
-        skin.hold(1.0)
+    for surface in (one, other):
+        surface.shear(dx_mm=0.1)
+        surface.hold(1.0)
     np.testing.assert_array_equal(one.truth().height_mm, other.truth().height_mm)
     np.testing.assert_array_equal(one.wrench, other.wrench)
 
 
 def test_reset_forgets_everything() -> None:
-    skin = pressed()
-    skin.hold(1.0)
-    skin.reset()
-    assert skin.time_s == 0
-    assert not skin.truth().height_mm.any()
-    skin.press(depth_mm=0.4)
-    np.testing.assert_array_equal(skin.wrench, pressed().wrench)
+    surface = pressed()
+    surface.hold(1.0)
+    surface.reset()
+    assert surface.time_s == 0
+    assert not surface.truth().height_mm.any()
+    surface.press(depth_mm=0.4)
+    np.testing.assert_array_equal(surface.wrench, pressed().wrench)
 
 
 @pytest.mark.parametrize("name", ["baxter_fingertip", "desktop_six_led", "desktop_three_colour"])
-def test_every_rig_has_a_skin_whatever_its_profile_leaves_out(name: str) -> None:
-    skin = Skin(load_profile(name), "fast")
-    skin.indent_with(make_indenter("sphere", diameter_mm=4.0))
-    skin.press(depth_mm=0.3)
-    assert skin.wrench[2] > 0.1
-    assert skin.truth().height_mm.max() == pytest.approx(0.3, abs=0.06)
+def test_every_rig_has_a_gel_whatever_its_profile_leaves_out(name: str) -> None:
+    surface = GelSurface(load_profile(name), "fast")
+    surface.indent_with(make_indenter("sphere", diameter_mm=4.0))
+    surface.press(depth_mm=0.3)
+    assert surface.wrench[2] > 0.1
+    assert surface.truth().height_mm.max() == pytest.approx(0.3, abs=0.06)
 
 
 @pytest.mark.parametrize(
     ("attempt", "message"),
     [
-        (lambda skin: skin.press(depth_mm=2.5), "2.5 mm deep into a gel that is 2 mm thick"),
-        (lambda skin: skin.press(force_n=1000.0), "into a gel that is 2 mm thick"),
-        (lambda skin: skin.press(depth_mm=-0.1), "should be 0 or more, not -0.1"),
-        (lambda skin: skin.press(force_n=0.0), "release"),
-        (lambda skin: skin.press(), "either depth_mm or force_n"),
-        (lambda skin: skin.press(0.1, 1.0), "either depth_mm or force_n"),
-        (lambda skin: skin.shear(dx_mm=0.1, steps=-1), "1 or more, not -1"),
-        (lambda skin: skin.shear(dx_mm=0.1, steps=0), "1 or more, not 0"),
-        (lambda skin: skin.shear(dx_mm=float("nan")), "finite"),
-        (lambda skin: skin.twist(1.0, seconds=-1.0), "seconds should be 0 or more"),
-        (lambda skin: skin.hold(-1.0), "seconds should be 0 or more"),
-        (lambda skin: skin.indent_with(BALL), "release it"),
+        (lambda surface: surface.press(depth_mm=2.5), "2.5 mm deep into a gel that is 2 mm thick"),
+        (lambda surface: surface.press(force_n=1000.0), "into a gel that is 2 mm thick"),
+        (lambda surface: surface.press(depth_mm=-0.1), "should be 0 or more, not -0.1"),
+        (lambda surface: surface.press(force_n=0.0), "release"),
+        (lambda surface: surface.press(), "either depth_mm or force_n"),
+        (lambda surface: surface.press(0.1, 1.0), "either depth_mm or force_n"),
+        (lambda surface: surface.shear(dx_mm=0.1, steps=-1), "1 or more, not -1"),
+        (lambda surface: surface.shear(dx_mm=0.1, steps=0), "1 or more, not 0"),
+        (lambda surface: surface.shear(dx_mm=float("nan")), "finite"),
+        (lambda surface: surface.twist(1.0, seconds=-1.0), "seconds should be 0 or more"),
+        (lambda surface: surface.hold(-1.0), "seconds should be 0 or more"),
+        (lambda surface: surface.indent_with(BALL), "release it"),
     ],
 )
 def test_the_impossible_gets_one_sentence_and_changes_nothing(attempt: Any, message: str) -> None:
-    skin = pressed()
-    before = skin.truth().height_mm
+    surface = pressed()
+    before = surface.truth().height_mm
     with pytest.raises(InputError, match=message) as caught:
-        attempt(skin)
+        attempt(surface)
     assert "\n" not in str(caught.value)
-    np.testing.assert_array_equal(skin.truth().height_mm, before)
-    assert skin.pressed
+    np.testing.assert_array_equal(surface.truth().height_mm, before)
+    assert surface.pressed
 
 
 def test_nothing_moves_before_something_is_pressed() -> None:
-    skin = Skin(load_profile("hex_fingertip"), "fast")
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
     with pytest.raises(InputError, match="choose an indenter first"):
-        skin.press(depth_mm=0.1)
-    skin.indent_with(BALL)
+        surface.press(depth_mm=0.1)
+    surface.indent_with(BALL)
     with pytest.raises(InputError, match="press an object before"):
-        skin.shear(dx_mm=0.1)
+        surface.shear(dx_mm=0.1)
     with pytest.raises(InputError, match="beside the gel"):
-        skin.indent_with(BALL, x_mm=50.0)
+        surface.indent_with(BALL, x_mm=50.0)
     with pytest.raises(InputError, match="'accurate' or 'fast'"):
-        Skin(load_profile("hex_fingertip"), "quick")  # type: ignore[arg-type]
+        GelSurface(load_profile("hex_fingertip"), "quick")  # type: ignore[arg-type]
 
 
 def test_only_what_is_round_rolls() -> None:
-    skin = Skin(load_profile("hex_fingertip"), "fast")
-    skin.indent_with(make_indenter("cylinder", diameter_mm=20.0))
-    skin.press(depth_mm=0.2)
-    skin.roll(dy_mm=0.1)
+    surface = GelSurface(load_profile("hex_fingertip"), "fast")
+    surface.indent_with(make_indenter("cylinder", diameter_mm=20.0))
+    surface.press(depth_mm=0.2)
+    surface.roll(dy_mm=0.1)
     with pytest.raises(InputError, match="across its axis"):
-        skin.roll(dx_mm=0.1)
-    skin.release()
-    skin.indent_with(make_indenter("flat", diameter_mm=5.0))
-    skin.press(depth_mm=0.2)
+        surface.roll(dx_mm=0.1)
+    surface.release()
+    surface.indent_with(make_indenter("flat", diameter_mm=5.0))
+    surface.press(depth_mm=0.2)
     with pytest.raises(InputError, match="cannot roll"):
-        skin.roll(dx_mm=0.1)
+        surface.roll(dx_mm=0.1)

@@ -45,7 +45,7 @@ def test_the_pipeline_finds_markers_without_looking_twice() -> None:
     ).estimate(frame)
     np.testing.assert_array_equal(markers.centres_px, alone.centres_px)
     assert reading.frame.marker_contrast is not None
-    erased = replace(reading.frame, marker_contrast=np.zeros_like(reading.frame.contrast))
+    erased = replace(reading.frame, marker_contrast=np.zeros_like(reading.frame.marker_contrast))
     context = SensorContext(profile.image, profile.gel)
     assert not len(MarkerDetection(MarkerDetection.Options(), context).estimate(erased).centres_px)
 

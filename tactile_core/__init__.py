@@ -1,7 +1,6 @@
 """A plugin framework for optical tactile sensors of the GelSight family.
 
-The public names below are imported when they are first used, so that ``import tactile_core``
-costs nothing.
+The public names below are imported on first use, so that ``import tactile_core`` is fast.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Everything that can go wrong, said in one clear sentence.
+"""Errors raised on purpose; each message is one clear sentence.
 
-The command line turns a :class:`TactileError` into its message and an exit code: 2 where
-something that the user gave is unusable, 1 where the work itself failed (a device, a disk).
+The command line prints the message of a :class:`TactileError` and exits with its code: 2 if the
+user's input is unusable, 1 if the work itself failed (a device, a disk).
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Place:
-    """Where something stands in a file.
+    """A position in a file.
 
     Attributes
     ----------
     file : Path
     line, column : int
-        From 1; 0 for what stands in no file.
+        From 1; 0 if the position within the file is unknown.
     """
 
     file: Path
@@ -38,11 +38,11 @@ class Problem:
     ----------
     file : Path
     line, column : int
-        From 1; 0 for what stands in no file.
+        From 1; 0 if the position within the file is unknown.
     key : str
-        E.g. ``image.width_px``; empty where the file as a whole is meant.
+        For example ``image.width_px``; empty if the problem concerns the whole file.
     message : str
-        What is wrong and what to do, in plain words.
+        What is wrong and how to fix it.
     """
 
     file: Path
@@ -57,7 +57,7 @@ class Problem:
 
 
 class TactileError(Exception):
-    """Base of all errors raised on purpose; its message says what to do."""
+    """Base of all errors raised on purpose; the message says what to do."""
 
     exit_code = 2
 
@@ -67,21 +67,21 @@ class InputError(TactileError):
 
 
 class SequenceError(InputError):
-    """An exposure of lights fired in turn is dark or shows another light than its own."""
+    """An exposure of a light sequence is dark or shows the wrong light."""
 
 
 class PluginError(TactileError):
-    """A plugin cannot be imported, is missing, or two claim one name."""
+    """A plugin is missing or cannot be imported, or two plugins claim one name."""
 
 
 class PluginFault(PluginError):
-    """A plugin's code failed while working, or returned what its interface does not allow."""
+    """A plugin's code failed at run time, or returned a value that its interface forbids."""
 
     exit_code = 1
 
 
 class ProfileError(TactileError):
-    """A profile has mistakes; :attr:`problems` lists every one of them."""
+    """A profile is invalid; :attr:`problems` lists every mistake."""
 
     def __init__(self, message: str, problems: Sequence[Problem] = ()) -> None:
         super().__init__(message)
@@ -89,17 +89,17 @@ class ProfileError(TactileError):
 
 
 class CalibrationError(TactileError):
-    """Presses cannot be fitted, or a bundle is broken, foreign or newer."""
+    """Presses cannot be fitted, or a bundle is damaged, belongs to another unit or is newer."""
 
 
 class DeviceError(TactileError):
-    """A camera or light failed while working."""
+    """A camera or light failed."""
 
     exit_code = 1
 
 
 class CameraTimeout(DeviceError):
-    """No fresh frame arrived within the time allowed."""
+    """No new frame arrived within the timeout."""
 
 
 class CameraLost(DeviceError):
@@ -107,13 +107,13 @@ class CameraLost(DeviceError):
 
 
 class DeviceBusy(DeviceError):
-    """Another process or object holds the device."""
+    """The device is open in another process or object."""
 
 
 def words_of(error: BaseException) -> str:
     """Return an exception's type and message in one line."""
     try:
-        said = " ".join(str(error).split())
-    except Exception:  # a plugin's own exception, whose words are its code
-        said = ""
-    return f"{type(error).__name__}: {said or 'no reason given'}"
+        message = " ".join(str(error).split())
+    except Exception:  # a plugin's own exception can fail to format itself
+        message = ""
+    return f"{type(error).__name__}: {message or 'no reason given'}"

@@ -1,4 +1,4 @@
-"""From the images of a camera, under its lights, to frames in the geometry of the profile.
+"""Acquires frames: switches the lights, reads the camera, and rectifies and stacks its images.
 
 May import bundles, profiles, plugins, interfaces and what these may import.
 """

@@ -1,4 +1,4 @@
-"""From exposures to frames: light, expose, straighten, pair each image with its light."""
+"""Acquires frames: switches the lights, reads an image per exposure, and assembles the frame."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.quantities.array_form import image_fault
 
 CAMERA, DRIVER = "the camera", "the light driver"
-"""How messages name them."""
+"""Names used in messages."""
 
 
 class Acquisition:
-    """Carries out the illumination's sequence with the camera, one :class:`Frame` at a time.
+    """Runs the illumination's exposure sequence and yields one :class:`Frame` per observation.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ class Acquisition:
     illumination : Illumination
     image : ImageSection
     driver : LightDriver, optional
-        What switches the lights; none beside a recording or a virtual sensor.
+        Switches the lights; not needed for a recording or a virtual sensor.
     keep_raw : bool
-        Whether a frame keeps the exposures as the camera sent them.
+        Whether a frame keeps the camera's raw images.
     """
 
     def __init__(
@@ -55,14 +55,14 @@ class Acquisition:
     def arm(self) -> None:
         """Prepare the open camera for the sequence.
 
-        The first observation does it otherwise, and so does each after one that failed.
+        Otherwise the first observation does it, and each observation after a failed one.
 
         Raises
         ------
         DeviceError
             The camera cannot take these exposures.
         InputError
-            Lights shine in turn and there is nothing that switches them.
+            The lights are sequential, but nothing switches them.
         """
         self._shining = None
         with blame(CAMERA, self._camera):
@@ -73,29 +73,29 @@ class Acquisition:
         if self._trigger is Trigger.SOFTWARE and self._driver is None and len(self._exposures) > 1:
             raise InputError(
                 f"one observation takes {len(self._exposures)} exposures under different lights, "
-                f"and nothing switches them: {origin_of(type(self._camera))} does not; say what "
-                f"does in the profile, as 'illumination: {{driver: {{use: …}}}}'"
+                f"but {origin_of(type(self._camera))} does not switch them; name a light driver in "
+                f"the profile, as 'illumination: {{driver: {{use: …}}}}'"
             )
 
     def observe(self, timeout_s: float = 1.0) -> Frame | None:
-        """Take one observation; None when a recording has come to its end.
+        """Acquire one observation; return None at the end of a recording.
 
-        Blocks for ``timeout_s`` per exposure at the most.
+        Blocks for at most ``timeout_s`` per exposure.
 
         Raises
         ------
         DeviceError
-            The camera or the lights failed, a recording ended amid a sequence, or the camera says
-            that its images show other exposures than those of one observation.
+            The camera or the lights failed, a recording ended within a sequence, or the images
+            carry the wrong exposure indices.
         InputError
-            An image is not what the profile describes.
+            An image does not match the profile.
         """
         if self._trigger is None:
             self.arm()
         try:
             images = self._in_order(self._taken(timeout_s))
         except BaseException:
-            self._trigger = None  # the next observation begins with the first exposure again
+            self._trigger = None  # the next observation starts again at the first exposure
             raise
         if not images:
             return None
@@ -108,7 +108,7 @@ class Acquisition:
             yield frame
 
     def _taken(self, timeout_s: float) -> list[Image]:
-        """The images of one observation as they come; none when a recording has ended."""
+        """Return the images of one observation as they arrive; none at a recording's end."""
         images: list[Image] = []
         for exposure in self._exposures:
             self._light(exposure)
@@ -121,9 +121,9 @@ class Acquisition:
         return images
 
     def _in_order(self, images: Sequence[Image]) -> list[Image]:
-        """The images of one observation in the order of its exposures, where they know it.
+        """Sort the images of one observation by exposure, if they carry an exposure index.
 
-        A camera that goes through the sequence by itself may begin anywhere in it.
+        A camera that runs the sequence itself can start anywhere in it.
         """
         placed: dict[int, Image] = {}
         for came, image in enumerate(images):
@@ -137,20 +137,19 @@ class Acquisition:
                 )
             if index != came and self._trigger is Trigger.SOFTWARE:
                 raise DeviceError(
-                    f"the lights of exposure {came} shone, and the camera says that its image "
-                    f"shows exposure {index}; it must wait for a fresh one, or trigger the lights "
-                    f"itself"
+                    f"the lights of exposure {came} were on, but the camera returned an image of "
+                    f"exposure {index}; it must wait for a new image, or trigger the lights itself"
                 )
             if index in placed:
                 raise DeviceError(
-                    f"exposure {index} came twice in one observation and another one is missing: "
-                    f"an image was lost between camera and computer; read again"
+                    f"exposure {index} arrived twice in one observation and another one is "
+                    f"missing: an image was lost between camera and computer; read again"
                 )
             placed[index] = image
         return [placed[index] for index in range(len(images))]
 
     def _light(self, exposure: Exposure) -> None:
-        """Let the lights of an exposure shine, unless they do or the camera sees to it."""
+        """Switch to the lights of an exposure, unless they are on or the camera does it."""
         if self._driver is None or self._trigger is Trigger.CAMERA:
             return
         if exposure.levels != self._shining:
@@ -169,15 +168,15 @@ class Acquisition:
 
 
 def average(frames: list[Frame]) -> Reference:
-    """Average untouched frames into a reference.
+    """Average frames of the undeformed sensor into a reference.
 
     Raises
     ------
     InputError
-        There is no frame, or they differ in size.
+        There is no frame, or the frames differ in size.
     """
     if not frames:
-        raise InputError("no frame to take the reference from; give at least one untouched image")
+        raise InputError("no frame for the reference; give at least one of the undeformed sensor")
     if len({frame.pixels.shape for frame in frames}) > 1:
         raise InputError("the reference's frames differ in size; give images of one size")
     total = np.zeros(frames[0].pixels.shape, np.float64)

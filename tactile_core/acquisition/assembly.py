@@ -1,4 +1,4 @@
-"""From the exposures of one observation to a frame of K light channels."""
+"""Assembles the exposures of one observation into a frame of K light channels."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Image, Pixels
 
 LIGHTS = "the lights"
-"""How messages name them."""
+"""Name used in messages."""
 
 
 class Assembly:
-    """Brings exposures into the geometry of the profile and stacks their channels.
+    """Rectifies exposures and stacks their channels.
 
     Parameters
     ----------
     illumination : Illumination
-        Says which exposure shows which channels.
+        Defines the channels of each exposure.
     image : ImageSection
     keep_raw : bool
-        Whether a frame keeps the exposures as the camera sent them.
+        Whether a frame keeps the camera's raw images.
 
     Attributes
     ----------
     exposures : tuple of Exposure
-        Those of one observation, in order.
+        The exposures of one observation, in order.
     """
 
     def __init__(
@@ -45,12 +45,12 @@ class Assembly:
         self._keep_raw = keep_raw
 
     def frame(self, images: Sequence[Image], sequence: int = 0) -> Frame:
-        """Make a frame of the exposures of one observation, in their order.
+        """Make a frame from the exposures of one observation, in order.
 
         Raises
         ------
         InputError
-            An image is not what the profile describes, or there are too few or too many.
+            An image does not match the profile, or the number of images is wrong.
         """
         if len(images) != len(self.exposures):
             raise InputError(
@@ -89,22 +89,22 @@ class Assembly:
         pixels = pixels if pixels.ndim == 3 else pixels[..., None]
         if pixels.shape[2] != wanted:
             raise InputError(
-                f"{image.source or 'camera'}: the image has {pixels.shape[2]} channels where the "
-                f"light gives {wanted}; set 'image.color' and 'illumination' in the profile"
+                f"{image.source or 'camera'}: the image has {pixels.shape[2]} channels instead of "
+                f"{wanted}; correct 'image.color' or 'illumination' in the profile"
             )
         return pixels
 
 
 def _channels_of(planes: list[Pixels]) -> Pixels:
-    """(H, W, K) of K exposures, stored one after another, as photometric stereo reads them."""
+    """Stack K exposures to (H, W, K), stored plane by plane, as photometric stereo reads them."""
     return np.concatenate([plane.transpose(2, 0, 1) for plane in planes]).transpose(1, 2, 0)
 
 
 def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
-    """Subtract the light that none of the lights gives.
+    """Subtract the dark exposure.
 
-    Never below 0, where unsigned pixels would wrap. Saturated pixels stay as they are: what they
-    really amount to is unknown, and less than the ceiling would pass for a measurement.
+    Results are clipped at 0, where unsigned pixels would wrap. Saturated pixels keep their value:
+    their true intensity is unknown, and a smaller value would look like a valid measurement.
     """
     return np.where(lit >= CEILING * full_scale, lit, lit - np.minimum(lit, dark))
 
@@ -115,7 +115,7 @@ def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
     Raises
     ------
     PluginFault
-        They are something else, or do not measure each of the lights' channels.
+        The result has the wrong type, or the exposures do not measure every channel once.
     """
     with blame(LIGHTS, lights):
         exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
@@ -126,15 +126,15 @@ def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
 
 
 def lights_of(illumination: Illumination) -> tuple[Light, ...]:
-    """Return where the lights stand; empty where nobody says.
+    """Return the lights and their positions; empty if they are unknown.
 
     Raises
     ------
     PluginFault
-        They are something else.
+        The result has the wrong type.
     """
     with blame(LIGHTS, illumination):
         lights = tuple(illumination.lights)
     if not all(isinstance(light, Light) for light in lights):
-        raise fault(LIGHTS, illumination, f"are said to stand at {lights!r}, which is no Light")
+        raise fault(LIGHTS, illumination, f"include {lights!r}, which is not a tuple of Light")
     return lights

@@ -1,7 +1,7 @@
-"""From the camera's pixels to the image in which everything is measured.
+"""Converts camera pixels to the rectified image in which all quantities are measured.
 
-Order: crop, flip, rotate, lens, warp, else a resize where sizes differ. Coordinates count from 0
-and are integers at pixel centres, so halving an image maps x to (x − 0.5) / 2.
+Order: crop, flip, rotate, lens, warp; without a warp, a resize if the sizes differ. Coordinates
+start at 0 and are integers at pixel centres, so halving an image maps x to (x − 0.5) / 2.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _CORNER = np.array([[0, 0], [1, 0], [0, 1]])
 
 
 class ImageGeometry:
-    """What a profile's ``image`` section says of one camera image.
+    """Applies a profile's ``image`` section to camera images and points.
 
     Parameters
     ----------
@@ -42,22 +42,23 @@ class ImageGeometry:
         return self._section.width_px, self._section.height_px
 
     def apply(self, pixels: Pixels) -> Pixels:
-        """Return the resulting image; the input itself where there is nothing to do.
+        """Return the rectified image; the input itself if there is nothing to do.
 
         Parameters
         ----------
         pixels : (H, W) or (H, W, 3) uint8 or uint16
-            As the camera sends them.
+            Raw camera image.
 
         Returns
         -------
         (height_px, width_px) or (height_px, width_px, 3), of the same dtype, contiguous
-            What the lens or the warp brings in from outside the camera's image is 0.
+            Pixels that the lens or the warp takes from outside the camera's image are 0.
 
         Raises
         ------
         InputError
-            The image's depth or colour is not what the profile says, or the crop reaches beyond it.
+            The image's bit depth or colour differs from the profile, or the crop is larger than
+            the image.
         """
         pixels = self._turned(self._cropped(self._checked(pixels)))
         if self._section.lens is not None or self._homography is not None:
@@ -67,19 +68,19 @@ class ImageGeometry:
         return np.ascontiguousarray(pixels)
 
     def map_points(self, xy: ArrayLike, camera_size_px: Size | None = None) -> NDArray[np.float64]:
-        """Carry points from the camera's image to the resulting one.
+        """Map points from the camera's image to the rectified image.
 
         Parameters
         ----------
         xy : (N, 2)
             In the camera's pixels.
         camera_size_px : (width, height), optional
-            Of the camera's image; by default what the profile amounts to without a resize.
+            Size of the camera's image. Default: the size for which no resize is needed.
 
         Returns
         -------
         (N, 2) float64
-            May lie outside the image.
+            Points may be outside the image.
         """
         points = np.array(xy, np.float64).reshape(-1, 2)
         section = self._section
@@ -97,12 +98,12 @@ class ImageGeometry:
         return np.asarray((points + 0.5) * (np.array(self.size_px) / size) - 0.5)
 
     def camera_mm_per_px(self, camera_size_px: Size | None = None) -> float:
-        """Scale of the camera's own pixels on the gel, in the middle of its image.
+        """Return mm per camera pixel on the gel, at the centre of the camera's image.
 
         Parameters
         ----------
         camera_size_px : (width, height), optional
-            As in :meth:`map_points`.
+            See :meth:`map_points`.
         """
         width, height = camera_size_px or self._assumed_camera_size()
         if self._section.crop is not None:
@@ -115,9 +116,9 @@ class ImageGeometry:
         return float(self._section.mm_per_px * np.sqrt(area))
 
     def stretch(self, camera_size_px: Size) -> float:
-        """How much more the resize to the profile's size enlarges along x than along y.
+        """Return the ratio of the resize factors along x and y.
 
-        1 where shapes agree, and where a warp decides.
+        It is 1 if the aspect ratios agree, and if there is a warp.
         """
         if self._homography is not None:
             return 1.0
@@ -132,24 +133,25 @@ class ImageGeometry:
         wanted = np.uint8 if section.bit_depth == 8 else np.uint16
         if pixels.dtype != wanted:
             raise InputError(
-                f"the image has {8 * pixels.dtype.itemsize}-bit values and the profile says "
-                f"bit_depth: {section.bit_depth}; record as the profile says, or correct 'image'"
+                f"the image has {8 * pixels.dtype.itemsize}-bit values, but the profile specifies "
+                f"bit_depth: {section.bit_depth}; record with that depth, or correct 'image'"
             )
         if 8 < section.bit_depth < 16 and pixels.max(initial=0) > section.full_scale:
             raise InputError(
-                f"the image has intensities up to {pixels.max()} and {section.bit_depth} bits end "
+                f"the image has intensities up to {pixels.max()}, but {section.bit_depth} bits end "
                 f"at {section.full_scale:.0f}; correct 'image.bit_depth'"
             )
         if section.color == "grey" and pixels.ndim == 3:
             grey = pixels[..., 0]
             if not ((grey == pixels[..., 1]).all() and (grey == pixels[..., 2]).all()):
                 raise InputError(
-                    "the image is in colour and the profile says color: grey; correct 'image.color'"
+                    "the image is in colour, but the profile specifies color: grey; correct "
+                    "'image.color'"
                 )
             return grey  # a grey image that was stored as colour
         if section.color == "rgb" and pixels.ndim == 2:
             raise InputError(
-                "the image is grey and the profile says color: rgb; correct 'image.color'"
+                "the image is grey, but the profile specifies color: rgb; correct 'image.color'"
             )
         return pixels
 
@@ -169,7 +171,7 @@ class ImageGeometry:
         section = self._section
         if section.flip == "none" and section.rotate_deg == 0:
             return pixels
-        import cv2  # a numpy view of reversed rows costs ten times as much to copy
+        import cv2  # copying a numpy view of reversed rows takes ten times as long
 
         if section.flip != "none":
             pixels = cv2.flip(pixels, {"horizontal": 1, "vertical": 0, "both": -1}[section.flip])
@@ -204,7 +206,7 @@ class ImageGeometry:
         return np.asarray(cv2.resize(pixels, self.size_px, interpolation=method))
 
     def _remapped(self, pixels: Pixels) -> Pixels:
-        """Lens and warp in one interpolation; two would blur twice."""
+        """Apply lens and warp in one interpolation; two would blur twice."""
         import cv2
 
         size = self.size_px if self._homography is not None else _size(pixels)
@@ -235,7 +237,7 @@ class ImageGeometry:
         return np.array(lens.matrix, np.float64), distortion
 
     def _undistort_points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Invert the distortion by fixed point: OpenCV's own inverse stops after five steps."""
+        """Invert the distortion by fixed-point iteration; OpenCV's own stops after five steps."""
         import cv2
 
         if not len(points):
@@ -270,6 +272,6 @@ def _homography(section: ImageSection) -> NDArray[np.float64]:
     homography = np.asarray(cv2.getPerspectiveTransform(source, target), np.float64)
     if not np.isfinite(homography).all() or abs(np.linalg.det(homography)) < 1e-12:
         raise InputError(
-            "image.warp: three of the four points lie on a line; give four corners of a quadrangle"
+            "image.warp: three of the four points are collinear; give the corners of a quadrangle"
         )
     return homography

@@ -1,4 +1,4 @@
-"""USB cameras that are plugged in, any of which may be a sensor's."""
+"""Lists the connected USB cameras."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from tactile_core.errors import DeviceError
 
 _VIDEO = 0x0E
 _USB3_VISION = (0xEF, 0x05)
-"""Class, and class with subclass, of the interfaces by which cameras are known."""
+"""USB interface class of video devices, and class with subclass of USB3 Vision cameras."""
 
 
 @dataclass(frozen=True)
 class UsbDevice:
-    """A USB device as it describes itself.
+    """Descriptor of a USB device.
 
     Attributes
     ----------
     vendor_id, product_id : int
     product, serial : str or None
-        None where it has none, or the user may not ask it.
+        None if the device has none, or the user lacks permission to read it.
     port_path : str
-        Bus and ports, as ``"1-2.4"``: the same for as long as it stays plugged in there.
+        Bus and ports, such as ``"1-2.4"``; stable as long as the device stays plugged in there.
     """
 
     vendor_id: int
@@ -34,22 +34,22 @@ class UsbDevice:
 
     @property
     def usb_id(self) -> str:
-        """Vendor and product as ``lsusb`` writes them."""
+        """Vendor and product id in the format of ``lsusb``."""
         return f"{self.vendor_id:04x}:{self.product_id:04x}"
 
 
 def usb_cameras(backend: Any = None) -> list[UsbDevice]:
-    """Return the plugged-in devices with an interface for video, by the ports they hang on.
+    """Return the connected devices with a video interface, sorted by port.
 
     Parameters
     ----------
     backend : usb.backend.IBackend, optional
-        By default the libusb that is installed.
+        Default: the installed libusb.
 
     Raises
     ------
     DeviceError
-        There is no libusb, or it fails.
+        libusb is missing or fails.
     """
     import usb.core
 
@@ -91,7 +91,7 @@ def _described(device: Any) -> UsbDevice:
 
 
 def _asked(question: Callable[[], str | None]) -> str | None:
-    """What a device answers; None where it does not, or may not be opened."""
+    """Return a device's answer; None if it gives none or must not be opened."""
     import usb.core
 
     try:

@@ -1,4 +1,4 @@
-"""What a plugin implements, and the plain values that tell it what sensor it is part of.
+"""The interfaces that plugins implement, and the sensor description that they receive.
 
 May import views, formats, algorithms, quantities and errors.
 """

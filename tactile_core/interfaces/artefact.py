@@ -1,4 +1,4 @@
-"""The artefact interface: anything that is fitted to one physical unit and kept in its bundle."""
+"""The artefact interface: a value fitted to one physical unit and stored in its bundle."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Self
 class Artefact(ABC):
     """An immutable fitted value that belongs to one unit.
 
-    A bundle holds artefacts by name, each in a folder of its own, and names the class of each as
-    the hook ``tactile_artefacts`` registers it.
+    A bundle stores each artefact in its own folder under the class name that the hook
+    ``tactile_artefacts`` registers.
     """
 
     @abstractmethod
@@ -26,5 +26,5 @@ class Artefact(ABC):
         Raises
         ------
         CalibrationError
-            The files are missing, broken or newer than this version.
+            The files are missing, damaged or from a newer version.
         """

@@ -1,4 +1,4 @@
-"""The calibration interface: from the intensities of one physical unit to slopes, or to depth."""
+"""The calibration interface: maps the intensities of one physical unit to slopes or depth."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ Compensation = Literal["channel", "none"]
 
 
 class Calibration(Artefact):
-    """An immutable fitted light model of one physical unit; it belongs to one image size.
+    """An immutable light model, fitted to one physical unit at one image size.
 
     Attributes
     ----------
     compensation : {"channel", "none"}
-        Whether changes of the light are compensated, channel by channel, in the frames that it
-        measures; "none" for a model that allows for them by itself.
+        "channel": illumination drift is compensated in each channel before the model sees a
+        frame. "none": the model handles drift itself.
     """
 
     compensation: ClassVar[Compensation] = "channel"
 
     def prepared(self, *, compiled: bool) -> Self:
-        """Return the calibration that one pipeline uses; this very one, as here, for most.
+        """Return the calibration that one pipeline uses; by default this object.
 
         Parameters
         ----------
         compiled : bool
-            Whether the pipeline uses compiled loops, for a model that has some.
+            Whether the pipeline uses compiled loops, for a model that has them.
         """
         return self
 
     @abstractmethod
     def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:
-        """Turn one frame into slopes (some models give depth directly).
+        """Convert one frame to slopes; some models return height directly.
 
         Raises
         ------
         CalibrationError
-            The frame has another size, number of channels or bit depth than the model was fitted
-            on.
+            The frame differs in size, number of channels or bit depth from those that the model
+            was fitted on.
         """

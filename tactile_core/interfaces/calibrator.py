@@ -1,4 +1,4 @@
-"""The calibrator interface: how the light model of one physical unit is obtained."""
+"""The calibrator interface: fits the light model of one physical unit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tactile_core.quantities import Float32, Frame, Quantity, Reference
 
 @dataclass(frozen=True, eq=False)
 class Press(Quantity):
-    """Pixels of one frame whose slope and height are known, for a known shape touches them.
+    """Pixels of one frame with ground-truth slopes, from a calibration target.
 
     Attributes
     ----------
@@ -27,11 +27,11 @@ class Press(Quantity):
     rows, columns : (N,) int32
         The pixels.
     gradients : (N, 2) float32
-        (∂z/∂x, ∂z/∂y) there; 0 where the gel surface is known to be undeformed.
+        True (∂z/∂x, ∂z/∂y) of each pixel; 0 where the gel surface is undeformed.
     name : str
-        The press's file, for messages.
+        Name of the press's file, for messages.
     heights_mm : (N,) float32 or None
-        Height there over the undeformed gel surface; None where only slopes are known.
+        True height of each pixel above the undeformed gel surface; None if only slopes are known.
     """
 
     frame: Frame
@@ -43,12 +43,13 @@ class Press(Quantity):
 
 
 class Calibrator(ABC):
-    """Fits calibrations; a profile names one and gives its options.
+    """Fits calibrations; a profile names one calibrator and sets its options.
 
     Attributes
     ----------
     compensation : {"channel", "none"}
-        In which frames it fits; that of the calibrations that it returns.
+        Illumination compensation of the frames that it fits, the same as that of the calibrations
+        that it returns.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
@@ -59,9 +60,9 @@ class Calibrator(ABC):
 
     @abstractmethod
     def fit(self, presses: Sequence[Press], reference: Reference) -> Calibration:
-        """Fit a model; the same presses give the same one.
+        """Fit a model; the result is deterministic.
 
-        A calibrator that chooses among others returns the model of its choice.
+        A calibrator that chooses among several kinds returns the model that it chose.
 
         Raises
         ------
@@ -70,17 +71,17 @@ class Calibrator(ABC):
         """
 
     def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
-        """Return what can be measured with no bundle, from where the profile has the lights.
+        """Return a model that needs no bundle, computed from the lights' nominal positions.
 
-        None, as here, where nothing can, or where the options do not ask for it. What is returned
-        has to measure without a reference, too: it is given one of equal intensities.
+        The default, None, means that the calibrator offers no such model. The model must also
+        work without a reference: it then receives one of uniform intensity.
         """
         return None
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Return how much the fitted model smooths its images: standard deviation in px.
+        """Return the standard deviation in px of the smoothing that the fitted model applies.
 
-        The slopes of a height map that is fitted on are smoothed alike, since fine grooves come
-        out too deep otherwise. 0, as here, for a model that does not smooth.
+        A height map that serves as calibration target is smoothed by the same amount; otherwise
+        fine grooves are reconstructed too deep. The default, 0, is for a model without smoothing.
         """
         return 0.0

@@ -1,4 +1,4 @@
-"""The camera interface: one exposure after another, each with its time."""
+"""The camera interface: a source of timestamped exposures."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.illumination import Exposure
 
 _HOLDERS: WeakValueDictionary[str, Camera] = WeakValueDictionary()
-"""Who opened each device last: devices belong to the process, and so does this."""
+"""The camera object that last opened each device, by device id; shared by the whole process."""
 
 _CLAIMING = Lock()
 
 
 class Trigger(Enum):
-    """Who goes from one exposure of an observation to the next.
+    """What advances an observation from one exposure to the next.
 
     Attributes
     ----------
     SOFTWARE
-        Acquisition sets the lights, then reads a fresh exposure.
+        Acquisition sets the lights, then reads a new exposure.
     CAMERA
-        The camera: it strobes or triggers the lights itself, or plays what was taken so. Each image
-        tells its ``exposure_index``, or they come in the order of the sequence.
+        The camera strobes or triggers the lights itself, or plays back such a recording. Each
+        image carries its ``exposure_index``, or the images arrive in the order of the sequence.
     """
 
     SOFTWARE = "software"
@@ -44,40 +44,40 @@ class Trigger(Enum):
 class Camera(Device):
     """A source of exposures.
 
-    Authors write ``_open``, ``_close`` and ``_read``; ``_arm`` if the camera can do more than take
-    one picture like the other, and ``device_id`` if there can be several of them.
+    Implement ``_open``, ``_close`` and ``_read``; also ``_arm`` if exposure time or gain can
+    change between exposures, and ``device_id`` if several such cameras can be connected.
 
     Attributes
     ----------
     live : bool
-        False for a camera that shows no device of the present moment, but a recording or a virtual
-        sensor. Beside it no light driver is made.
+        True for a camera that shows a device in real time; False for a recording or a virtual
+        sensor, which need no light driver.
     """
 
     live: ClassVar[bool] = True
 
     @classmethod
     def of(cls, options: BaseModel, build: SensorBuild) -> Self:
-        """Make the camera of a sensor build; for those that need more than their options."""
+        """Make the camera of a sensor build; override it if the options alone are not enough."""
         return cls(options)
 
     @property
     def device_id(self) -> str:
-        """The device's serial number, or what stands for it: a port, an address; "" if nothing.
+        """Serial number, port or address of the device; "" if unknown.
 
-        It may become known only when the camera is open.
+        It may become known only once the camera is open.
         """
         return ""
 
     def open(self) -> Self:
-        """Open the camera; does nothing when it is open already.
+        """Open the camera; do nothing if it is already open.
 
         Raises
         ------
         DeviceBusy
-            The device is in use, by another process or by another object of this one.
+            The device is in use by another process or by another object of this process.
         DeviceError
-            It is absent or refuses; nothing is left open.
+            The device is absent or cannot be opened; nothing is left open.
         """
         if not self._is_open:
             self._refuse_a_second()
@@ -91,12 +91,12 @@ class Camera(Device):
         return self
 
     def arm(self, exposures: Sequence[Exposure]) -> Trigger:
-        """Prepare for the exposures of an observation; called before the first of them is read.
+        """Prepare for the exposures of an observation; called before the first one is read.
 
         Returns
         -------
         Trigger
-            Who goes from one exposure to the next.
+            What advances from one exposure to the next.
 
         Raises
         ------
@@ -107,24 +107,24 @@ class Camera(Device):
         return self._arm(tuple(exposures))
 
     def read(self, timeout_s: float = 1.0) -> Image | None:
-        """Return the next exposure; None when a recording has come to its end.
+        """Return the next exposure; None at the end of a recording.
 
-        Blocks for ``timeout_s`` at the most.
+        Blocks for at most ``timeout_s``.
 
         Raises
         ------
         DeviceError
             The camera is closed.
         CameraTimeout
-            No fresh exposure within ``timeout_s``.
+            No new exposure arrived within ``timeout_s``.
         CameraLost
-            The camera went away.
+            The camera was disconnected.
         """
         self._require_open()
         return self._read(timeout_s)
 
     def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        """Prepare for these exposures; here for a camera that takes one like the other."""
+        """Prepare for these exposures; the default is for a camera with fixed settings."""
         if any(one.exposure_time_s is not None or one.gain is not None for one in exposures):
             raise DeviceError(
                 f"{type(self).__name__} cannot change its exposure time or gain from one exposure "
@@ -134,7 +134,7 @@ class Camera(Device):
 
     @abstractmethod
     def _read(self, timeout_s: float) -> Image | None:
-        """Deliver one exposure, or None at the end of a recording."""
+        """Return one exposure, or None at the end of a recording."""
 
     def _claim(self) -> None:
         with _CLAIMING:
@@ -146,6 +146,6 @@ class Camera(Device):
         holder = _HOLDERS.get(self.device_id)
         if holder is not None and holder is not self and holder.is_open:
             raise DeviceBusy(
-                f"the device {self.device_id!r} is open already in this process, by another "
+                f"the device {self.device_id!r} is already open in this process, by another "
                 f"{type(holder).__name__}; close that one first, or name another device"
             )

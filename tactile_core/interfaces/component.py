@@ -1,4 +1,4 @@
-"""A part of a sensor, as a profile names it, and what a part may know of the sensor build."""
+"""Components of a sensor as a profile names them, and what a component can see of the sensor."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _component_named(text: str) -> str:
 
 
 class Component(BaseModel):
-    """A part that a plugin provides: ``use: plugin.name`` and that part's own options."""
+    """A component that a plugin provides: ``use: plugin.name`` and the component's options."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
@@ -48,12 +48,12 @@ class Lighting(Component):
 
     driver: Component | None = Field(
         default=None,
-        description="What switches the lights; made and opened only beside a live camera.",
+        description="The component that switches the lights; used only with a live camera.",
     )
 
 
 class GelImage(Protocol):
-    """A gel and the image that shows it: a profile, or the context of a step."""
+    """A gel and its image: a profile, or the context of a step."""
 
     @property
     def gel(self) -> Gel:
@@ -61,11 +61,11 @@ class GelImage(Protocol):
 
     @property
     def image(self) -> ImageSection:
-        """The image in which everything is measured."""
+        """The rectified image in which all quantities are measured."""
 
 
 class SensorBuild(GelImage, Protocol):
-    """One sensor build, as far as its parts may know it; a profile is one."""
+    """The part of a profile that its components can see."""
 
     @property
     def name(self) -> str:
@@ -77,4 +77,4 @@ class SensorBuild(GelImage, Protocol):
 
     @property
     def optics(self) -> Optics:
-        """Light beyond the places of the lights, for the virtual sensor."""
+        """Lights, coating and camera of the virtual sensor."""

@@ -1,4 +1,4 @@
-"""``core.constant``: lights that always shine, so that one exposure is one observation."""
+"""``core.constant``: lights that are always on, so that one exposure is one observation."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ GREY, COLOUR = 1, 3
 
 
 class ConstantLightOptions(LightOptions):
-    """One of several lights that shine together."""
+    """One of several lights that are on together."""
 
     feeds: tuple[str, ...] = Field(
         default=(),
-        description="The channels that see it; that of its own name, or all, if left out.",
+        description="Channels that see the light. Default: the channel of the same name, else all.",
     )
 
 
 class ConstantOptions(Options):
-    """What one exposure shows."""
+    """Channels and lights of the single exposure."""
 
     channels: tuple[str, ...] = Field(
         default=("red", "green", "blue"),
-        description="Names of the image's channels: three of a colour image, one of a grey one.",
+        description="Names of the image's channels: three for a colour image, one for grey.",
     )
     lights: tuple[ConstantLightOptions, ...] = Field(
         default=(), description="The lights, for the virtual sensor and for reports."
@@ -37,9 +37,7 @@ class ConstantOptions(Options):
     @classmethod
     def _fit_one_image(cls, channels: tuple[str, ...]) -> tuple[str, ...]:
         if len(channels) not in (GREY, COLOUR) or len(set(channels)) < len(channels):
-            raise ValueError(
-                "one exposure shows 1 (grey) or 3 (colour) channels, named differently"
-            )
+            raise ValueError("should name 1 channel (grey) or 3 different channels (colour)")
         return channels
 
     @model_validator(mode="after")
@@ -53,7 +51,7 @@ class ConstantOptions(Options):
             unknown = sorted(set(light.feeds) - set(self.channels))
             if unknown:
                 raise ValueError(
-                    f"light {light.name!r} feeds {unknown[0]!r}, which is none of the channels "
+                    f"light {light.name!r} feeds {unknown[0]!r}, which is not one of the channels "
                     f"{', '.join(self.channels)}"
                 )
         if self.lights and all(light.feeds for light in self.lights):
@@ -65,7 +63,7 @@ class ConstantOptions(Options):
 
 
 class ConstantIllumination(Illumination):
-    """All lights shine all the time; as many as there are share the image's channels."""
+    """All lights are on all the time and share the image's channels."""
 
     Options: ClassVar[type[BaseModel]] = ConstantOptions
     options: Any
@@ -81,6 +79,6 @@ class ConstantIllumination(Illumination):
         return tuple(self.options.channels)
 
     def exposures(self) -> tuple[Exposure, ...]:
-        """One, with every light on."""
+        """Return one exposure, with every light on."""
         names = [light.name for light in self.options.lights] or self.channels
         return (Exposure(dict.fromkeys(names, 1.0), self.channels),)

@@ -1,4 +1,4 @@
-"""What cameras and lights share: open, close, and a clear word when that fails."""
+"""Base class of cameras and light drivers: open and close, with clear errors."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tactile_core.errors import DeviceError
 
 
 class Options(BaseModel):
-    """Base of a component's options: unknown keys are errors, numbers finite, values frozen."""
+    """Base of a component's options: frozen, no unknown keys, finite numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Device(ABC):
-    """A thing that is opened before use and closed after it.
+    """A device that is opened before use and closed afterwards.
 
-    ``open`` and ``close`` are idempotent; a failed ``open`` leaves nothing open. Authors write
+    ``open`` and ``close`` are idempotent; a failed ``open`` leaves nothing open. Implement
     ``_open`` and ``_close``.
     """
 
@@ -36,12 +36,12 @@ class Device(ABC):
         return self._is_open
 
     def open(self) -> Self:
-        """Open the device; does nothing when it is open already.
+        """Open the device; do nothing if it is already open.
 
         Raises
         ------
         DeviceError
-            The device is absent, busy or refuses; nothing is left open.
+            The device is absent, busy or cannot be opened; nothing is left open.
         """
         if not self._is_open:
             try:
@@ -53,7 +53,7 @@ class Device(ABC):
         return self
 
     def close(self) -> None:
-        """Close the device; does nothing when it is closed already."""
+        """Close the device; do nothing if it is already closed."""
         if self._is_open:
             self._is_open = False
             self._close()
@@ -76,7 +76,7 @@ class Device(ABC):
             )
 
     def _release_after(self, error: BaseException) -> None:
-        # a _close that stumbles over what was never acquired must not hide why opening failed
+        # _close may fail on what was never acquired; that must not hide why opening failed
         try:
             self._close()
         except Exception as second:
@@ -88,4 +88,4 @@ class Device(ABC):
 
     @abstractmethod
     def _close(self) -> None:
-        """Release whatever is held, also after a half-finished ``_open``; must not raise."""
+        """Release all resources, also after a partial ``_open``; must not raise."""

@@ -1,4 +1,4 @@
-"""The estimator interface: one typed step from quantities to a quantity."""
+"""The estimator interface: one typed step that computes a quantity from other quantities."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ Q = TypeVar("Q", bound=Quantity)
 
 EXTERNAL = "external"
 External = Annotated[Q, EXTERNAL]
-"""An input of a step that the caller gives with each frame: ``Pipeline.process(frame, pose)``."""
+"""An input that the caller supplies with each frame: ``Pipeline.process(frame, pose)``."""
 
 
 @dataclass(frozen=True)
 class SensorContext:
-    """What a step may know of the sensor build that it works for.
+    """The properties of the sensor build that a step can use.
 
-    What belongs to one unit or one session, such as the reference, comes with each frame: a step
-    takes it by annotation.
+    What belongs to one unit or session, such as the reference, comes with each frame: a step
+    declares it as an annotated argument.
 
     Attributes
     ----------
     image : ImageSection
-        Size and scale of the image in which every quantity lives.
+        Size and scale of the image in which all quantities are defined.
     gel : Gel
         Thickness, stiffness, coating and markers, as far as the profile gives them.
     compiled : bool
-        Whether the pipeline uses compiled loops, for a step that has some.
+        Whether the pipeline uses compiled loops, for a step that has them.
     """
 
     image: ImageSection
@@ -45,7 +45,7 @@ class SensorContext:
 
     @cached_property
     def rest_mm(self) -> Float32 | None:
-        """(H, W) z of the untouched skin in the sensor frame, 0 at the apex; None if flat."""
+        """(H, W) z in mm of the undeformed gel surface, 0 at the apex; None if it is flat."""
         if self.gel.radius_mm is None:
             return None
         image = self.image
@@ -59,24 +59,23 @@ class SensorContext:
 class Estimator(ABC):
     """One step of the chain.
 
-    A subclass defines ``estimate``; the annotations of its arguments and of its return value
-    *are* the declaration of what it takes and gives, and ``X | None`` marks an input that may be
-    missing::
+    A subclass defines ``estimate``. The annotations of its arguments and return value declare the
+    step's inputs and output; ``X | None`` declares an optional input::
 
         class Contact(Estimator):
             def estimate(self, height: HeightMap) -> ContactMask: ...
 
-    A step with several results returns a tuple of them, and says so: ``-> tuple[A, B]``. What
-    comes from outside with each frame is annotated ``External[RobotPose]``.
+    A step with several results returns a tuple and declares it: ``-> tuple[A, B]``. An input from
+    outside the pipeline is annotated ``External[RobotPose]``.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
     stateful: ClassVar[bool] = False
-    """True for tracking and slip: readings depend on those before, so the steps are never split
-    over workers."""
+    """True if a result depends on earlier frames (tracking, slip); such steps never run in
+    parallel workers."""
     needs_markers: ClassVar[bool] = False
-    """True for a step that makes sense only where markers are printed on the gel: it is left out,
-    with a note, where a revision says ``gel.markers: null``."""
+    """True for a step that needs printed markers: it is skipped, with a note, if the profile sets
+    ``gel.markers: null``."""
 
     estimate: Any
 
@@ -84,33 +83,33 @@ class Estimator(ABC):
         self.options = options
         self.context = context
 
-    def open(self) -> None:  # noqa: B027  (only steps that hold something have it to acquire)
-        """Acquire what is needed to work, such as a session of a network; before the first frame.
+    def open(self) -> None:  # noqa: B027  (optional hook)
+        """Acquire resources, such as a network session, before the first frame.
 
-        The constructor stays cheap, so that a profile can be checked without it, and what is
-        acquired here need not pickle.
+        The constructor stays cheap, so that a profile can be checked quickly. Resources that are
+        acquired here need not be picklable.
         """
 
     def close(self) -> None:  # noqa: B027
-        """Release what :meth:`open` acquired; it may be opened again."""
+        """Release what :meth:`open` acquired; the step can be opened again."""
 
-    def reset(self) -> None:  # noqa: B027  (only stateful steps have something to forget)
-        """Forget everything about earlier frames."""
+    def reset(self) -> None:  # noqa: B027  (optional hook)
+        """Forget all earlier frames."""
 
     def tare(self, result: Any) -> Any:
-        """Take the load of a frame for zero from now on, until :meth:`reset`.
+        """Subtract the load of this frame from all later results, until :meth:`reset`.
 
-        Called once after :meth:`estimate` of that frame; what comes from the steps before is at
-        zero already. Only a step that estimates a load has one to subtract.
+        Called once, after :meth:`estimate` of the frame; earlier steps have been tared already.
+        Override it in a step that estimates a load.
 
         Parameters
         ----------
         result : Quantity
-            What ``estimate`` returned.
+            Return value of ``estimate``.
 
         Returns
         -------
         Quantity
-            The same with its load at zero.
+            The same result with zero load.
         """
         return result

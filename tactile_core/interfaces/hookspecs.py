@@ -1,9 +1,9 @@
-"""The whole plugin contract.
+"""The complete plugin contract.
 
-A plugin is a module or object named by an entry point in the group ``tactile_core.v1``. Each hook
-takes no arguments and returns a mapping from a component's short name to ``"module:Class"``, so
-that naming one component imports one module. Profiles name components ``plugin.name``, and bundles
-name artefacts so.
+A plugin is a module or object that an entry point in the group ``tactile_core.v1`` names. Each
+hook takes no arguments and returns a mapping from a component's short name to ``"module:Class"``,
+so that using one component imports only its module. Profiles and bundles refer to a component as
+``plugin.name``.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ def tactile_light_drivers() -> Mapping[str, str]:
 
 @hookspec
 def tactile_calibrators() -> Mapping[str, str]:
-    """What a profile fits: subclasses of :class:`tactile_core.interfaces.calibrator.Calibrator`."""
+    """Calibrators: subclasses of :class:`tactile_core.interfaces.calibrator.Calibrator`."""
     raise NotImplementedError
 
 
 @hookspec
 def tactile_artefacts() -> Mapping[str, str]:
-    """What a bundle holds: subclasses of :class:`tactile_core.interfaces.artefact.Artefact`."""
+    """Artefacts: subclasses of :class:`tactile_core.interfaces.artefact.Artefact`."""
     raise NotImplementedError
 
 

@@ -1,7 +1,7 @@
-"""The illumination interface: where the lights are and which of them shine in each exposure.
+"""The illumination interface: the lights' positions, and which of them are on in each exposure.
 
-A description, made of a profile's options; what switches real lights is a
-:class:`~tactile_core.interfaces.light_driver.LightDriver`.
+An illumination only describes; a :class:`~tactile_core.interfaces.light_driver.LightDriver`
+switches real lights.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ class Light:
     ----------
     name : str
     azimuth_deg : float
-        Where it stands around the image, from x towards y: 0 is right, 90 is down.
+        Direction from the image centre, from x towards y: 0 is right, 90 is down.
     elevation_deg : float
-        Its angle above the gel surface; 90 shines straight onto it.
+        Angle above the gel surface; 90 is perpendicular to it.
     feeds : tuple of str
-        Channels that see it, where several lights share an exposure; empty: the channel of its own
-        name, and all of them where there is none.
-    build : Lamps
-        How it is built, for the virtual sensor: only what is said here differs from the profile's
-        ``optics.lights``.
+        Channels that see the light, if several lights share an exposure. Empty: the channel of
+        the same name or, if there is none, all channels.
+    build : LightBuild
+        Construction of this light in the virtual sensor; keys that it sets override the
+        profile's ``optics.lights``.
     """
 
     name: str
@@ -50,13 +50,13 @@ class Exposure:
     Attributes
     ----------
     levels : mapping of light to level
-        Brightness 0..1 of each light that shines.
+        Brightness 0..1 of each light that is on.
     channels : tuple of str
         The light channels that this exposure measures; empty for a dark exposure.
     exposure_time_s : float or None
-        How long it lasts, where that differs from the camera's own setting.
+        Exposure time, if it differs from the camera's setting.
     gain : float or None
-        The camera's gain, as the camera counts it, where it differs from its own setting.
+        Gain in the camera's own unit, if it differs from the camera's setting.
     """
 
     levels: Mapping[str, float]
@@ -66,10 +66,10 @@ class Exposure:
 
 
 class Illumination(ABC):
-    """How one photometric observation is lit.
+    """The lighting of one photometric observation.
 
-    Authors write ``channels`` and ``exposures``, and ``lights`` where they know the places. All of
-    them follow from the options alone and are always the same.
+    Implement ``channels`` and ``exposures``, and ``lights`` if the positions are known. All three
+    depend on the options alone and never change.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
@@ -79,7 +79,7 @@ class Illumination(ABC):
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """The lights and where they stand; empty where the profile does not say."""
+        """The lights and their positions; empty if the profile does not give them."""
         return ()
 
     @property
@@ -89,4 +89,4 @@ class Illumination(ABC):
 
     @abstractmethod
     def exposures(self) -> tuple[Exposure, ...]:
-        """Return the sequence of exposures that make one observation."""
+        """Return the exposures that make up one observation, in order."""

@@ -1,4 +1,4 @@
-"""The image in which everything is measured, and how it is made from the camera's."""
+"""The rectified image in which all quantities are measured, and its derivation from the camera's."""
 
 from __future__ import annotations
 
@@ -23,27 +23,31 @@ Point3 = tuple[float, float, float]
 ImageCrop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
 
 _MOST_PX = 32_766
-"""OpenCV addresses pixels by 16 bits."""
+"""Largest image side that OpenCV's remap can address: it uses signed 16-bit coordinates."""
 _FINEST_MM = 1e-6
-"""A pixel of a nanometre, a thousandth of what light can resolve."""
+"""Smallest accepted mm_per_px: one nanometre, far below the resolution of light."""
 _WIDEST_MM = 1000.0
-_FLATTEST = 1e-3
-"""Least area of a triangle of corners, over that of the box around them."""
+"""Widest accepted image: a wider one means that mm_per_px was given in pixels per mm."""
+_LEAST_TRIANGLE_SHARE = 1e-3
+"""Least area of a triangle of three corners, as a share of the corners' bounding box."""
 _DISTORTIONS = (4, 5, 8, 12, 14)
+"""Numbers of distortion coefficients that OpenCV accepts."""
 
 
 class Warp(Section):
-    """Perspective: four points of the source image and where they go."""
+    """Perspective correction, from four corresponding points."""
 
     source: Quad = Field(description="Four corners [x, y] in the image before the warp, in px.")
-    target: Quad = Field(description="Where they go in the width_px × height_px image, in px.")
+    target: Quad = Field(
+        description="The same four corners in the width_px × height_px image, in px."
+    )
 
     @field_validator("source", "target")
     @classmethod
     def _four_corners(cls, quad: Quad) -> Quad:
         xs, ys = zip(*quad, strict=True)
         box = (max(xs) - min(xs)) * (max(ys) - min(ys))
-        if min(map(abs, _turns(quad))) <= _FLATTEST * box:
+        if min(map(abs, _turns(quad))) <= _LEAST_TRIANGLE_SHARE * box:
             raise ValueError("three of the four corners lie on one line")
         return quad
 
@@ -52,12 +56,12 @@ class Warp(Section):
     def _same_order(cls, target: Quad, info: ValidationInfo) -> Quad:
         turns = zip(_turns(info.data.get("source", target)), _turns(target), strict=True)
         if len({before * after > 0 for before, after in turns}) > 1:
-            raise ValueError("lists the corners in another order than source")
+            raise ValueError("lists the corners in a different order than source")
         return target
 
 
 def _turns(quad: Quad) -> list[float]:
-    """Twice the signed area of each triangle of corners; positive where it turns x towards y."""
+    """Return twice the signed area of each triangle of corners, positive from x towards y."""
     return [
         (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         for (ax, ay), (bx, by), (cx, cy) in combinations(quad, 3)
@@ -91,9 +95,9 @@ class Lens(Section):
 
 
 class ImageSection(Section):
-    """From the camera's pixels to the image in which everything is measured.
+    """Converts camera pixels to the image in which all quantities are measured.
 
-    Order: crop, flip, rotate, lens, warp, else a resize if the sizes differ.
+    Order: crop, flip, rotate, lens, warp; without a warp, a resize if the sizes differ.
     """
 
     width_px: PositiveInt = Field(le=_MOST_PX, description="Width of the resulting image.")
@@ -103,16 +107,18 @@ class ImageSection(Section):
         default=None, description="[x, y, width, height] in the camera's pixels."
     )
     flip: Literal["none", "horizontal", "vertical", "both"] = Field(
-        default="none", description="Mirror the image."
+        default="none", description="Mirrors the image."
     )
-    rotate_deg: Literal[0, 90, 180, 270] = Field(default=0, description="Turn the image clockwise.")
-    lens: Lens | None = Field(default=None, description="Undistort.")
+    rotate_deg: Literal[0, 90, 180, 270] = Field(
+        default=0, description="Clockwise rotation of the image."
+    )
+    lens: Lens | None = Field(default=None, description="Corrects lens distortion.")
     warp: Warp | None = Field(default=None, description="Perspective correction.")
     color: Literal["rgb", "grey"] = Field(
-        default="rgb", description="What one exposure shows: colour or one intensity."
+        default="rgb", description="Whether one exposure has three colours or one intensity."
     )
     transfer: Literal["gamma", "linear"] = Field(
-        default="gamma", description="Whether intensities are gamma-coded or linear in light."
+        default="gamma", description="Whether intensities are gamma-coded or linear in radiance."
     )
     bit_depth: Literal[8, 10, 12, 14, 16] = Field(
         default=8, description="Bits per intensity as the camera delivers them."
@@ -124,17 +130,17 @@ class ImageSection(Section):
         width_px = info.data.get("width_px", 0)
         if width_px * height_px > MOST_PIXELS:
             raise ValueError(
-                f"makes an image of {width_px} × {height_px}; at most {MOST_PIXELS / 1e6:.0f} "
-                f"megapixels are measured"
+                f"makes an image of {width_px} × {height_px}; the limit is "
+                f"{MOST_PIXELS / 1e6:.0f} megapixels"
             )
         return height_px
 
     @field_validator("crop")
     @classmethod
-    def _lies_in_an_image(cls, crop: ImageCrop | None) -> ImageCrop | None:
+    def _is_within_an_image(cls, crop: ImageCrop | None) -> ImageCrop | None:
         if crop is not None and (max(crop) > _MOST_PX or crop[2] * crop[3] > MOST_PIXELS):
             raise ValueError(
-                f"should lie within {_MOST_PX} px and have at most {MOST_PIXELS / 1e6:.0f} "
+                f"should be within {_MOST_PX} px and have at most {MOST_PIXELS / 1e6:.0f} "
                 f"megapixels"
             )
         return crop
@@ -144,7 +150,7 @@ class ImageSection(Section):
     def _not_px_per_mm(cls, mm_per_px: float, info: ValidationInfo) -> float:
         if mm_per_px < _FINEST_MM:
             raise ValueError(
-                f"should be {_FINEST_MM:g} at least, not {mm_per_px:g}, which no camera resolves"
+                f"should be at least {_FINEST_MM:g}, not {mm_per_px:g}, which no camera resolves"
             )
         width_mm = mm_per_px * info.data.get("width_px", 0)
         if width_mm > _WIDEST_MM:

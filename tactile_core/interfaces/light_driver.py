@@ -1,4 +1,4 @@
-"""The light driver interface: what switches the lights of a live sensor."""
+"""The light driver interface: switches the lights of a live sensor."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ if TYPE_CHECKING:
 
 
 class LightDriver(Device):
-    """Switches lights; made and opened only beside a live camera, and dark when it closes.
+    """Switches the lights of a live camera, and switches them off when it closes.
 
-    Authors write ``_open``, ``_close`` and ``_set``.
+    Implement ``_open``, ``_close`` and ``_set``.
     """
 
     def attach(self, camera: Camera) -> None:
-        """Meet the camera, for lights that hang on its handle; called before ``open``."""
+        """Receive the camera, for lights that are driven through it; called before ``open``."""
 
     def set(self, levels: Mapping[str, float]) -> None:
-        """Shine as told; lights that are not named are dark.
+        """Set the brightness of the lights; lights that are not named are switched off.
 
         Parameters
         ----------
         levels : mapping of light to level
-            0 is dark, 1 full brightness.
+            0 is off, 1 is full brightness.
 
         Raises
         ------
         DeviceError
-            The driver is closed, or the lights do not obey.
+            The driver is closed, or the lights do not respond.
         ValueError
-            A level lies outside 0..1.
+            A level is outside 0..1.
         """
         self._require_open()
         for name, level in levels.items():
@@ -43,7 +43,7 @@ class LightDriver(Device):
         self._set(levels)
 
     def close(self) -> None:
-        """Switch every light off and close; does nothing when it is closed already."""
+        """Switch every light off and close; do nothing if it is already closed."""
         if self._is_open:
             try:
                 self._set({})
@@ -52,4 +52,4 @@ class LightDriver(Device):
 
     @abstractmethod
     def _set(self, levels: Mapping[str, float]) -> None:
-        """Shine as told, and return when the light has settled."""
+        """Set these levels, and return once the light has settled."""

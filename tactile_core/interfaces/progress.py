@@ -1,4 +1,4 @@
-"""How long work tells how far it is, without knowing who listens."""
+"""Progress reporting of long work, independent of its display."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import Protocol
 
 
 class Progress(Protocol):
-    """Listens to long work; the command line draws a bar."""
+    """Receives progress reports; the command line draws a bar."""
 
     def stage(self, words: str, share: float) -> None:
-        """A stage begins that takes about this share of the whole."""
+        """Start a stage that takes about this share of the whole."""
 
     def fraction(self, done: float) -> None:
-        """So much of the present stage is done, 0..1."""
+        """Report the completed fraction of the current stage, 0..1."""
 
 
 class Silent:
-    """A :class:`Progress` that nobody watches."""
+    """A :class:`Progress` that displays nothing."""
 
     def stage(self, words: str, share: float) -> None:
-        """Ignore it."""
+        """Do nothing."""
 
     def fraction(self, done: float) -> None:
-        """Ignore it."""
+        """Do nothing."""

@@ -1,4 +1,4 @@
-"""What one observation gave: quantities by type, steps by name, and what to be wary of."""
+"""The result of one observation: quantities by type, steps by name, and warnings."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ class Reading:
     Attributes
     ----------
     frame : Frame
-        What was measured.
+        The measured frame.
     quantities : mapping of type to Quantity
-        One per quantity type.
+        One quantity of each type.
     steps : mapping of step name to Quantity
         The result of each step of the profile's chain.
     inputs : mapping of type to Quantity
-        What came from outside with the frame, such as the pose of a robot.
+        External inputs that came with the frame, such as a robot's pose.
     latency_ms : float
         Time from the frame to this reading.
     relative : bool
-        True when the reference was merely the first frame, so that this tells the change since.
+        True if the reference is the session's first frame, so that all values are changes since.
     warnings : tuple of str
-        Plain sentences.
+        Complete sentences.
     """
 
     frame: Frame
@@ -47,7 +47,7 @@ class Reading:
 
     @property
     def source(self) -> str:
-        """Name of the observation; its sequence number, six digits, when it is live."""
+        """Name of the observation; if it is live, its sequence number in six digits."""
         return self.frame.name
 
     @overload
@@ -81,12 +81,13 @@ class Reading:
         return found if isinstance(found, wanted) else None
 
     def summary(self, guard: Guard = unguarded) -> dict[str, Any]:
-        """One line of strict JSON, as ``tactile run --json`` prints it: None for NaN.
+        """Return the line of ``tactile run --json`` as a dict: strict JSON, with None for NaN.
 
         Parameters
         ----------
         guard : callable, optional
-            Gives a context for the summary of a quantity, in which its own code may fail.
+            Returns a context manager for the code of one quantity; it names the quantity's plugin
+            if that code fails.
         """
         line: dict[str, Any] = {
             "sequence": self.frame.sequence,

@@ -1,4 +1,4 @@
-"""What every section of a profile has in common."""
+"""Base class of a profile's sections."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, field_validator
 from tactile_core.formats.printable import shown
 
 MOST = 1e9
-"""No number of a profile is larger, whatever its unit."""
+"""Largest magnitude of any number in a profile, in any unit."""
 
 
 class Section(BaseModel):
@@ -19,8 +19,8 @@ class Section(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _a_number_of_this_world(cls, value: Any) -> Any:
-        # and one that any arithmetic with it can hold
+    def _plausible_magnitude(cls, value: Any) -> Any:
+        # larger numbers could overflow in later arithmetic
         if _largest(value) > MOST:
             raise ValueError(f"should be at most {MOST:g}, not {shown(value)}")
         return value
@@ -28,14 +28,14 @@ class Section(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _no_switch(cls, value: Any) -> Any:
-        # No key of a section is a switch, and the validator would take true for 1.
+        # no key of a section is a switch, and pydantic would accept true as 1
         if isinstance(value, bool):
             raise ValueError(f"should not be {str(value).lower()}; there is nothing to switch here")
         return value
 
 
 def _largest(value: Any) -> float:
-    """Return the largest magnitude among finite numbers, also those of lists in lists."""
+    """Return the largest magnitude among finite numbers, including those in nested lists."""
     if isinstance(value, list | tuple):
         return max(map(_largest, value), default=0.0)
     if isinstance(value, int | float) and value - value == 0:

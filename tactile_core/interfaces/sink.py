@@ -1,4 +1,4 @@
-"""The sink interface: where readings go, be it files, a recording, a viewer or a robot."""
+"""The sink interface: a destination of readings, such as files, a viewer or a robot."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ from tactile_core.quantities.quantity import Guard, unguarded
 
 
 class ResultFolder(Protocol):
-    """A folder in which only files that a command wrote are ever replaced."""
+    """A folder in which only files that a command wrote are replaced."""
 
     path: Path
 
     def write_for(self, source: str, ending: str, writer: Callable[[Path], None]) -> Path:
-        """Write one file of an observation, whole or not at all."""
+        """Write one file of an observation, completely or not at all."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """What a sink may know before the first reading.
+    """What a sink knows before the first reading.
 
     Attributes
     ----------
     build : SensorBuild
         The sensor build: its name, image, gel and lights.
     serial : str or None
-        Which physical unit.
+        Serial number of the physical unit.
     channels : tuple of str
         The light channels of a frame.
     quantities : tuple of type
-        What a reading may hold; ``tactile_core.quantities.fields.fields_of`` gives the fields of
-        each, with unit and axes.
+        Types that a reading can contain; ``tactile_core.quantities.fields.fields_of`` lists the
+        fields of each, with unit and axes.
     folder : ResultFolder or None
-        Where files go; None where the user named no folder.
+        Destination of files; None if the user named no folder.
     guard : callable
-        Gives a context for the work on one quantity: what the quantity's own code raises in it
-        becomes an error that names the quantity's plugin.
+        Returns a context manager for the code of one quantity: an exception in it becomes an
+        error that names the quantity's plugin.
     """
 
     build: SensorBuild
@@ -58,18 +58,18 @@ class Session:
 
 
 class Sink(ABC):
-    """Takes every reading of a session, in order.
+    """Receives every reading of a session, in order.
 
-    Authors write ``write``, and ``open`` and ``close`` where the sink holds something.
+    Implement ``write``, and ``open`` and ``close`` if the sink holds resources.
 
     Attributes
     ----------
     endings : tuple of str
         Endings of the files that :meth:`write_file` writes for each observation, such as
-        ``".npz"``. What must not be replaced in the user's folder is refused before anything is
-        measured.
+        ``".npz"``. Files of the user that would be overwritten are refused before the first
+        measurement.
     session : Session
-        From ``open`` on.
+        Available once ``open`` was called.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
@@ -80,25 +80,25 @@ class Sink(ABC):
         self.session: Session
 
     def open(self, session: Session) -> None:
-        """Acquire what is needed, before the first reading; call the inherited one."""
+        """Acquire resources before the first reading; overrides must call ``super().open``."""
         self.session = session
 
     @abstractmethod
     def write(self, reading: Reading) -> None:
-        """Take one reading."""
+        """Process one reading."""
 
-    def close(self) -> None:  # noqa: B027  (only sinks that hold something have it to release)
-        """Release what ``open`` acquired; what was written stays readable."""
+    def close(self) -> None:  # noqa: B027  (optional hook)
+        """Release what ``open`` acquired; files that were written stay readable."""
 
     def write_file(self, reading: Reading, ending: str, writer: Callable[[Path], None]) -> Path:
-        """Write one of the :attr:`endings` for an observation, whole or not at all.
+        """Write one of the :attr:`endings` for an observation, completely or not at all.
 
         Raises
         ------
         InputError
-            The user named no folder, or the file there is not one that a command wrote.
+            The user named no folder, or a file of that name exists that no command wrote.
         OSError
-            The disk is full or refuses; no file is left half-written.
+            The disk is full or not writable; no file is left half-written.
         """
         folder = self.session.folder
         if folder is None:

@@ -1,4 +1,4 @@
-"""From frames to readings: the chain of estimators, the pipeline, and the sensor in front of it.
+"""Computes readings from frames: the chain of estimators, the pipeline, and the sensor.
 
 May import acquisition, conditioning, recordings and what these may import.
 """

@@ -1,4 +1,4 @@
-"""The chain of estimators: each step's annotations say what it takes and what it gives."""
+"""The chain of estimators; each step's annotations declare its inputs and outputs."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ QuantityType = type[Quantity]
 
 @dataclass(frozen=True)
 class ChainResult:
-    """What one frame gave.
+    """Result of one frame.
 
     Attributes
     ----------
     by_type : mapping of type to Quantity
-        What was given and what each step made of it.
+        The inputs and the output of each step.
     steps : mapping of step name to Quantity
         The result of each step that ran.
     left_out : mapping of step name to type
-        The steps that could not run, each with the first input that was missing.
+        The steps that could not run, each with its first missing input.
     """
 
     by_type: Mapping[QuantityType, Quantity]
@@ -40,18 +40,18 @@ class ChainResult:
 
 @dataclass(frozen=True)
 class Step:
-    """A named estimator with what its annotations declare.
+    """A named estimator and the declarations in its annotations.
 
     Attributes
     ----------
     takes : tuple of type
         The arguments of ``estimate``, in order.
     needs : tuple of type
-        Those of them that must be there; the rest are annotated ``X | None``.
+        The required arguments; the others are annotated ``X | None``.
     gives : tuple of type
         The quantities that ``estimate`` returns.
     external : frozenset of type
-        Those of its inputs that the caller gives with each frame.
+        The inputs that the caller supplies with each frame.
     """
 
     name: str
@@ -65,35 +65,35 @@ class Step:
         return _title(self.name, self.estimator)
 
     def blamed(self) -> AbstractContextManager[None]:
-        """What fails inside the block becomes one message that names this step and its plugin."""
+        """Convert exceptions inside the block to an error that names this step and its plugin."""
         return blame(f"step {self.name!r}", self.estimator)
 
     def estimate(self, given: Mapping[QuantityType, Quantity]) -> tuple[Any, ...]:
-        """Run the estimator on those of the quantities that it takes; return its results."""
+        """Run the estimator on the quantities that it takes; return its results."""
         return _tuple(self.estimator.estimate(*(given.get(kind) for kind in self.takes)))
 
     def missing(self, available: Collection[QuantityType]) -> QuantityType | None:
-        """Return the first input that is needed and not available."""
+        """Return the first required input that is not available."""
         return next((kind for kind in self.needs if kind not in available), None)
 
 
 class Chain:
-    """Runs the steps of a profile in order, each on the quantities that it asks for.
+    """Runs the steps of a profile in order and passes quantities between them.
 
-    A step may take what comes with a frame and what an earlier step gives; types are matched
-    exactly, one producer per type.
+    A step can take what comes with a frame and what an earlier step returns. Types are matched
+    exactly, and each type has one producer.
 
     Parameters
     ----------
     steps : mapping of name to Estimator
-        In the order in which they run.
+        In execution order.
 
     Raises
     ------
     PluginError
         A step's ``estimate`` is missing or not fully annotated with quantities.
     ProfileError
-        Two steps give the same quantity, or a step stands before the one that it depends on.
+        Two steps return the same quantity, or a step precedes one that it depends on.
     """
 
     def __init__(self, steps: Mapping[str, Estimator]) -> None:
@@ -104,16 +104,16 @@ class Chain:
 
     @property
     def external(self) -> frozenset[QuantityType]:
-        """What the caller has to give with each frame, so that every step can run."""
+        """The inputs that the caller must supply with each frame for every step to run."""
         return frozenset().union(*(step.external for step in self.steps))
 
     @property
     def stateful(self) -> bool:
-        """Whether a reading depends on the frames before, so that frames must stay in order."""
+        """Whether a reading depends on earlier frames, so that frames must stay in order."""
         return any(step.estimator.stateful for step in self.steps)
 
     def left_out(self, given: Collection[QuantityType]) -> dict[str, QuantityType]:
-        """Return the steps that cannot run on these types, each with the first one missing."""
+        """Return the steps that cannot run on these types, each with its first missing input."""
         available, left_out = set(given), dict[str, QuantityType]()
         for step in self.steps:
             missing = step.missing(available)
@@ -124,43 +124,43 @@ class Chain:
         return left_out
 
     def check(self, given: Collection[QuantityType]) -> None:
-        """Refuse a chain with a step that could never run.
+        """Raise an error if a step can never run.
 
         Parameters
         ----------
         given : collection of types
-            Everything that may come with a frame, also what only a calibrated unit has.
+            Everything that can come with a frame, including what only a calibrated unit provides.
 
         Raises
         ------
         ProfileError
-            A step needs a quantity that is neither given nor made by any step.
+            A step needs a quantity that neither comes with a frame nor from another step.
         """
         known = {*given, *self.external, *(kind for step in self.steps for kind in step.gives)}
         for step in self.steps:
             missing = step.missing(known)
             if missing is not None:
                 raise ProfileError(
-                    f"{step} needs {missing.__name__}, which no step gives; add a step that gives "
-                    f"it before {step.name!r}, or remove {step.name!r}"
+                    f"{step} needs {missing.__name__}, which no step provides; add a step that "
+                    f"provides it before {step.name!r}, or remove {step.name!r}"
                 )
 
     def run(self, given: Mapping[QuantityType, Quantity], *, tare: bool = False) -> ChainResult:
-        """Run every step whose needs are met.
+        """Run every step whose inputs are available.
 
         Parameters
         ----------
         given : mapping of type to Quantity
             What came with the frame.
         tare : bool
-            Take this frame's load for zero, already in what is returned.
+            Subtract this frame's load, starting with the returned result.
 
         Raises
         ------
         ProfileError
-            A step gives a type that was given already.
+            A step returns a type that is already present.
         PluginFault
-            A step failed, or returned something else than it declares, or of another form.
+            A step failed, or its result does not match its declaration.
         """
         self.open()
         by_type, results = dict(given), dict[str, Quantity]()
@@ -175,8 +175,8 @@ class Chain:
             given_already = next((kind for kind in step.gives if kind in by_type), None)
             if given_already is not None:
                 raise ProfileError(
-                    f"{step} gives {given_already.__name__}, which this sensor's calibration gives "
-                    f"already; remove the step"
+                    f"{step} provides {given_already.__name__}, which this sensor's calibration "
+                    f"already provides; remove the step"
                 )
             with step.blamed():
                 found = step.estimate(by_type)
@@ -190,7 +190,7 @@ class Chain:
         return ChainResult(by_type, results, left_out)
 
     def open(self) -> None:
-        """Let every step acquire what it needs; does nothing when they have."""
+        """Open every step; do nothing if they are already open."""
         if not self._opened:
             for step in self.steps:
                 with step.blamed():
@@ -198,7 +198,7 @@ class Chain:
             self._opened = True
 
     def close(self) -> None:
-        """Let every step release what it acquired."""
+        """Close every step."""
         if self._opened:
             self._opened = False
             for step in self.steps:
@@ -206,18 +206,18 @@ class Chain:
                     step.estimator.close()
 
     def __getstate__(self) -> dict[str, Any]:
-        # a copy in another process acquires for itself
+        # a copy in another process opens its own resources
         return {**vars(self), "_opened": False}
 
     def reset(self) -> None:
-        """Let every step forget earlier frames."""
+        """Make every step forget earlier frames."""
         for step in self.steps:
             with step.blamed():
                 step.estimator.reset()
 
 
 def declared_step(name: str, estimator: Estimator) -> Step:
-    """Read what an estimator takes and gives from the annotations of its ``estimate``.
+    """Read an estimator's inputs and outputs from the annotations of its ``estimate``.
 
     Raises
     ------
@@ -231,7 +231,7 @@ def declared_step(name: str, estimator: Estimator) -> Step:
     try:
         hints = get_type_hints(method, include_extras=True)
         parameters = inspect.signature(method).parameters.values()
-    except Exception as error:  # evaluating annotations runs whatever they say
+    except Exception as error:  # evaluating annotations executes arbitrary code
         raise PluginError(
             f"{title}: the annotations of estimate() cannot be read ({error}); import their types "
             f"at run time, not only under TYPE_CHECKING"
@@ -254,14 +254,14 @@ def declared_step(name: str, estimator: Estimator) -> Step:
         raise PluginError(f"{title}: the result of estimate() must be one quantity, never None")
     kinds = tuple(kind for kind, _ in gives)
     for kind in kinds:
-        fields_of(kind)  # now, and not with the first frame
+        fields_of(kind)  # report mistakes now rather than with the first frame
     return Step(name, estimator, tuple(takes), tuple(needs), kinds, frozenset(external))
 
 
 def without_markers(steps: Mapping[str, Estimator]) -> list[str]:
-    """Return the steps that are of no use on a gel without markers.
+    """Return the steps that cannot work on a gel without markers.
 
-    Those that need markers, and those that need what only these would give.
+    These are the steps that need markers and the steps that need the results of those.
     """
     declared = [declared_step(name, estimator) for name, estimator in steps.items()]
     useless = [step for step in declared if step.estimator.needs_markers]
@@ -281,25 +281,25 @@ def _tuple(result: Any) -> tuple[Any, ...]:
 def _checked(
     step: Step, results: tuple[Any, ...], size: tuple[int, ...] | None
 ) -> tuple[Quantity, ...]:
-    """Refuse what a step does not declare, or quantities of another form."""
+    """Raise an error if results differ from the step's declaration in type or form."""
     declared = " and ".join(kind.__name__ for kind in step.gives)
     wrong = ""
     if len(results) != len(step.gives):
         wrong = f"{len(results)} results instead of the {declared} that it declares"
     for result, kind in zip(results, step.gives, strict=False):
         if not isinstance(result, kind):
-            said = f"{type(result).__name__} instead of the {kind.__name__} that it declares"
+            mismatch = f"{type(result).__name__} instead of the {kind.__name__} that it declares"
         else:
-            said = form_fault(result, size)
-            said = said and f"a quantity of the wrong form: {said}"
-        wrong = wrong or said
+            mismatch = form_fault(result, size)
+            mismatch = mismatch and f"a quantity of the wrong form: {mismatch}"
+        wrong = wrong or mismatch
     if wrong:
         raise fault(f"step {step.name!r}", step.estimator, f"returned {wrong}")
     return results
 
 
 def _extras(annotation: Any) -> tuple[Any, ...]:
-    """What is annotated beside the type, of each member of a union."""
+    """Return the metadata of ``Annotated``, of each member of a union."""
     members = get_args(annotation) if _is_union(annotation) else (annotation,)
     return tuple(extra for m in members for extra in getattr(m, "__metadata__", ()))
 
@@ -319,8 +319,8 @@ def _quantity(annotation: Any, what: str) -> tuple[QuantityType, bool]:
         or not issubclass(options[0], Quantity)
     ):
         shown = inspect.formatannotation(annotation)
-        said = "has no annotation" if annotation is None else f"is annotated {shown}"
-        raise PluginError(f"{what} of estimate() {said}; annotate it with one Quantity type")
+        actual = "has no annotation" if annotation is None else f"is annotated {shown}"
+        raise PluginError(f"{what} of estimate() {actual}; annotate it with one Quantity type")
     return options[0], optional
 
 
@@ -331,19 +331,19 @@ def _refuse_two_producers(steps: tuple[Step, ...]) -> None:
             first = producer.setdefault(kind, step)
             if first is not step:
                 raise ProfileError(
-                    f"{first} and {step} both give {kind.__name__}; keep one and set the other to "
-                    f"null"
+                    f"{first} and {step} both provide {kind.__name__}; keep one and set the other "
+                    f"to null"
                 )
 
 
 def _refuse_wrong_order(steps: tuple[Step, ...]) -> None:
     for index, step in enumerate(steps):
         for kind in set(step.gives) & set(step.takes):
-            raise ProfileError(f"{step} takes the {kind.__name__} that it gives itself")
+            raise ProfileError(f"{step} takes the {kind.__name__} that it provides itself")
         for later in steps[index + 1 :]:
             for kind in set(later.gives) & set(step.takes):
                 raise ProfileError(
-                    f"{step} takes {kind.__name__}, which only the later {later} gives; move "
+                    f"{step} takes {kind.__name__}, which only the later {later} provides; move "
                     f"{later.name!r} before {step.name!r}"
                 )
 

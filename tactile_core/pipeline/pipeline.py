@@ -1,4 +1,4 @@
-"""Profile + bundle + reference → readings, with no device: pickles, and runs anywhere."""
+"""Computes readings from frames with a profile, a bundle and a reference; needs no device."""
 
 from __future__ import annotations
 
@@ -46,38 +46,38 @@ from tactile_core.quantities import (
 _INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
 
 _RELEVANT_SHARE = 0.01
-"""Of a frame's intensities: fewer that are saturated or dark are filled without a word."""
+"""Share of a frame's intensities: fewer saturated or dark ones are filled without a warning."""
 
 _COMPILING_MS = 2000.0
-"""No frame takes so long, unless kernels are compiled."""
+"""A frame takes longer only if its kernels are being compiled."""
 
 
 class Pipeline:
-    """Turns frames into readings.
+    """Computes readings from frames; picklable.
 
     Parameters
     ----------
     profile : Profile, str or Path
         A profile, its name, or the path of its YAML file.
     bundle : Bundle or Path, optional
-        The unit's calibration; without one, the steps that need slopes are left out.
+        The unit's calibration. Without one, steps that need slopes are left out.
     reference : Reference, optional
-        The untouched sensor; the bundle's own where it is not given.
+        The undeformed sensor. Default: the bundle's reference.
     serial : str, optional
-        The unit's serial; a bundle of another unit is refused.
+        The unit's serial number; a bundle of another unit is refused.
     compiled : bool, optional
-        Whether steps and calibration use compiled loops, where they have some: the same but for
-        rounding, and sooner. By default where the extra ``fast`` is installed; loading it takes as
-        long as hundreds of frames save.
+        Whether steps and calibration use compiled loops; results are equal up to rounding.
+        Default: True if the extra ``fast`` is installed. Loading compiled loops takes about as
+        long as they save over hundreds of frames.
 
     Raises
     ------
     ProfileError, PluginError
-        The profile or one of its parts is unusable.
+        The profile or one of its components is unusable.
     CalibrationError
-        The bundle is not for this sensor.
+        The bundle belongs to another sensor.
     InputError
-        The reference does not fit the profile.
+        The reference does not match the profile.
     """
 
     def __init__(
@@ -114,27 +114,27 @@ class Pipeline:
         self._used = self._tares = False
         if markless:
             notes.append(
-                f"the gel carries no markers, so these steps are left out: {', '.join(markless)}"
+                f"the gel has no markers, so these steps are left out: {', '.join(markless)}"
             )
         notes += self._notes_of_left_out()
         self.notes = tuple(notes)
 
     def frame(self, *images: Pixels, timestamp_s: float = 0.0, source: str = "") -> Frame:
-        """Make a frame of one's own images: cropped, straightened and stacked as the profile says.
+        """Make a frame from camera images: crop, rectify and stack them as the profile specifies.
 
         Parameters
         ----------
         images : (H, W) or (H, W, 3) uint8 or uint16
-            One for each exposure of an observation, in order, as the camera sends them.
+            One raw camera image for each exposure of an observation, in order.
         timestamp_s : float
             Time at mid-observation.
         source : str
-            Its name, for messages and files.
+            Name of the observation, for messages and files.
 
         Raises
         ------
         InputError
-            There are too few or too many, or one is not what the profile describes.
+            The number of images is wrong, or an image does not match the profile.
         """
         return self._assembly.frame(
             [Image(np.asarray(image), timestamp_s, source=source) for image in images]
@@ -150,17 +150,16 @@ class Pipeline:
         Parameters
         ----------
         frame : Frame
-            (H, W, K) as the profile describes it.
+            (H, W, K), with the profile's size and channels.
         *inputs : Quantity
-            What steps take from outside, such as the pose of a robot.
+            External inputs of the steps, such as a robot's pose.
         tare : bool
-            Take this frame's load for zero, in this reading and in those after it, as after
-            :meth:`tare`.
+            Subtract this frame's load from this reading and all later ones; see :meth:`tare`.
 
         Raises
         ------
         InputError
-            The frame's size or channels are not the profile's.
+            The frame's size or channels differ from the profile's.
         """
         first, self._used = not self._used, True
         tare, self._tares = tare or self._tares, False
@@ -184,21 +183,21 @@ class Pipeline:
         for name, kind in result.left_out.items():
             if kind in self._chain.external:
                 warnings.append(
-                    f"step {name!r} needs {kind.__name__}, which was not given with this frame, so "
-                    f"it is left out"
+                    f"step {name!r} needs {kind.__name__}, which was not given with this frame; "
+                    f"the step is left out"
                 )
             elif first and kind is Gradients and HeightMap in given:
                 warnings.append(
-                    f"step {name!r} needs Gradients and this calibration gives a HeightMap "
-                    f"directly, so it is left out"
+                    f"step {name!r} needs Gradients, but this calibration provides a HeightMap "
+                    f"directly; the step is left out"
                 )
         for quantity in measured_only.values():
             with blame_of(quantity):
                 warnings += quantity.warnings()
         if first and self.compiled and latency_ms > _COMPILING_MS:
             warnings.append(
-                f"this frame took {latency_ms / 1e3:.0f} s, in which the extra 'fast' compiled its "
-                f"kernels, once for this installation"
+                f"this frame took {latency_ms / 1e3:.0f} s, because the extra 'fast' compiled its "
+                f"kernels; this happens once per installation"
             )
         return Reading(
             frame=frame,
@@ -211,31 +210,31 @@ class Pipeline:
         )
 
     def map(self, frames: Iterable[Frame], *, workers: int = 1) -> Iterator[Reading]:
-        """Measure frames, in order, by several processes.
+        """Measure frames in parallel processes and yield the readings in order.
 
-        The first is measured here. In a script that is run, more than one worker needs
-        ``if __name__ == "__main__":``, as with :mod:`multiprocessing`.
+        The first frame is measured in this process. As with :mod:`multiprocessing`, a script that
+        uses more than one worker needs ``if __name__ == "__main__":``.
 
         Parameters
         ----------
         frames : iterable of Frame
-            Read as they are needed.
+            Consumed lazily.
         workers : int
-            How many processes; 1 measures here.
+            Number of processes; 1 measures in this process.
 
         Raises
         ------
         InputError
-            There are several workers, and a step depends on the frames before.
+            There are several workers and a step depends on earlier frames.
         ChildProcessError
             A worker was killed.
         """
         in_order = [step.name for step in self.steps if step.estimator.stateful]
         if workers > 1 and in_order:
             raise InputError(
-                f"frames cannot be shared out over {workers} workers, since these steps depend on "
-                f"the frames before: {', '.join(in_order)}; take one worker, or a profile without "
-                f"them"
+                f"{workers} workers cannot share these frames, because these steps depend on "
+                f"earlier frames: {', '.join(in_order)}; use one worker, or a profile without "
+                f"these steps"
             )
         left = iter(frames)
         for frame in islice(left, 1 if workers > 1 else None):
@@ -255,20 +254,20 @@ class Pipeline:
 
     @property
     def gives(self) -> tuple[type[Quantity], ...]:
-        """What a reading may hold."""
+        """The types of quantity that a reading can contain."""
         measured = () if self._calibration is None else (Gradients, HeightMap)
         of_steps = (kind for step in self.steps for kind in step.gives)
         return tuple(dict.fromkeys([*measured, *of_steps]))
 
     @property
     def takes(self) -> frozenset[type[Quantity]]:
-        """What has to come from outside with each frame, so that every step can run."""
+        """The external inputs that each frame needs for every step to run."""
         return self._chain.external
 
     def with_reference(self, reference: Reference) -> Pipeline:
-        """Return the same pipeline measured against another untouched state.
+        """Return a pipeline with another reference.
 
-        Its steps are those of this one: they keep what they were tared to and the markers that they
+        It shares the steps of this pipeline, which keep their tare and the markers that they
         track.
         """
         other = Pipeline(
@@ -278,20 +277,20 @@ class Pipeline:
         return other
 
     def close(self) -> None:
-        """Let every step release what it holds; a frame that is processed later opens it again."""
+        """Release the resources of every step; the next frame acquires them again."""
         self._chain.close()
 
     def reset(self) -> None:
-        """Forget everything about earlier frames."""
+        """Forget all earlier frames."""
         self._chain.reset()
         self._tares = False
 
     def tare(self) -> None:
-        """Take the load of the next frame for zero from then on, until :meth:`reset`."""
+        """Subtract the load of the next frame from all later readings, until :meth:`reset`."""
         self._tares = True
 
     def _build_chain(self) -> tuple[Chain, list[str]]:
-        """The chain, and the steps left out of it since the gel carries no markers."""
+        """Return the chain, and the names of the steps left out because the gel has no markers."""
         image, gel = self.profile.image, self.profile.gel
         if self.conditioning.finder is not None:
             gel = self.conditioning.finder.told(gel, image.mm_per_px)
@@ -304,7 +303,7 @@ class Pipeline:
         return chain_of(self.profile, steps)
 
     def _with_detections(self, reference: Reference | None) -> Reference | None:
-        """Add the markers of the untouched skin, found by the very step that finds a frame's."""
+        """Add the markers of the undeformed gel, detected by the step that detects a frame's."""
         step = next((s for s in self._chain.steps if s.gives == (MarkerDetections,)), None)
         if reference is None or step is None or reference.detections is not None:
             return reference
@@ -331,7 +330,7 @@ class Pipeline:
             reference = Reference(even, frame.channels, frame.full_scale)
         measured = measured_by(calibration, frame, reference)
         if isinstance(measured, HeightMap) and measured.rest_mm is None:
-            # a light model does not know the shape of the gel
+            # a light model has no access to the shape of the gel
             return replace(measured, rest_mm=self._rest_mm)
         return measured
 
@@ -354,7 +353,7 @@ class Pipeline:
         left_out = self._left_out()
         unreferenced = [name for name, kind in left_out.items() if kind is Reference]
         others = [name for name in left_out if name not in unreferenced]
-        no_reference = "no reference", "give --reference, a recording of the untouched sensor"
+        no_reference = "no reference", "give --reference, a recording of the undeformed sensor"
         no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
         reasons = [
             (unreferenced, no_reference),
@@ -367,7 +366,7 @@ class Pipeline:
         ]
 
     def _left_out(self) -> dict[str, type[Quantity]]:
-        """The steps that cannot run, each with the first thing of those given that is missing."""
+        """Return the steps that cannot run, each with the missing input that causes it."""
         given: set[type[Quantity]] = {Frame, *self._chain.external}
         if self.reference is not None:
             given.add(Reference)
@@ -384,26 +383,26 @@ class Pipeline:
     def _check_order(self, frame: Frame) -> None:
         if self.bundle is not None and frame.channels != self.bundle.manifest.channels:
             raise CalibrationError(
-                f"the lights fire in the order {', '.join(frame.channels)} and the bundle was made "
-                f"with {', '.join(self.bundle.manifest.channels)}; use the profile that it was "
-                f"made with or calibrate again"
+                f"the lights fire in the order {', '.join(frame.channels)}, but the bundle was "
+                f"made with {', '.join(self.bundle.manifest.channels)}; use the bundle's profile "
+                f"or calibrate again"
             )
 
     def _check(self, pixels: Pixels, what: str) -> None:
         image, shape = self.profile.image, pixels.shape
         if len(shape) != 3 or pixels.dtype not in _INTENSITIES:
             raise InputError(
-                f"the {what} holds {pixels.dtype} in the shape {shape}; give (H, W, K) with K "
-                f"channels of uint8, uint16 or float32"
+                f"the {what} has dtype {pixels.dtype} and shape {shape}; it should be (H, W, K) "
+                f"with K channels of uint8, uint16 or float32"
             )
         if shape[:2] != (image.height_px, image.width_px):
             raise InputError(
-                f"the {what} is {shape[1]} × {shape[0]} and the profile {self.profile.name!r} says "
-                f"{image.width_px} × {image.height_px}; correct 'image' in the profile"
+                f"the {what} is {shape[1]} × {shape[0]}, but the profile {self.profile.name!r} "
+                f"specifies {image.width_px} × {image.height_px}; correct 'image' in the profile"
             )
         if self.bundle is not None and shape[2] != len(self.bundle.manifest.channels):
             raise InputError(
-                f"the {what} has {shape[2]} channels and the bundle was made for "
+                f"the {what} has {shape[2]} channels, but the bundle was made for "
                 f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
             )
 

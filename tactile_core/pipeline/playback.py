@@ -1,4 +1,4 @@
-"""What a profile's sensor observes with, and recordings that are played back in its place."""
+"""Makes the devices of a profile, and plays back recordings in their place."""
 
 from __future__ import annotations
 
@@ -23,19 +23,18 @@ from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recording import open_recording
 
 _SAME_SHAPE = 0.01
-"""Stretch below which an image has the profile's shape but for rounding."""
+"""Largest deviation from 1 of the stretch that rounding of the image size can cause."""
 
 
 class Devices(NamedTuple):
-    """What a sensor observes with, closed.
+    """The devices of a sensor, not yet open.
 
     Attributes
     ----------
     camera : Camera
     illumination : Illumination
     driver : LightDriver or None
-        What switches the lights; None where the profile names none, and beside a camera that is
-        not live.
+        Switches the lights; None if the profile names none or the camera is not live.
     """
 
     camera: Camera
@@ -60,7 +59,7 @@ class Playback(NamedTuple):
     notes : tuple of str
         For the user.
     observations : int or None
-        How many there are; None where only reading to the end would say.
+        Number of observations; None if it is unknown before the end.
     """
 
     profile: Profile
@@ -77,7 +76,7 @@ def played_back(profile: Profile, path: Path) -> Playback:
     if recording.crop is not None:
         image = image.model_copy(update={"crop": recording.crop})
     if recording.mm_per_px is not None:
-        # The scan's scale is that of the camera's pixels, the profile's that of the result's.
+        # a recording gives the scale of the camera's pixels, the profile that of the final image
         camera_scale = ImageGeometry(image).camera_mm_per_px(recording.size_px)
         scale = image.mm_per_px * recording.mm_per_px / camera_scale
         if scale != image.mm_per_px:
@@ -94,9 +93,9 @@ def played_back(profile: Profile, path: Path) -> Playback:
         width, height = recording.size_px
         notes = (
             *notes,
-            f"{path.name} holds images of {width} × {height}, which are stretched to the profile's "
-            f"{image.width_px} × {image.height_px}, so that mm_per_px does not hold in both "
-            f"directions; set 'image.crop' or the size in the profile",
+            f"{path.name} has images of {width} × {height}, which are stretched to the profile's "
+            f"{image.width_px} × {image.height_px}, so mm_per_px is wrong in one direction; set "
+            f"'image.crop' or the size in the profile",
         )
     camera = Component.model_validate(
         {"use": "core.replay", "path": path, "images_per_observation": count}
@@ -106,7 +105,7 @@ def played_back(profile: Profile, path: Path) -> Playback:
 
 
 def observation_names(profile: Profile, path: Path) -> list[str]:
-    """Names of a recording's observations; of a video's the first alone."""
+    """Return the names of a recording's observations; for a video, only the first name."""
     recording = open_recording(path, images_per_observation=images_per_observation(profile))
     if recording.video is not None:
         return [f"{path.stem}_{0:06d}"]
@@ -114,12 +113,12 @@ def observation_names(profile: Profile, path: Path) -> list[str]:
 
 
 def images_per_observation(profile: Profile) -> int:
-    """How many exposures the profile's lights take for one frame, a dark one included."""
+    """Return the number of exposures per observation, including a dark one."""
     return len(exposures_of(make_lights(profile)))
 
 
 def read_reference(profile: Profile, path: Path) -> Reference:
-    """Average the observations of a recording of the untouched sensor."""
+    """Average the observations of a recording of the undeformed sensor."""
     return average(list(read_frames(profile, path)))
 
 
@@ -132,7 +131,7 @@ def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
 
 
 def make_lights(build: SensorBuild) -> Illumination:
-    """Make the description of a sensor's lights: where they stand, and its exposures."""
+    """Make the description of a sensor's lights: positions and exposures."""
     lights: type[Illumination] = resolve("illumination", build.illumination.use)
     with blame(LIGHTS, lights):
         return lights(options_of(lights, build.illumination))

@@ -1,4 +1,4 @@
-"""The chain that the steps of a profile make."""
+"""Builds the chain of a profile's steps."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
-"""What may come with a frame of a calibrated unit; some calibrations give height directly."""
+"""Quantities that can come with a calibrated unit's frame; some calibrations return height."""
 
 
 def check_steps(profile: Profile) -> None:
-    """Refuse a profile whose steps make no chain, without making any of them.
+    """Check that the steps of a profile form a chain, without instantiating them.
 
     Raises
     ------
@@ -23,12 +23,12 @@ def check_steps(profile: Profile) -> None:
         As for a :class:`Pipeline` of this profile.
     """
     kinds = {name: resolve("estimator", step.use) for name, step in profile.estimators.items()}
-    # annotations are all that is asked of them
+    # the checks read only annotations
     chain_of(profile, {name: kind.__new__(kind) for name, kind in kinds.items()})
 
 
 def chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:
-    """The chain, and the steps left out of it since the gel carries no markers."""
+    """Return the chain, and the names of the steps left out because the gel has no markers."""
     markless = without_markers(steps) if profile.gel.markers is None else []
     chain = Chain({name: step for name, step in steps.items() if name not in markless})
     chain.check(_EVER_GIVEN)

@@ -1,4 +1,4 @@
-"""Open a sensor by its profile's name and read quantities from it."""
+"""Opens a sensor by its profile's name and reads quantities from it."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
 
 _MANY_FRAMES = 250
+"""Frames after which compiled loops have saved the time that loading them takes."""
 
 FIRST = "first"
-"""As ``reference``: take the first frame, and mark every reading relative."""
+"""Value of ``reference``: use the first frame and mark every reading as relative."""
 
 
 def open_sensor(
@@ -39,26 +40,26 @@ def open_sensor(
     sim: bool = False,
     script: Path | str | None = None,
 ) -> Sensor:
-    """Assemble a sensor from its profile and open it.
+    """Make a sensor from its profile and open it.
 
     Parameters
     ----------
     profile : Profile, str or Path
-        A shipped or plugin's profile by name, or the path of a YAML file.
+        Name of a shipped profile or of a plugin's profile, or the path of a YAML file.
     serial : str, optional
-        Which physical unit: selects its bundle, and refuses another unit's.
+        Serial number of the unit; selects its bundle and refuses that of another unit.
     bundle : Bundle or path, optional
-        The calibration; by default the one in the user's data directory, if there is one.
+        The calibration. Default: the bundle in the user's data directory, if there is one.
     input : path, optional
-        Measure a recording instead of the profile's camera.
+        A recording to measure instead of the profile's camera.
     reference : Reference, path or "first", optional
-        The untouched sensor; by default the bundle's. ``"first"`` takes the first frame, and each
-        reading is marked relative.
+        The undeformed sensor. Default: the bundle's reference. ``"first"`` uses the first frame
+        and marks every reading as relative.
     sim : bool
-        Apply the profile's ``sim`` overlay: the virtual twin of the rig.
+        Open the virtual sensor: apply the profile's ``sim`` overlay.
     script : path, optional
-        What happens in front of the twin: YAML as for ``tactile simulate``. Else what the overlay
-        names, or a ball that comes and goes.
+        Script of the virtual sensor: YAML as for ``tactile simulate``. Default: the script that
+        the overlay names, else a ball that presses and withdraws repeatedly.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def open_sensor(
     Raises
     ------
     ProfileError, PluginError, CalibrationError, InputError
-        Something given is unusable; the message says what to do.
+        An argument is unusable; the message says what to do.
     DeviceError
         A device cannot be opened; nothing is left open.
     """
@@ -87,12 +88,12 @@ def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profil
     if script is None:
         return load_profile(profile, sim=sim)
     if not sim:
-        raise InputError(f"{script} tells what happens to a virtual twin; ask for it with --sim")
+        raise InputError(f"the script {script} controls the virtual sensor; add --sim")
     return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})
 
 
 class Sensor:
-    """Acquisition in front of a :class:`~tactile_core.pipeline.pipeline.Pipeline`."""
+    """A sensor's acquisition and its :class:`~tactile_core.pipeline.pipeline.Pipeline`."""
 
     def __init__(
         self,
@@ -111,7 +112,7 @@ class Sensor:
         self._serial = serial
         self._bundle = bundle
         self._given_reference = reference
-        # loading compiled loops takes as long as they save on so many frames
+        # loading compiled loops takes as long as they save over this many frames
         self._compiled = False if count is not None and count < _MANY_FRAMES else None
         self._camera, illumination, self._driver = make_devices(profile)
         self._acquisition = Acquisition(self._camera, illumination, profile.image, self._driver)
@@ -120,13 +121,13 @@ class Sensor:
 
     @property
     def pipeline(self) -> Pipeline:
-        """What turns this sensor's frames into readings; pickles."""
+        """The pipeline that computes readings from this sensor's frames; picklable."""
         if self._pipeline is None:
             raise InputError("the sensor is closed; open it with 'with open_sensor(…) as sensor:'")
         return self._pipeline
 
     def open(self) -> Self:
-        """Open lights and camera; on failure nothing stays open."""
+        """Open the lights and the camera; if that fails, nothing stays open."""
         try:
             if self._driver is not None:
                 with blame(DRIVER, self._driver):
@@ -153,11 +154,11 @@ class Sensor:
         return self
 
     def close(self) -> None:
-        """Darken the lights, close camera and driver, each even where another fails.
+        """Switch the lights off and close camera and driver, even if one of them fails.
 
         May be called twice.
         """
-        # no ExitStack: it never returns where a device raises one error object again and again
+        # not an ExitStack: it never returns if a device raises the same error object repeatedly
         try:
             if self._pipeline is not None:
                 self._pipeline.close()
@@ -175,7 +176,7 @@ class Sensor:
             self._camera.close()
 
     def _darken(self) -> None:
-        # lights on the camera's own handle obey only as long as the camera is open
+        # lights that are driven through the camera work only while the camera is open
         if self._driver is not None and self._driver.is_open:
             with blame(DRIVER, self._driver):
                 self._driver.set({})
@@ -197,18 +198,18 @@ class Sensor:
         self.close()
 
     def read(self, timeout_s: float = 1.0) -> Reading:
-        """Observe once and measure.
+        """Acquire one observation and measure it.
 
         Raises
         ------
         CameraTimeout
             No observation within ``timeout_s`` per exposure.
         CameraLost
-            The camera went away or the recording has come to its end.
+            The camera was disconnected, or the recording has ended.
         """
         frame = self._next(timeout_s)
         if frame is None:
-            raise CameraLost("the recording has come to its end")
+            raise CameraLost("the recording has ended")
         return self.pipeline.process(frame)
 
     def stream(
@@ -219,32 +220,32 @@ class Sensor:
         workers: int = 1,
         inputs: Callable[[Frame], Iterable[Quantity]] | None = None,
     ) -> Iterator[Reading]:
-        """Yield readings until the recording ends; without end on a live camera.
+        """Yield readings until the recording ends; a live camera never ends.
 
         Parameters
         ----------
         timeout_s : float
-            For each exposure.
+            Timeout of each exposure.
         tare_frame : int, optional
-            Sequence number of the frame whose load is taken for zero, from there on.
+            Sequence number of the frame whose load is subtracted from then on.
         workers : int
-            How many processes measure; see :meth:`Pipeline.map
+            Number of processes; see :meth:`Pipeline.map
             <tactile_core.pipeline.pipeline.Pipeline.map>`.
         inputs : callable, optional
-            Gives what comes from outside with a frame, such as
+            Returns the external inputs of a frame, such as
             :class:`~tactile_core.recordings.saved_inputs.SavedInputs`.
 
         Raises
         ------
         InputError
-            There are several workers and a tare, inputs from outside, or a step that depends on the
-            frames before.
+            There are several workers together with a tare, external inputs or a step that depends
+            on earlier frames.
         """
         if workers > 1:
             if tare_frame is not None:
-                raise InputError("a tare needs the frames in order; take one worker")
+                raise InputError("a tare needs the frames in order; use one worker")
             if inputs is not None:
-                raise InputError("inputs from outside are given frame by frame; take one worker")
+                raise InputError("external inputs need the frames in order; use one worker")
             frames = iter(partial(self._next, timeout_s), None)
             yield from self.pipeline.map(frames, workers=workers)
             return
@@ -253,13 +254,13 @@ class Sensor:
             yield self.pipeline.process(frame, *given, tare=frame.sequence == tare_frame)
 
     def tare(self) -> None:
-        """Take the load of the next reading for zero: it and later ones tell the change since."""
+        """Subtract the load of the next reading from it and from all later ones."""
         self.pipeline.tare()
 
     def capture_reference(self, frames: int = 10) -> Reference:
-        """Take the mean of the next ``frames`` observations as the untouched sensor.
+        """Use the mean of the next ``frames`` observations as the new reference.
 
-        Nothing may touch the gel meanwhile.
+        Nothing may touch the gel during this time.
         """
         taken = [frame for frame in (self._next(1.0) for _ in range(frames)) if frame is not None]
         reference = average(taken)
@@ -277,7 +278,7 @@ class Sensor:
             return read_reference(self.profile, Path(given))
         first = self._acquisition.observe()
         if first is None:
-            raise InputError("the input holds no frame to take the reference from")
+            raise InputError("the input has no frame to use as reference")
         self._pending.append(first)
         reference = average([first])
         return Reference(**{**vars(reference), "relative": True})

@@ -1,4 +1,4 @@
-"""The sinks of a run: named by the user, with the options that the profile gives them."""
+"""The sinks of a run: selected by name, with options from the profile."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ CORE = "core"
 
 
 class Sinks:
-    """Several sinks that take the same readings; use it in a ``with`` block.
+    """Several sinks that receive the same readings; use it in a ``with`` block.
 
     Parameters
     ----------
     profile : Profile
-        Whose ``sinks`` may be named, and give options.
+        Its ``sinks`` can be named here, and supply options.
     names : collection of str
-        A name of the profile's ``sinks``, ``plugin.name``, or one of the core's: npz, tmd, png,
-        ply.
+        Each is a name in the profile's ``sinks``, ``plugin.name``, or one of the core's: npz, tmd,
+        png, ply.
 
     Raises
     ------
@@ -50,23 +50,23 @@ class Sinks:
 
     @property
     def endings(self) -> tuple[str, ...]:
-        """Endings of the files that they write for each observation."""
+        """Endings of the files that the sinks write for each observation."""
         return tuple(ending for sink in self._sinks.values() for ending in sink.endings)
 
     def open(self, pipeline: Pipeline, folder: ResultFolder | None = None) -> Self:
-        """Open each sink; on failure none stays open.
+        """Open each sink; if one fails, none stays open.
 
         Parameters
         ----------
         pipeline : Pipeline
-            Whose readings they will take.
+            The source of the readings.
         folder : ResultFolder, optional
-            Where files go.
+            Destination of files.
 
         Raises
         ------
         InputError
-            A sink writes files, and there is no folder for them.
+            A sink writes files and no folder is given.
         PluginFault
             A sink fails.
         """
@@ -90,21 +90,21 @@ class Sinks:
         return self
 
     def write(self, reading: Reading) -> None:
-        """Give a reading to each sink.
+        """Pass a reading to each sink.
 
         Raises
         ------
         PluginFault
-            A sink fails; what was written before stays.
+            A sink fails; files that were written stay.
         OSError
-            The disk is full or refuses.
+            The disk is full or not writable.
         """
         for name, sink in self._sinks.items():
             with self._blamed(name):
                 sink.write(reading)
 
     def close(self) -> None:
-        """Close each sink, the last one first, also where another fails; may be called twice."""
+        """Close each sink, the last one first, even if one fails; may be called twice."""
         if self._open:
             name = self._open.pop()
             try:
@@ -129,7 +129,7 @@ class Sinks:
 
 
 def _component(profile: Profile, name: str) -> Component:
-    """The component that a name means: the profile's, a plugin's, or one of the core's."""
+    """Return the component of a name: the profile's, a plugin's, or one of the core's."""
     if name in profile.sinks:
         return profile.sinks[name]
     if "." in name:
@@ -139,7 +139,7 @@ def _component(profile: Profile, name: str) -> Component:
     if name not in known:
         choices: Iterable[str] = dict.fromkeys([*profile.sinks, *known])
         raise InputError(
-            f"{name!r} is no sink; choose among {', '.join(choices)}, or name one of a plugin, as "
-            f"plugin.name"
+            f"there is no sink {name!r}; choose from {', '.join(choices)}, or name a plugin's "
+            f"sink as plugin.name"
         )
     return Component(use=f"{CORE}.{name}")

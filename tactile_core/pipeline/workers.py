@@ -1,4 +1,4 @@
-"""Frames measured by several processes at once, in their order."""
+"""Measures frames in parallel processes and keeps their order."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Frame
 
 _WAITING_EACH = 2
-"""Frames that wait for each worker, so that none is idle and few are in memory."""
+"""Frames queued per worker: enough that none is idle, few enough to save memory."""
 
 
 class Processor(Protocol):
-    """A pipeline, as far as a worker needs it."""
+    """The part of a pipeline that a worker uses."""
 
     def process(self, frame: Frame) -> Reading:
         """Measure one frame."""
 
 
 def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> Iterator[Reading]:
-    """Yield the reading of each frame, in order, measured by as many processes.
+    """Yield the readings of frames in order, measured by several processes.
 
-    Each has a copy of the processor, so that no frame may depend on those before it.
+    Each process has its own copy of the processor, so a frame cannot depend on earlier ones.
 
     Raises
     ------
     ChildProcessError
         A worker was killed.
     """
-    # started afresh: a copy of this process would have its threads' locks without its threads
+    # "spawn": a forked process would inherit locks that its missing threads can never release
     pool = ProcessPoolExecutor(
         workers, get_context("spawn"), initializer=_begin, initargs=(pickle.dumps(processor),)
     )
@@ -50,19 +50,18 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
             yield waiting.popleft().result()
     except BrokenProcessPool as error:
         raise ChildProcessError(
-            "a worker process ended before it was done, perhaps for want of memory; try fewer "
-            "workers"
+            "a worker process was killed, perhaps because memory ran out; use fewer workers"
         ) from error
     finally:
         pool.shutdown(cancel_futures=True)
 
 
 _mine: list[Processor] = []
-"""The one of this worker process; a pool has no other way to give each process a value."""
+"""The processor of this worker process; a pool's initializer can set it only globally."""
 
 
 def _begin(pickled: bytes) -> None:
-    # the user's Ctrl-C goes to the process that asked for the readings
+    # Ctrl-C is handled by the process that consumes the readings
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _mine[:] = [pickle.loads(pickled)]
 

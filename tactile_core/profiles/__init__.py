@@ -1,4 +1,4 @@
-"""Profiles: YAML with positions, the model, and every mistake at once.
+"""Profiles: YAML with positions, the data model, and validation that reports every mistake.
 
 May import plugins, interfaces and what these may import.
 """

@@ -1,4 +1,4 @@
-"""Stage two: the components that a profile names, each checked by its own ``Options``."""
+"""Stage two of validation: each component checks its options with its own ``Options`` model."""
 
 from __future__ import annotations
 
@@ -28,22 +28,21 @@ _PLACES: Mapping[Keys, ComponentKind] = {
     ("illumination", "driver"): "light_driver",
     ("calibration",): "calibrator",
 }
-"""Where a profile names a component, beside its steps."""
+"""Keys at which a profile names a single component."""
 
 _COMPONENTS_WITHIN: Mapping[ComponentKind, tuple[str, ...]] = {"illumination": ("driver",)}
-"""Keys of a component that are no options of it, but components of their own."""
+"""Keys of a component that are themselves components, not options."""
 
 
 @dataclass(frozen=True)
 class Checked:
-    """What stage two found.
+    """Result of stage two.
 
     Attributes
     ----------
     problems : tuple of Problem
     settings : dict
-        The profile as ordinary values, in which the components' relative paths have become
-        absolute ones.
+        The profile as plain values, with absolute paths in the components' options.
     """
 
     problems: tuple[Problem, ...]
@@ -51,11 +50,11 @@ class Checked:
 
 
 def check_components(source: Source) -> Checked:
-    """Import each component that is named soundly and check its options.
+    """Import each component with a well-formed name and check its options.
 
-    Whatever else is wrong with the profile does not matter here. A component that cannot be
-    imported is a problem at its ``use``. Options declared as :class:`pathlib.Path` are relative to
-    the file that says them.
+    Other mistakes in the profile are ignored here. A component that cannot be imported is a
+    problem at its ``use``. Options declared as :class:`pathlib.Path` are relative to the file that
+    contains them.
     """
     tree = source.settings
     settings: dict[str, Any] = tree.plain()
@@ -73,8 +72,8 @@ def check_components(source: Source) -> Checked:
                 problem_at(
                     use.place,
                     (*keys, "use"),
-                    f"{use.value} needs printed markers and 'gel.markers' says that there are "
-                    f"none; say pitch and size there (or auto), or remove the step",
+                    f"{use.value} needs printed markers, but the profile has no 'gel.markers'; "
+                    f"set their pitch and diameter (or auto), or remove the step",
                 )
             )
         given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
@@ -93,18 +92,18 @@ def check_components(source: Source) -> Checked:
             if mistakes is not None:
                 found = problems_of(mistakes, tree, _with_components(kind, model), keys)
             _at(settings, keys).update(options)
-        said = {problem.key for problem in found}
-        problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in said)]
+        reported = {problem.key for problem in found}
+        problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in reported)]
     return Checked(tuple(problems), settings)
 
 
 def validate_components(source: Source) -> list[Problem]:
-    """Return what is wrong with the components that a profile names; see check_components."""
+    """Return the mistakes in the components of a profile; see :func:`check_components`."""
     return list(check_components(source).problems)
 
 
 def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
-    """Yield the options that are no number or endless, whatever a component's model thinks."""
+    """Yield a problem for each NaN or infinite option, even if the component's model allows it."""
     if isinstance(node.value, float) and not math.isfinite(node.value):
         yield problem_at(node.place, keys, f"should be a finite number, not {node.value}")
     inside: Iterable[tuple[str | int, Node]] = ()
@@ -135,7 +134,7 @@ def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
 
 def _names_a_component(node: Node | None) -> bool:
     use = None if node is None else node.get("use")
-    # Stage one has a word for any other name.
+    # stage one reports any other name
     return use is not None and isinstance(use.value, str) and "." in use.value.strip(".")
 
 
@@ -146,7 +145,7 @@ def _component(kind: ComponentKind, use: str) -> Any:
 
 
 def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError | None:
-    """What a component's own ``Options`` say against these options."""
+    """Validate options with the component's ``Options``; return the errors, or None."""
     with blame(f"the options of {use}", part):
         try:
             part.Options.model_validate(options)
@@ -156,13 +155,13 @@ def _mistakes(part: Any, use: str, options: dict[str, Any]) -> ValidationError |
 
 
 def _with_components(kind: ComponentKind, model: type[BaseModel]) -> type[BaseModel]:
-    """A component's ``Options`` with the keys beside them, so that these are known keys, too."""
+    """Return a component's ``Options`` extended by its nested components' keys."""
     within: dict[str, Any] = dict.fromkeys(_COMPONENTS_WITHIN.get(kind, ()), (Any, None))
     return create_model(model.__name__, __base__=model, **within) if within else model
 
 
 def _lacks_markers(source: Source, use: Node, part: Any) -> bool:
-    """Whether a step needs markers and is named where there are none; inherited ones drop out."""
+    """Whether a step needs markers that the gel lacks; inherited steps are skipped instead."""
     if not getattr(part, "needs_markers", False):
         return False
     markers: Keys = ("gel", "markers")
@@ -177,7 +176,7 @@ def _declared(model: type[BaseModel], key: str) -> Any:
 
 
 def _with_paths(node: Node, annotation: Any) -> Any:
-    """Return plain values, with what is declared as a path made absolute."""
+    """Return plain values in which options declared as paths are absolute."""
     if isinstance(node.value, tuple):
         args = get_args(annotation)
         return [_with_paths(item, args[0] if args else None) for item in node.value]

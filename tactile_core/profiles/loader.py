@@ -1,4 +1,4 @@
-"""From a profile's name or path to a validated :class:`Profile`, or every mistake in it."""
+"""Loads a profile by name or path and validates it, reporting every mistake."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from tactile_core.profiles.source import Source, read_source
 from tactile_core.profiles.yaml_tree import refusal
 
 _OVERRIDES = Place(Path("overrides"))
-"""Where what a program lays over a profile "stands"; its paths are relative to here."""
+"""Position reported for overrides; their paths are relative to the working directory."""
 
 _VIRTUAL: Mapping[str, Any] = {
     "camera": {"use": "core.virtual"},
     "image": {"crop": None, "lens": None, "warp": None, "flip": "none", "rotate_deg": 0},
 }
-"""The virtual twin of every profile: its camera sees the image as it is measured."""
+"""Overlay of every virtual sensor: its camera delivers the rectified image directly."""
 
 
 def load_profile(
@@ -40,24 +40,24 @@ def load_profile(
     overrides: Mapping[str, Any] | None = None,
     components: bool = True,
 ) -> Profile:
-    """Load a profile and validate it, with the components that it names.
+    """Load and validate a profile and the components that it names.
 
     Parameters
     ----------
     name_or_path : str or Path
-        A shipped or plugin's profile by name, or the path of a YAML file.
+        Name of a shipped profile or of a plugin's profile, or the path of a YAML file.
     sim : bool
-        The virtual twin: a virtual camera, and the profile's ``sim`` overlay over that.
+        Load the virtual sensor: a virtual camera, then the profile's ``sim`` overlay.
     overrides : mapping, optional
-        Laid over everything, by the rules of ``extends``: ``{"gel": {"friction": 0.3}}``.
+        Merged last, by the rules of ``extends``: ``{"gel": {"friction": 0.3}}``.
     components : bool
-        False looks at the profile alone: no plugin is imported, and the components' options are
-        neither checked nor their relative paths resolved.
+        If False, no plugin is imported: the components' options are not checked and their
+        relative paths are not resolved.
 
     Raises
     ------
     ProfileError
-        With every mistake at once, each with file, line, column and key.
+        The profile is invalid; the error lists every mistake with file, line, column and key.
     """
     source = load_source(name_or_path, sim=sim, overrides=overrides)
     problems = [*source.problems, *validate_structure(source)]
@@ -74,12 +74,12 @@ def load_profile(
 def load_source(
     name_or_path: str | Path, *, sim: bool = False, overrides: Mapping[str, Any] | None = None
 ) -> Source:
-    """Read a profile and all that it extends, without judging it.
+    """Read a profile and everything that it extends, without validation.
 
     Raises
     ------
     ProfileError
-        There is no such profile, or nothing can be made of its file.
+        There is no such profile, or its file cannot be parsed.
     """
     source = read_source(find_profile(name_or_path), find_extended)
     overlay = source.tree.get("sim")
@@ -93,29 +93,29 @@ def load_source(
 
 
 def validate_structure(source: Source) -> list[Problem]:
-    """Return what is wrong with a profile apart from its components, without importing a plugin.
+    """Return a profile's mistakes outside its components, without importing a plugin.
 
-    The ``sim`` overlay is judged by the profile that it makes.
+    The ``sim`` overlay is validated by merging it into the profile.
     """
     problems = _mistakes(source)
     overlay = source.tree.get("sim")
     if overlay is not None and overlay.is_mapping:
-        said = {(p.file, p.line, p.column) for p in problems}
+        reported = {(p.file, p.line, p.column) for p in problems}
         problems += [
             Problem(p.file, p.line, p.column, f"sim.{p.key}", p.message)
             for p in _mistakes(source.under(overlay))
-            if (p.file, p.line, p.column) not in said
+            if (p.file, p.line, p.column) not in reported
         ]
     return problems
 
 
 def profile_hash(profile: Profile) -> str:
-    """Fingerprint of what a calibration depends on.
+    """Return a fingerprint of everything in the profile that a calibration depends on.
 
-    SHA-256, shortened to 16 digits, of the image section with its defaults, of the illumination
-    as written but for what switches it, and of the gel's coating, markers and dome, as JSON with
-    sorted keys. 19 and 19.0 are one number. The scale is left out: a recording may tell its own,
-    and a bundle compares it apart.
+    The first 16 hex digits of the SHA-256 of the image section with its defaults, the illumination
+    without its driver, and the gel's coating, markers and dome, as JSON with sorted keys. 19 and
+    19.0 count as the same number. The scale is excluded: a recording may have its own, and a
+    bundle compares it separately.
     """
     gel = profile.gel.model_dump(mode="json", include={"coating", "markers"})
     if profile.gel.radius_mm is not None:
@@ -135,7 +135,7 @@ def _mistakes(source: Source) -> list[Problem]:
         Profile.model_validate(tree.plain())
     except ValidationError as error:
         problems = problems_of(error, tree, Profile)
-        # What a broken parent would have brought is not missing.
+        # a key that an unreadable parent may define is not reported as missing
         return [p for p in problems if source.whole or p.message != MISSING]
     return []
 

@@ -1,4 +1,4 @@
-"""How a revision is laid over what it extends: pure functions of trees."""
+"""Merges a profile with the profile that it extends: pure functions of trees."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from collections.abc import Mapping
 from tactile_core.profiles.nodes import Keys, Node
 
 _KEYS_OF_A_SHAPE: Mapping[str, frozenset[str]] = {"dome": frozenset({"radius_mm"})}
-"""Keys of ``gel`` that only one shape knows."""
+"""Keys of ``gel`` that belong to one shape only."""
 
 _KEPT: Mapping[Keys, frozenset[str]] = {("illumination",): frozenset({"driver"})}
-"""Keys that a component keeps under another ``use``: components of their own."""
+"""Keys that survive a change of ``use``, because they are components themselves."""
 
 
 def merge(base: Node, top: Node) -> Node:
-    """Lay one profile over another.
+    """Merge ``top`` into ``base``.
 
     Mappings merge key by key and keep the order of ``base``; lists and scalars replace. A changed
-    ``use`` replaces the whole component (an illumination's driver is one of its own); a changed
-    ``gel.shape`` drops what only the old shape knows. ``null`` stays in the tree, so that it also
-    resets what lies further below; see :func:`without_nulls`. Places are those of what was kept.
+    ``use`` replaces the whole component, except an illumination's driver. A changed ``gel.shape``
+    drops the keys that belong to the old shape only. ``null`` stays in the tree, so that it also
+    resets keys of older profiles; see :func:`without_nulls`. Each value keeps its position.
 
     Parameters
     ----------
     base, top : Node
-        Whole profiles, or an overlay as ``top``. Profiles that extend each other are merged from
-        the oldest: a changed ``use`` and a ``null`` forget what lies below, so that the order of
-        merging matters.
+        Complete profiles; ``top`` may also be an overlay. Merge a chain of profiles from the
+        oldest to the newest: the order matters, because a changed ``use`` and ``null`` discard
+        older values.
     """
     return _merged(base, top, ())
 
 
 def without_nulls(node: Node) -> Node:
-    """Drop the keys that are null: they mean the default, or a removed step."""
+    """Drop keys whose value is null, which stands for the default or for a removed step."""
     if isinstance(node.value, dict):
         kept = {k: without_nulls(v) for k, v in node.value.items() if v.value is not None}
         return Node(kept, node.place)
@@ -54,7 +54,7 @@ def _merged(base: Node, top: Node, keys: Keys) -> Node:
 
 
 def _dropped(base: Node, top: Node, keys: Keys) -> frozenset[str]:
-    """Keys of ``base`` that the variant chosen in ``top`` does not take over."""
+    """Return the keys of ``base`` that do not apply to the variant chosen in ``top``."""
     if _changed(base, top, "use"):
         return frozenset(base.value) - _KEPT.get(keys, frozenset())
     if keys == ("gel",) and _changed(base, top, "shape"):

@@ -1,7 +1,7 @@
-"""What a profile may say: one sensor build, part by part.
+"""Data model of a profile, which describes one sensor build.
 
-Stage one of validation: these models need no plugin. A component's own options are checked by the
-component's ``Options`` in stage two.
+Stage one of validation: these models need no plugin. In stage two each component checks its own
+options.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _NAME = r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$"
 def _named(text: str) -> str:
     if not re.fullmatch(_NAME, text):
         raise ValueError(
-            f"should be up to 100 letters, digits, '_', '.' and '-', and not begin with '.' or "
-            f"'-', not {shown(text)}"
+            f"should consist of up to 100 letters, digits, '_', '.' and '-' and not begin with "
+            f"'.' or '-', not {shown(text)}"
         )
     return text
 
@@ -38,33 +38,36 @@ class Profile(Section):
     name: Annotated[str, AfterValidator(_named)] = Field(
         description="The profile's name.", json_schema_extra={"pattern": _NAME}
     )
-    revision: str = Field(default="", description="Which revision of the build.")
-    description: str = Field(default="", description="One sentence for people.")
-    image: ImageSection = Field(description="The image in which everything is measured.")
+    revision: str = Field(default="", description="Revision of the build.")
+    description: str = Field(default="", description="One sentence about the build.")
+    image: ImageSection = Field(
+        description="The rectified image in which all quantities are measured."
+    )
     gel: Gel = Field(default_factory=Gel, description="The elastomer and its markers.")
     camera: Component = Field(
-        default_factory=lambda: Component(use="core.replay"), description="What takes images."
+        default_factory=lambda: Component(use="core.replay"), description="The source of images."
     )
     illumination: Lighting = Field(
         default_factory=lambda: Lighting(use="core.constant"),
-        description="The lights, and how one observation is exposed.",
+        description="The lights, and the exposures of one observation.",
     )
     calibration: Component = Field(
         default_factory=lambda: Component(use="core.automatic"),
-        description="The model from intensities to slopes that 'tactile calibrate' fits.",
+        description="The calibrator: 'tactile calibrate' fits its model of intensity to slope.",
     )
     estimators: dict[str, Component] = Field(
         default_factory=dict, description="The steps after the calibration, in order."
     )
     sinks: dict[str, Component] = Field(
         default_factory=dict,
-        description="Where readings may go, with options; 'tactile run --save' names them.",
+        description="Destinations of readings, with options; 'tactile run --save' selects them.",
     )
     optics: Optics = Field(
-        default_factory=Optics, description="Light beyond the lamps' places, for the virtual twin."
+        default_factory=Optics,
+        description="Construction of lights, coating and camera, for the virtual sensor.",
     )
     sim: dict[str, Any] = Field(
-        default_factory=dict, description="Overlay of this profile for its virtual twin."
+        default_factory=dict, description="Overlay of this profile for its virtual sensor."
     )
 
     @field_validator("gel")
@@ -78,7 +81,7 @@ class Profile(Section):
 
     @property
     def components(self) -> Mapping[str, Component]:
-        """Every component by the key that names it: ``camera``, …, ``estimators.height``."""
+        """All components by key: ``camera``, …, ``estimators.height``."""
         driver = self.illumination.driver
         steps = {f"estimators.{name}": step for name, step in self.estimators.items()}
         sinks = {f"sinks.{name}": sink for name, sink in self.sinks.items()}

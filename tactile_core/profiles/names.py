@@ -1,4 +1,4 @@
-"""Profiles by name: those that ship with the core and those of plugins."""
+"""Finds profiles by name: those shipped with the core and those of plugins."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _SUFFIXES = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class ProfileEntry:
-    """A profile that can be named.
+    """A profile that can be found by name.
 
     Attributes
     ----------
     name : str
     path : Path
     origin : str
-        "shipped", or the plugin that brings it.
+        "shipped", or the plugin that provides it.
     """
 
     name: str
@@ -48,7 +48,7 @@ def list_profiles() -> list[ProfileEntry]:
 
 
 def list_rigs() -> list[ProfileEntry]:
-    """List the shipped profiles that are no revision of another."""
+    """List the shipped profiles that do not extend another profile."""
     entries = shipped_profiles()
     return [entry for entry in entries if read_yaml(entry.path)[0].get("extends") is None]
 
@@ -59,13 +59,13 @@ def find_profile(name_or_path: str | Path) -> Path:
     Parameters
     ----------
     name_or_path : str or Path
-        A path if it is a Path, contains a separator or ends in ``.yaml``; else a name. A shipped
-        profile is found without importing a plugin.
+        A path if it is a Path, contains a separator or ends in ``.yaml``; otherwise a name.
+        Shipped profiles are found without importing a plugin.
 
     Raises
     ------
     ProfileError
-        There is no profile of this name, or two plugins bring one.
+        No profile or more than one has this name.
     """
     if isinstance(name_or_path, Path) or is_path(name_or_path):
         try:
@@ -81,17 +81,19 @@ def find_profile(name_or_path: str | Path) -> Path:
         raise ProfileError(_unknown(name_or_path, [entry.name for entry in entries]))
     if len(found) > 1:
         origins = " and ".join(entry.origin for entry in found)
-        raise ProfileError(f"profile {name_or_path!r} is brought by {origins}; give a path instead")
+        raise ProfileError(
+            f"profile {name_or_path!r} is provided by {origins}; give its path instead"
+        )
     return found[0].path
 
 
 def find_extended(name_or_path: str, place: Place) -> Path:
-    """Return the file that ``extends`` names; a path is relative to the file that names it.
+    """Return the file that ``extends`` names; a path is relative to the file with that line.
 
     Raises
     ------
     ProfileError
-        As :func:`find_profile`, at the place.
+        See :func:`find_profile`; the error carries the position.
     """
     try:
         found = find_profile(name_or_path)
@@ -106,7 +108,7 @@ def find_extended(name_or_path: str, place: Place) -> Path:
 
 
 def is_path(text: str) -> bool:
-    """Whether a word is a file's path: it contains a separator or ends in ``.yaml``."""
+    """Whether the text is a path: it contains a separator or ends in ``.yaml``."""
     return "/" in text or os.sep in text or text.endswith(_SUFFIXES)
 
 

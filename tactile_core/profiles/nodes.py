@@ -1,4 +1,4 @@
-"""A tree of values that remember where they were written."""
+"""A tree of values that remember their position in a file."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def problem_at(place: Place, keys: Keys, message: str) -> Problem:
 
 @dataclass(frozen=True)
 class Node:
-    """A value and where it stands (a mapping's value: where its key does).
+    """A value and its position in a file; for a mapping's value, the position of its key.
 
     Attributes
     ----------
     value : scalar, tuple of Node, or dict of str to Node
-        Not to be changed.
+        Treat as immutable.
     place : Place
     """
 
@@ -37,7 +37,7 @@ class Node:
 
     @classmethod
     def of(cls, value: Any, place: Place) -> Node:
-        """Make a tree of ordinary mappings, lists and scalars that all stand at one place."""
+        """Make a tree from plain mappings, lists and scalars that share one position."""
         if isinstance(value, Mapping):
             return cls({str(key): cls.of(item, place) for key, item in value.items()}, place)
         if isinstance(value, list | tuple):
@@ -46,28 +46,28 @@ class Node:
 
     @property
     def is_mapping(self) -> bool:
-        """Whether this holds keys and values."""
+        """Whether the value is a mapping."""
         return isinstance(self.value, dict)
 
     def get(self, key: str) -> Node | None:
-        """Return the value of a key; None when this is no mapping or lacks it."""
+        """Return the value of a key; None if the node is not a mapping or lacks the key."""
         return self.value.get(key) if isinstance(self.value, dict) else None
 
     def child(self, part: str | int) -> Node | None:
-        """Return the value of a key or the item at an index; None when there is none."""
+        """Return the value of a key or the item at an index; None if it does not exist."""
         if isinstance(self.value, tuple) and isinstance(part, int):
             return self.value[part] if part < len(self.value) else None
         return self.get(str(part))
 
     def at(self, keys: Keys) -> Node | None:
-        """Return the value at a path; None when nothing stands there."""
+        """Return the value at a path; None if it does not exist."""
         node: Node | None = self
         for part in keys:
             node = None if node is None else node.child(part)
         return node
 
     def origin(self, keys: Keys) -> Place:
-        """Return where the deepest part of a path stands."""
+        """Return the position of the deepest existing part of a path."""
         node = self
         for part in keys:
             child = node.child(part)
@@ -81,7 +81,7 @@ class Node:
         return Node({k: v for k, v in self.value.items() if k not in keys}, self.place)
 
     def plain(self) -> Any:
-        """Return ordinary dicts, lists and scalars."""
+        """Return plain dicts, lists and scalars."""
         if isinstance(self.value, dict):
             return {key: node.plain() for key, node in self.value.items()}
         if isinstance(self.value, tuple):

@@ -1,4 +1,4 @@
-"""From the validator's errors to plain words at the right line."""
+"""Translates pydantic's errors into plain sentences with positions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _WORDS = {
     "less_than_equal": "at most {le:g}",
     "literal_error": "{expected}",
 }
-"""What a value "should be", by the validator's name of the error."""
+"""What a value "should be", by pydantic's error type."""
 
 MISSING = "is missing; add it"
 _LONGEST_SHOWN = 40
@@ -42,17 +42,17 @@ _LONGEST_SHOWN = 40
 def problems_of(
     error: ValidationError, tree: Node, model: type[BaseModel], prefix: Keys = ()
 ) -> list[Problem]:
-    """Say each mistake of a validation in plain words, once.
+    """Convert a validation error to one problem per mistake.
 
     Parameters
     ----------
     error : ValidationError
     tree : Node
-        The whole profile that was validated, with places.
+        The complete profile that was validated, with positions.
     model : type
-        The model that refused it.
+        The model that rejected it.
     prefix : Keys
-        Where in the tree the model's mapping stands.
+        Path of the model's mapping in the tree.
     """
     start = tree.at(prefix) or tree
     by_keys: dict[Keys, list[Any]] = {}
@@ -64,14 +64,14 @@ def problems_of(
     for keys, errors in by_keys.items():
         inner = any(other[: len(keys)] == keys and len(other) > len(keys) for other in by_keys)
         if keys in meant or (inner and all(len(one["loc"]) > len(keys) for one in errors)):
-            continue  # said by the misspelt key, or by the alternative that was meant
+            continue  # reported at the misspelt key, or by the alternative that was intended
         message = _sentence(errors, start.at(keys), model, keys)
         found.append(problem_at(start.origin(keys), (*prefix, *keys), message))
     return found
 
 
 def _written(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:
-    """The parts of a location that are keys, without the validator's names of alternatives."""
+    """Return the keys of an error location, without pydantic's names of union alternatives."""
     node: Node | None = start
     kept: list[str | int] = []
     for index, part in enumerate(loc):
@@ -85,7 +85,7 @@ def _written(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:
 
 
 def _meant(by_keys: dict[Keys, list[Any]], model: type[BaseModel]) -> set[Keys]:
-    """The missing keys that stand there misspelt."""
+    """Return the missing keys that are present but misspelt."""
     misspelt = {}
     for keys, errors in by_keys.items():
         if errors[0]["type"] == "extra_forbidden":
@@ -103,14 +103,14 @@ def _sentence(errors: list[Any], node: Node | None, model: type[BaseModel], keys
     if kind == "missing" and node is None:
         return MISSING
     if node is None:
-        return _said(errors[0])
+        return _own_message(errors[0])
     if kind in ("missing", "too_long") and isinstance(node.value, tuple):
         wanted = _length(_annotation(model, keys))
-        items = "another number of" if wanted is None else wanted
+        items = "a different number of" if wanted is None else wanted
         return f"should have {items} items, not {len(node.value)}"
     choices = [_WORDS.get(one["type"], "") for one in errors]
     if not all(choices):
-        return _said(errors[0])
+        return _own_message(errors[0])
     expected = dict.fromkeys(
         words.format_map(one.get("ctx", {})) for words, one in zip(choices, errors, strict=True)
     )
@@ -118,9 +118,9 @@ def _sentence(errors: list[Any], node: Node | None, model: type[BaseModel], keys
     return sentence + _hint(kind, node, errors)
 
 
-def _said(error: Any) -> str:
-    said = str(error["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
-    return said.replace("Input should", "should")
+def _own_message(error: Any) -> str:
+    message = str(error["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    return message.replace("Input should", "should")
 
 
 def _hint(kind: str, node: Node, errors: list[Any]) -> str:
@@ -147,7 +147,7 @@ def _unknown_key(key: str, known: list[str]) -> str:
     near = _nearest(key, known)
     if near:
         return f"unknown key; did you mean {near[0]!r}?"
-    return f"unknown key; known are {', '.join(known)}" if known else "unknown key"
+    return f"unknown key; known keys are {', '.join(known)}" if known else "unknown key"
 
 
 def _nearest(word: str, known: Iterable[str]) -> list[str]:
@@ -155,7 +155,7 @@ def _nearest(word: str, known: Iterable[str]) -> list[str]:
 
 
 def _known(model: type[BaseModel], keys: Keys) -> list[str]:
-    """Keys of the mapping at a path, as they stand in YAML."""
+    """Return the keys of the mapping at a path, as written in YAML."""
     section = _model_in(_annotation(model, keys))
     return [] if section is None else list(_fields(section))
 
@@ -165,7 +165,7 @@ def _fields(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def _annotation(model: type[BaseModel], keys: Keys) -> Any:
-    """The declared type at a path; None where it is not declared."""
+    """Return the declared type at a path; None if it is not declared."""
     current: Any = model
     for part in keys:
         current = _inner(current, part)
@@ -196,7 +196,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _length(annotation: Any) -> int | None:
-    """How many items a list of fixed length has."""
+    """Return the length of a list of fixed length."""
     options = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else [annotation]
     for option in options:
         args = get_args(option)

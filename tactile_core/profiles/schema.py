@@ -8,16 +8,16 @@ from tactile_core.profiles.model import Profile
 
 _EXTENDS = {
     "type": ["string", "null"],
-    "description": "A profile's name, or a path relative to this file; its keys are taken over.",
+    "description": "Name of a profile, or a path relative to this file, whose keys are inherited.",
 }
 
 
 def profile_schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a profile's file.
 
-    ``null`` resets any key to its default, so it is allowed everywhere. A revision may leave out
-    what it inherits, so keys are required only where ``extends`` is absent. The options beside a
-    component's ``use`` are the component's own and are left open.
+    ``null`` resets any key to its default, so it is allowed everywhere. A revision may omit what
+    it inherits, so keys are required only if ``extends`` is absent. The schema does not restrict
+    a component's own options.
     """
     schema = Profile.model_json_schema(by_alias=True)
     sections: dict[str, Any] = schema.pop("$defs")

@@ -1,4 +1,4 @@
-"""A profile as it was written: its tree, merged with all that it extends."""
+"""A profile before validation: its tree, merged with everything that it extends."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from tactile_core.profiles.nodes import Keys, Node, problem_at
 from tactile_core.profiles.yaml_tree import read_yaml
 
 DEEPEST = 20
-"""Profiles that extend each other, one after another."""
+"""Longest chain of profiles that extend each other."""
 
 Find = Callable[[str, Place], Path]
-"""Turns what ``extends`` names, and the place where it does, into a file.
+"""Returns the file that ``extends`` names, given the name and its position.
 
-Raises ProfileError where there is none.
+Raises ProfileError if there is none.
 """
 
 
@@ -29,13 +29,13 @@ class Source:
     Attributes
     ----------
     tree : Node
-        Merged; each value knows the file, line and column that it came from, and ``null`` is kept.
+        Merged; each value has its file, line and column, and ``null`` is kept.
     problems : tuple of Problem
         Mistakes found while reading.
     lineage : tuple of Path
-        The files that it was merged from, the oldest first.
+        The files that it was merged from, oldest first.
     whole : bool
-        False when something that it extends could not be read, so that a missing key means nothing.
+        False if a file that it extends could not be read, so that missing keys are no mistake.
     """
 
     tree: Node
@@ -45,27 +45,27 @@ class Source:
 
     @property
     def settings(self) -> Node:
-        """What the profile says once ``null`` has reset its keys."""
+        """The merged values, without the keys that ``null`` resets."""
         return without_nulls(self.tree)
 
     def origin(self, *keys: str | int) -> Place:
-        """Return where the value at a path was written, or the deepest part of the path."""
+        """Return the position of the value at a path, or of the deepest existing part."""
         return self.tree.origin(keys)
 
     def inherits(self, one: Place, other: Place) -> bool:
-        """Whether what stands at ``one`` is older than the file in which ``other`` stands."""
+        """Whether ``one`` is in an older file of the lineage than ``other``."""
         return self._generation(one.file) < self._generation(other.file)
 
     def _generation(self, file: Path) -> int:
         return self.lineage.index(file) if file in self.lineage else len(self.lineage)
 
     def under(self, overlay: Node) -> Source:
-        """Lay a tree over the profile."""
+        """Merge a tree into the profile."""
         return replace(self, tree=merge(self.tree, overlay))
 
 
 def read_source(path: Path, find: Find) -> Source:
-    """Read a profile with all that it extends.
+    """Read a profile with everything that it extends.
 
     Parameters
     ----------
@@ -76,8 +76,8 @@ def read_source(path: Path, find: Find) -> Source:
     Raises
     ------
     ProfileError
-        Nothing can be made of the file itself. What is wrong with a file that it extends is
-        among the problems.
+        The file itself cannot be parsed. Mistakes in a file that it extends are among the
+        problems.
     """
     return _read(path, find, ())
 
@@ -103,7 +103,7 @@ def _parent(extends: Node, find: Find, chain: tuple[Path, ...]) -> Path:
     if len(chain) > DEEPEST:
         raise _refused(
             extends,
-            f"more than {DEEPEST} profiles extend each other; say it in fewer files",
+            f"more than {DEEPEST} profiles extend each other; use fewer files",
         )
     parent = find(extends.value, extends.place)
     if parent.resolve() in [path.resolve() for path in chain]:

@@ -1,7 +1,7 @@
-"""One YAML 1.2 file as a tree with places, every structural mistake noted.
+"""Reads one YAML 1.2 file into a tree with positions and reports structural mistakes.
 
-The tree is built from the parser's events, so that nothing is expanded behind our back and every
-key keeps its line and column.
+The tree is built from the parser's events, so that aliases are not expanded and every key keeps
+its line and column.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from tactile_core.errors import Place, Problem, ProfileError
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 
 MOST_BYTES = 200_000
-"""A long profile has a few thousand; this many take a second to read."""
+"""Largest accepted file; a long profile has a few thousand bytes, and this many parse in 1 s."""
 DEEPEST = 50
+"""Deepest accepted nesting."""
 
 _LONGEST_NUMBER = 100
-"""Digits; what is longer is a serial at best, and Python writes out only so many again."""
+"""Most digits of a number; longer text stays text. Python limits conversions of long integers."""
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
@@ -42,13 +43,13 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
     -------
     tree : Node
     problems : list of Problem
-        What is wrong although the rest can be read: repeated keys, merge keys, anchors, tags.
+        Mistakes that do not prevent reading: repeated keys, merge keys, anchors, tags.
 
     Raises
     ------
     ProfileError
-        Nothing can be made of the file: it is missing, too large, not UTF-8, not YAML, not one
-        mapping, or built from aliases.
+        The file cannot be read: it is missing, too large, not UTF-8, not YAML, not a single
+        mapping, or uses aliases.
     """
     text = _text(path)
     from ruamel.yaml import YAML
@@ -61,11 +62,11 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(path, mark.line + 1, mark.column + 1) if mark else Place(path)
-        problem = problem_at(place, (), _words(error))
+        problem = problem_at(place, (), _message(error))
     except ReaderError as error:
         before = text[: error.position].splitlines() or [""]
         place = Place(path, len(before), len(before[-1]) + 1)
-        problem = problem_at(place, (), "not YAML: a control character stands here")
+        problem = problem_at(place, (), "not YAML: control character")
     except _StopReadingError as stop:
         problem = stop.problem
     else:
@@ -76,7 +77,7 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
 
 
 def refusal(problems: list[Problem]) -> ProfileError:
-    """Make the error that reports all problems at once, in the order of files and lines."""
+    """Make one error that reports all problems, sorted by file and line."""
     ordered = sorted(set(problems), key=lambda p: (str(p.file), p.line, p.column, p.key))
     if len(ordered) == 1:
         return ProfileError(str(ordered[0]), ordered)
@@ -102,20 +103,20 @@ def _text(path: Path) -> str:
     except OSError as error:
         raise refused(f"cannot be read ({error.strerror})") from error
     except ValueError as error:  # NUL in the name
-        raise refused(f"no name of a file ({error})") from error
+        raise refused(f"not a valid file name ({error})") from error
 
 
-def _words(error: Any) -> str:
-    said = str(error.problem or error.context)
-    if "'\\t'" in said:
+def _message(error: Any) -> str:
+    message = str(error.problem or error.context)
+    if "'\\t'" in message:
         return "not YAML: indented with a tab; use spaces"
     if error.problem and error.context and error.context_mark:
-        said += f" {error.context} that begins on line {error.context_mark.line + 1}"
-    return f"not YAML: {said}"
+        message += f" {error.context} that begins on line {error.context_mark.line + 1}"
+    return f"not YAML: {message}"
 
 
 class _StopReadingError(Exception):
-    """What follows cannot be understood."""
+    """The rest of the file cannot be parsed."""
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(str(problem))
@@ -123,7 +124,7 @@ class _StopReadingError(Exception):
 
 
 class _Builder:
-    """Builds the tree from parser events and notes what does not belong in a profile."""
+    """Builds the tree from parser events and reports YAML features that profiles do not allow."""
 
     def __init__(self, path: Path, events: Iterator[Any]) -> None:
         self._path, self._events = path, events
@@ -179,7 +180,7 @@ class _Builder:
                 self._note(place, here, message)
             elif key in mapping:
                 first = mapping[key].place.line
-                self._note(place, here, f"stands twice; the first is on line {first}")
+                self._note(place, here, f"repeated key; the first is on line {first}")
             else:
                 mapping[key] = value
         return mapping
@@ -198,9 +199,9 @@ class _Builder:
 
 
 def scalar(text: str) -> Any:
-    """Return the value of an unquoted word by the core schema of YAML 1.2.
+    """Return the value of an unquoted scalar by the core schema of YAML 1.2.
 
-    A whole number that begins with 0 stays text: it is a serial or a USB id.
+    An integer with a leading 0 stays text: it is a serial number or a USB id.
     """
     if text in _WORDS:
         return _WORDS[text]

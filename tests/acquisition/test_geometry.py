@@ -167,7 +167,9 @@ def refusal(pixels: np.ndarray, **more: Any) -> str:
 
 def test_an_image_that_is_not_what_the_profile_says_is_refused() -> None:
     colour = noise(12, 16)
-    assert "16-bit values and the profile says bit_depth: 8" in refusal(colour.astype(np.uint16))
+    assert "16-bit values, but the profile specifies bit_depth: 8" in refusal(
+        colour.astype(np.uint16)
+    )
     assert "8-bit values" in refusal(colour, bit_depth=16)
     assert "12 bits end at 4095" in refusal(np.full((12, 16, 3), 4096, np.uint16), bit_depth=12)
     assert "color: rgb" in refusal(colour[..., 0])

@@ -185,4 +185,4 @@ def test_several_workers_give_the_lines_of_one_and_refuse_a_tare(lab: VirtualLab
     for one, other in zip(alone, shared, strict=True):
         assert other["max_height_mm"] == pytest.approx(one["max_height_mm"], abs=1e-5)
     said = refused(*words, "--workers", "2", "--tare-frame", "1")
-    assert "take one worker" in said
+    assert "use one worker" in said

@@ -101,7 +101,7 @@ def test_what_a_step_returns_is_refused_unless_it_is_what_it_declares(
         ("box", "broken pipe at open", "the light driver (unruly.box, from"),
         ("box", "value at set", "the light driver (unruly.box, from tactile-unruly 0.1) failed"),
         ("lights", "exit at lights", "the lights (unruly.lights, from tactile-unruly 0.1) failed"),
-        ("lights", "words at lights", "('above', 'below'), which is no Light"),
+        ("lights", "words at lights", "('above', 'below'), which is not a tuple of Light"),
         ("lights", "no exposure at never", "have 3 channels and exposures for 0"),
         ("calibration", "exit at from_lights", "the calibration (unruly.calibration, from"),
         ("calibration", "key at measure", "the calibration (unruly.calibration, from"),

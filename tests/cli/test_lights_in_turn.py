@@ -77,7 +77,7 @@ def test_colour_where_grey_is_meant_is_refused(rig: HeightLab, tmp_path: Path) -
     tinted = [np.dstack([image, image, image // 2]) for image in scan_of(rig)]
     said = refused(*run(rig, record(tmp_path / "tinted", tinted)))
     assert said.count("\n") == 1
-    assert "tinted: the image is in colour and the profile says color: grey" in said
+    assert "tinted: the image is in colour, but the profile specifies color: grey" in said
 
 
 def test_a_bundle_of_lights_in_another_order_is_refused(rig: HeightLab, tmp_path: Path) -> None:

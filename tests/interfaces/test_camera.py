@@ -17,14 +17,14 @@ from tactile_core.quantities import Image
 class Webcam(Camera):
     """A camera with a serial number, which it may know only when it is open."""
 
-    def __init__(self, serial: str = "", *, told: bool = True) -> None:
+    def __init__(self, serial: str = "", *, named: bool = True) -> None:
         super().__init__(Options())
-        self._serial, self._told = serial, told
+        self._serial, self._named = serial, named
         self.opened = self.closed = 0
 
     @property
     def device_id(self) -> str:
-        return self._serial if self._told or self.is_open else ""
+        return self._serial if self._named or self.is_open else ""
 
     def _open(self) -> None:
         self.opened += 1
@@ -56,15 +56,15 @@ def test_a_closed_camera_is_not_armed() -> None:
         Webcam().arm([PLAIN])
 
 
-@pytest.mark.parametrize("told", [True, False], ids=["known before", "known when open"])
-def test_two_cameras_of_one_serial_are_refused_and_the_first_stays_open(told: bool) -> None:
+@pytest.mark.parametrize("named", [True, False], ids=["known before", "known when open"])
+def test_two_cameras_of_one_serial_are_refused_and_the_first_stays_open(named: bool) -> None:
     with Webcam("0007") as first:
-        second = Webcam("0007", told=told)
-        with pytest.raises(DeviceBusy, match="'0007' is open already in this process, by another"):
+        second = Webcam("0007", named=named)
+        with pytest.raises(DeviceBusy, match="'0007' is already open in this process, by another"):
             second.open()
         assert first.is_open
         assert not second.is_open
-        assert second.opened == second.closed == (0 if told else 1)
+        assert second.opened == second.closed == (0 if named else 1)
 
 
 def test_a_device_is_free_again_when_its_camera_is_closed_or_forgotten() -> None:
@@ -80,6 +80,6 @@ def test_a_device_is_free_again_when_its_camera_is_closed_or_forgotten() -> None
         pass
 
 
-def test_cameras_that_cannot_be_told_apart_are_not_refused() -> None:
+def test_cameras_that_cannot_be_named_apart_are_not_refused() -> None:
     with Webcam(), Webcam() as second:
         assert second.is_open

@@ -32,7 +32,7 @@ def test_a_grey_camera_has_one_channel() -> None:
 
 @pytest.mark.parametrize("channels", [(), ("a", "b"), ("a", "b", "c", "d"), ("a", "a", "b")])
 def test_channels_that_no_image_has_are_refused(channels: tuple[str, ...]) -> None:
-    with pytest.raises(ValidationError, match=r"1 .grey. or 3 .colour. channels"):
+    with pytest.raises(ValidationError, match=r"1 channel .grey. or 3 different channels"):
         ConstantOptions(channels=channels)
 
 
@@ -53,7 +53,7 @@ def test_lights_stand_where_the_profile_says_and_are_built_as_it_says() -> None:
 @pytest.mark.parametrize(
     ("feeds", "why"),
     [
-        ([["red"], ["green"], ["blue"], ["violet"]], "'violet', which is none of the channels"),
+        ([["red"], ["green"], ["blue"], ["violet"]], "'violet', which is not one of the channels"),
         ([["red"], ["red"], ["green"], ["green"]], "no light feeds blue"),
     ],
 )

@@ -214,7 +214,7 @@ def test_a_sensor_that_measures_height_directly_leaves_integration_out() -> None
 
 
 def test_giving_what_the_sensor_gave_already_is_an_error() -> None:
-    with pytest.raises(ProfileError, match=r"'height' .* gives HeightMap"):
+    with pytest.raises(ProfileError, match=r"'height' .* provides HeightMap"):
         chain(height=Height).run({**everything(), HeightMap: HEIGHT})
 
 
@@ -237,7 +237,7 @@ def test_every_wrong_order_is_refused_and_says_what_to_move() -> None:
 
 
 def test_a_step_that_feeds_on_itself_is_refused() -> None:
-    with pytest.raises(ProfileError, match=r"'area' .* gives itself"):
+    with pytest.raises(ProfileError, match=r"'area' .* provides itself"):
         chain(area=Circular)
 
 
@@ -423,7 +423,7 @@ def test_a_step_may_give_several_quantities() -> None:
 
 def test_two_producers_of_one_of_several_quantities_are_refused() -> None:
     steps = {"split": Split(Options(), CONTEXT), "scale": Scale(Options(), CONTEXT)}
-    with pytest.raises(ProfileError, match="both give Load"):
+    with pytest.raises(ProfileError, match="both provide Load"):
         Chain(steps)
 
 

@@ -114,7 +114,7 @@ def test_a_sink_that_fails_is_named_and_leaves_the_others_closed_and_readable(
 
 
 def test_a_name_that_is_no_sink_is_refused_with_those_that_are(pipeline: Pipeline) -> None:
-    with pytest.raises(InputError, match=r"'jpg' is no sink; choose among npz, tmd, png, ply"):
+    with pytest.raises(InputError, match=r"no sink 'jpg'; choose from npz, tmd, png, ply"):
         Sinks(pipeline.profile, ["npz", "jpg"])
 
 

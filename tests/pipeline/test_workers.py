@@ -48,7 +48,7 @@ def test_no_more_frames_are_taken_than_keep_the_workers_busy(lab: VirtualLab) ->
 
 def test_steps_that_need_the_frames_before_are_named() -> None:
     pipeline = Pipeline("hex_fingertip")
-    with pytest.raises(InputError, match=r"tracking.*slip; take one worker"):
+    with pytest.raises(InputError, match=r"tracking.*slip; use one worker"):
         next(pipeline.map(iter(()), workers=2))
 
 

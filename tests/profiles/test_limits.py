@@ -64,7 +64,7 @@ def test_the_profile_itself_is_sound(tmp_path: Path) -> None:
 )
 def test_a_name_that_no_folder_should_have_is_refused(tmp_path: Path, name: str) -> None:
     message = said(tmp_path, PROFILE.replace("name: bench", f"name: {name}"))
-    assert "name: should be up to 100 letters" in message
+    assert "name: should consist of up to 100 letters" in message
     assert message.isprintable()
 
 

@@ -54,9 +54,9 @@ illumination: {use: nolab.lamp}
 calibration: {use: core.automatic, presses_for_network: few}
 """
 
-TWELVE_SAID = [
-    "2:1: name: should be up to 100 letters, digits, '_', '.' and '-', and not begin with '.' or "
-    "'-', not 'my bench'",
+TWELVE_MESSAGES = [
+    "2:1: name: should consist of up to 100 letters, digits, '_', '.' and '-' and not begin "
+    "with '.' or '-', not 'my bench'",
     '3:1: revision: should be text, not 2017; write it in quotes: "2017"',
     "5:3: image.width_px: should be a whole number, not 'wide'",
     "7:3: image.mm_per_px: should be greater than 0, not -0.05",
@@ -64,7 +64,7 @@ TWELVE_SAID = [
     "did you mean 'horizontal'?",
     "9:3: image.colour: unknown key; did you mean 'color'?",
     "10:1: gel.radius_mm: is missing, and a dome needs it; add it",
-    "13:3: gel.thickness_mm: stands twice; the first is on line 12",
+    "13:3: gel.thickness_mm: repeated key; the first is on line 12",
     "14:28: gel.markers.diameter_mm: should be smaller than pitch_mm, not 2: "
     "markers must not touch",
     "15:10: camera.use: plugin 'core' (tactile-core 0.1.0) has no camera 'replai'; "
@@ -118,7 +118,7 @@ def said_of(text: str, folder: Path) -> list[str]:
 
 
 def test_twelve_mistakes_are_reported_at_once_each_at_its_line(tmp_path: Path) -> None:
-    assert said_of(TWELVE, tmp_path) == TWELVE_SAID
+    assert said_of(TWELVE, tmp_path) == TWELVE_MESSAGES
 
 
 def test_the_message_counts_them(tmp_path: Path) -> None:

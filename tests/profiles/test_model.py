@@ -46,7 +46,7 @@ def test_three_corners_on_a_line_make_no_warp(quad: list[list[float]]) -> None:
 
 def test_corners_in_another_order_would_fold_the_image() -> None:
     around = [SQUARE[0], SQUARE[1], SQUARE[3], SQUARE[2]]
-    refused(Warp, "another order than source", source=WEDGE, target=around)
+    refused(Warp, "different order than source", source=WEDGE, target=around)
 
 
 def test_a_lens_is_a_camera_matrix_and_its_distortion() -> None:

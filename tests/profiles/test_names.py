@@ -46,5 +46,5 @@ def test_plugins_profiles_are_listed_with_their_origin(monkeypatch: pytest.Monke
 def test_a_name_that_two_plugins_bring_is_refused(install: Install) -> None:
     for name in ("here", "there"):
         install(name, {"profiles/twice.yaml": SOUND}, tactile_profiles="profiles")
-    with pytest.raises(ProfileError, match="is brought by plugin here and plugin there; give a"):
+    with pytest.raises(ProfileError, match="is provided by plugin here and plugin there; give its"):
         load_profile("twice")

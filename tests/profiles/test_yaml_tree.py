@@ -109,8 +109,8 @@ def test_a_byte_order_marker_and_windows_lines_are_no_matter(file: Path) -> None
 
 def test_a_repeated_key_names_the_first(file: Path) -> None:
     assert refusals(file, "a: 1\nb:\n  c: 1\n  c: 2\na: 3\n") == [
-        "p.yaml:4:3: b.c: stands twice; the first is on line 3",
-        "p.yaml:5:1: a: stands twice; the first is on line 1",
+        "p.yaml:4:3: b.c: repeated key; the first is on line 3",
+        "p.yaml:5:1: a: repeated key; the first is on line 1",
     ]
 
 
@@ -120,7 +120,7 @@ def test_a_repeated_key_names_the_first(file: Path) -> None:
         ("a:\n\tb: 1\n", "p.yaml:2:1: not YAML: indented with a tab; use spaces"),
         ("a: [1\nb: 2\n", "p.yaml:2:2: not YAML: expected ',' or ']', but got ':' while"),
         ("a: b: c\n", "p.yaml:1:5: not YAML: mapping values are not allowed here"),
-        ("a: 1\nb: \x01\n", "p.yaml:2:4: not YAML: a control character stands here"),
+        ("a: 1\nb: \x01\n", "p.yaml:2:4: not YAML: control character"),
         ("- a\n- b\n", "p.yaml:1:1: a profile is a mapping of keys to values"),
         ("just words\n", "p.yaml:1:1: a profile is a mapping of keys to values"),
         ("a: 1\n---\nb: 2\n", "p.yaml:2:1: a profile is one document; remove '---'"),

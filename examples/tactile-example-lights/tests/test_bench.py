@@ -49,7 +49,7 @@ def test_a_light_that_the_box_does_not_know_is_named_and_the_others_go_out(bench
 def test_one_camera_is_opened_once() -> None:
     with (
         open_sensor("example_lights_bench"),
-        pytest.raises(DeviceError, match="'loop' is open already in this process"),
+        pytest.raises(DeviceError, match="'loop' is already open in this process"),
     ):
         open_sensor("example_lights_bench")
 

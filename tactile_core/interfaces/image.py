@@ -1,4 +1,4 @@
-"""The rectified image in which all quantities are measured, and its derivation from the camera's."""
+"""The rectified image in which all quantities are measured, derived from the camera's image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Installed plugins: found by metadata, imported where they are named, blamed where they fail.
+"""Finds plugins by their metadata, imports them on use, and attributes their failures to them.
 
 May import interfaces and what that may import.
 """

@@ -1,4 +1,4 @@
-"""Whose fault it is: what a component's code raises becomes one message that names its plugin."""
+"""Converts exceptions of a component's code to one message that names its plugin."""
 
 from __future__ import annotations
 
@@ -9,28 +9,29 @@ from contextlib import AbstractContextManager, contextmanager
 from tactile_core.errors import PluginFault, TactileError, words_of
 
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.ENFILE}
-"""A full disk or table of files is no fault of the code that meets it."""
+"""Error codes of a full disk or file table, which are not the component's fault."""
 
 
 @contextmanager
 def blame(part: str, component: object) -> Iterator[None]:
-    """Let what a component's code raises inside the block become one message that names it.
+    """Convert exceptions of a component's code inside the block to an error that names it.
 
-    Errors that are raised on purpose (:class:`~tactile_core.errors.TactileError`), the user's
-    interrupt and a full disk pass; so does what the core's own code raises, with a note that names
-    the part. Everything else, an exit and an end of file too, becomes a fault of the plugin.
+    Errors raised on purpose (:class:`~tactile_core.errors.TactileError`), the user's interrupt, a
+    full disk and exceptions of the core's own code pass unchanged, with a note that names the
+    part. Everything else, including ``SystemExit`` and ``EOFError``, becomes a fault of the
+    plugin.
 
     Parameters
     ----------
     part : str
-        What the component is here: ``"step 'height'"``, ``"the camera"``.
+        Role of the component: ``"step 'height'"``, ``"the camera"``.
     component : object
         The component or its class.
 
     Raises
     ------
     PluginFault
-        From what the plugin's code raised.
+        The plugin's code raised an exception.
     """
     try:
         yield
@@ -50,14 +51,14 @@ def blame(part: str, component: object) -> Iterator[None]:
 
 
 def fault(part: str, component: object, what: str) -> PluginFault:
-    """Say that a component did something that its interface does not allow.
+    """Make the error for a component that violates its interface.
 
     Parameters
     ----------
     part, component
-        As for :func:`blame`.
+        See :func:`blame`.
     what : str
-        In words that follow the component's name.
+        The violation, as a predicate that follows the component's name.
     """
     from tactile_core.plugins.registry import origin_of
 
@@ -67,5 +68,5 @@ def fault(part: str, component: object, what: str) -> PluginFault:
 
 
 def blame_of(quantity: object) -> AbstractContextManager[None]:
-    """:func:`blame` for the code of a quantity's class."""
+    """Return :func:`blame` for the code of a quantity's class."""
     return blame(f"the quantity {type(quantity).__name__}", quantity)

@@ -1,4 +1,4 @@
-"""The calibrator that a profile names, made and used; refused where its interface is not kept."""
+"""Makes and calls the calibrator of a profile, and checks that it keeps its interface."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ _PART = "the calibration"
 
 
 def calibrator_of(component: Component, instead: str | None = None) -> Calibrator:
-    """Make the calibrator that a profile names, or another one with its defaults.
+    """Make the calibrator that a profile names, or another one with default options.
 
     Parameters
     ----------
     component : Component
-        As the profile has it.
+        From the profile.
     instead : str, optional
-        ``plugin.name`` of the other one.
+        ``plugin.name`` of another calibrator.
 
     Raises
     ------
     PluginError, ProfileError
-        There is no such calibrator, or its options are others.
+        The calibrator does not exist or rejects the options.
     """
     cls = resolve("calibrator", component.use if instead is None else instead)
     options = options_of(cls, component if instead is None else Component(use=instead))
@@ -41,32 +41,34 @@ def calibrator_of(component: Component, instead: str | None = None) -> Calibrato
 def fitted_by(
     calibrator: Calibrator, presses: Sequence[Press], reference: Reference
 ) -> Calibration:
-    """Fit a calibration, and refuse what the interface does not allow."""
+    """Fit a calibration and check its type."""
     with blame(_PART, calibrator):
         fitted = calibrator.fit(presses, reference)
     if not isinstance(fitted, Calibration):
-        raise fault(_PART, calibrator, f"fitted {type(fitted).__name__}, no Calibration")
+        raise fault(_PART, calibrator, f"fitted {type(fitted).__name__}, not a Calibration")
     if fitted.compensation != calibrator.compensation:
         raise fault(
             _PART,
             calibrator,
-            f"is fitted with compensation {calibrator.compensation!r} and its model "
+            f"is fitted with compensation {calibrator.compensation!r}, but its model "
             f"{type(fitted).__name__} measures with {fitted.compensation!r}",
         )
     return fitted
 
 
 def uncalibrated_by(calibrator: Calibrator, lights: Sequence[Light]) -> Calibration | None:
-    """Return what measures with no bundle, and refuse what the interface does not allow."""
+    """Return the model that needs no bundle, if any, and check its type."""
     with blame(_PART, calibrator):
         given = calibrator.from_lights(lights)
     if not isinstance(given, Calibration | None):
-        raise fault(_PART, calibrator, f"gave {type(given).__name__} for lights, no Calibration")
+        raise fault(
+            _PART, calibrator, f"made {type(given).__name__} from lights, not a Calibration"
+        )
     return given
 
 
 def smoothing_px_of(calibrator: Calibrator, mm_per_px: float) -> float:
-    """Return how much the calibrator's models smooth their images, px, if it is a number."""
+    """Return the smoothing of the calibrator's models, px, and check that it is a number."""
     with blame(_PART, calibrator):
         smoothing_px = float(calibrator.smoothing_px(mm_per_px))
     if not (math.isfinite(smoothing_px) and smoothing_px >= 0):

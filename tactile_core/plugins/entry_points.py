@@ -1,4 +1,4 @@
-"""Which distribution offers which plugin, read from installed metadata without importing any."""
+"""Finds the plugins of installed distributions in their metadata, without importing any."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ _API_GROUP = re.compile(r"tactile_core\.v\d+")
 
 @dataclass(frozen=True)
 class Offer:
-    """A plugin as its distribution's metadata announces it.
+    """A plugin that a distribution's metadata declares.
 
     Attributes
     ----------
     name : str
-        The plugin's name; the distribution's own where its entry points cannot be read.
+        The plugin's name, or the distribution's if its entry points cannot be read.
     value : str
         ``"module"`` or ``"module:object"``.
     group : str
         The entry-point group, ``tactile_core.v1`` for this API.
     distribution, version : str
-        Who offers it.
+        The distribution that declares it.
     problem : str
-        Why the metadata cannot be used; empty when it can.
+        Why the metadata cannot be used; empty if it can.
     """
 
     name: str
@@ -51,15 +51,15 @@ class Offer:
 
 
 def installed_offers() -> tuple[Offer, ...]:
-    """Return what every installed distribution offers, to this and to other API groups.
+    """Return the plugins that installed distributions declare, for this and other API groups.
 
-    Takes about a millisecond and is remembered until ``sys.path`` or a folder on it changes.
+    Takes about a millisecond; the result is cached until ``sys.path`` or a folder on it changes.
     """
     return _scan(tuple((entry, _modified_ns(entry)) for entry in sys.path))
 
 
 def normalized(distribution: str) -> str:
-    """Return a distribution's name as package indexes compare it."""
+    """Return a distribution's name in the normalized form of package indexes."""
     return re.sub(r"[-_.]+", "-", distribution).lower()
 
 
@@ -72,14 +72,14 @@ def _modified_ns(entry: str) -> int:
 
 @lru_cache(maxsize=1)
 def _scan(path_state: tuple[tuple[str, int], ...]) -> tuple[Offer, ...]:
-    # late, because it costs more than the scan itself
+    # imported late, because the import takes longer than the scan
     from importlib.metadata import distributions
 
     offers: dict[str, tuple[Offer, ...]] = {}
     for distribution in distributions():
         found = tuple(_offers(distribution))
         if found:
-            # the first on sys.path is the one that Python imports
+            # Python imports the first one on sys.path
             offers.setdefault(normalized(found[0].distribution), found)
     return tuple(offer for found in offers.values() for offer in found)
 
@@ -88,7 +88,7 @@ def _offers(distribution: Distribution) -> Iterator[Offer]:
     try:
         text = distribution.read_text("entry_points.txt") or ""
     except (OSError, ValueError):
-        # somebody else's damaged metadata; nothing tells that it concerns us
+        # damaged metadata of an unrelated distribution, as far as we can know
         return
     if "tactile_core." not in text:
         return
@@ -97,7 +97,7 @@ def _offers(distribution: Distribution) -> Iterator[Offer]:
     version = str(metadata["Version"] or "(no version)")
     try:
         entries = list(distribution.entry_points)
-    except Exception as error:  # importlib.metadata raises whatever its parser meets
+    except Exception as error:  # importlib.metadata passes on any exception of its parser
         yield Offer(
             name, "", "", name, version, f"its entry_points.txt cannot be read ({error}); reinstall"
         )

@@ -1,4 +1,4 @@
-"""A component's options, made from what a profile says."""
+"""Makes a component's options from a profile."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def options_of(cls: Any, component: Component) -> BaseModel:
     Raises
     ------
     ProfileError
-        The profile's options are not what the class declares.
+        The profile's options do not match the class's declaration.
     PluginFault
         The class's own validators fail.
     """

@@ -1,4 +1,4 @@
-"""One plugin: its module imported, its hooks validated, its components looked up."""
+"""One plugin: imports its module, validates its hooks and looks up its components."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Report:
-    """What a plugin registers and what of it is unusable."""
+    """The components that a plugin registers, and the problems with them."""
 
     components: Mapping[ComponentKind, tuple[str, ...]]
     profiles: Path | None
@@ -41,7 +41,7 @@ class Report:
 
 @dataclass(frozen=True)
 class Plugin:
-    """An imported plugin whose hooks fit the contract."""
+    """An imported plugin with valid hooks."""
 
     offer: Offer
     _hooks: Mapping[str, HookImpl]
@@ -53,14 +53,14 @@ class Plugin:
         Raises
         ------
         PluginError
-            It cannot be imported, or implements hooks that are not in the contract.
+            It cannot be imported, or implements unknown hooks.
         """
         found = _attempt(partial(_object, offer.value), f"{offer} cannot be imported", offer)
         try:
             hooks = _registered(found)
         except PluginValidationError as error:
             raise PluginError(
-                f"{offer} has a hook that does not fit ({words_of(error)}); {_remedy(offer)}"
+                f"{offer} has an invalid hook ({words_of(error)}); {_remedy(offer)}"
             ) from error
         unknown = [
             name
@@ -69,23 +69,23 @@ class Plugin:
         ]
         if unknown:
             raise PluginError(
-                f"{offer} implements {unknown[0]}, which is no hook of {offer.group}"
+                f"{offer} implements {unknown[0]}, which is not a hook of {offer.group}"
                 f"{_instead(unknown[0], _ALL_HOOKS)}"
             )
         for name in _ALL_HOOKS:
             if name not in hooks and callable(getattr(found, name, None)):
                 raise PluginError(
-                    f"{offer}: marker {name} with @hookimpl of tactile_core.interfaces.hookspecs"
+                    f"{offer}: decorate {name} with @hookimpl of tactile_core.interfaces.hookspecs"
                 )
         return cls(offer, hooks)
 
     def components(self, kind: ComponentKind) -> Mapping[str, str]:
-        """Return ``{name: "module:Class"}`` of one kind; empty where the plugin has none.
+        """Return ``{name: "module:Class"}`` of one kind; empty if the plugin has none.
 
         Raises
         ------
         PluginError
-            The hook fails or returns something else.
+            The hook fails or returns a value of the wrong form.
         """
         hook = _HOOKS[kind]
         registered = self._call(hook)
@@ -107,8 +107,7 @@ class Plugin:
         Raises
         ------
         PluginError
-            There is none of this name and kind, or it is not a class that implements the
-            interface.
+            There is no such component, or it is not a class that implements the interface.
         """
         registered = self.components(kind)
         if name not in registered:
@@ -119,7 +118,8 @@ class Plugin:
         found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
         if not isinstance(found, type) or not issubclass(found, interface):
             raise PluginError(
-                f"{what} is no subclass of tactile_core.{interface.__name__}; {_remedy(self.offer)}"
+                f"{what} is not a subclass of tactile_core.{interface.__name__}; "
+                f"{_remedy(self.offer)}"
             )
         unwritten = sorted(getattr(found, "__abstractmethods__", ()))
         if unwritten:
@@ -134,7 +134,7 @@ class Plugin:
         Raises
         ------
         PluginError
-            The hook fails or names no folder.
+            The hook fails or does not return a folder.
         """
         given = self._call("tactile_profiles")
         if given is None:
@@ -146,7 +146,7 @@ class Plugin:
         return Path(given)
 
     def report(self, *, import_components: bool) -> Report:
-        """Tell what the plugin registers and collect every problem instead of raising."""
+        """Return what the plugin registers; collect problems instead of raising them."""
         problems: list[str] = []
         components: dict[ComponentKind, tuple[str, ...]] = {}
         for kind in KINDS:
@@ -172,7 +172,7 @@ class Plugin:
             if other != kind and name in (_collect(partial(self.components, other), []) or ()):
                 raise PluginError(
                     f"{self.offer.name}.{name} of {self.offer.origin} is of the kind "
-                    f"{kind_in_words(other)}; name it there, or another component here"
+                    f"{kind_in_words(other)}, not {kind_in_words(kind)}; name another component"
                 )
         raise PluginError(
             f"{self.offer} has no {kind_in_words(kind)} {name!r}{_instead(name, tuple(registered))}"
@@ -187,12 +187,12 @@ def _manager() -> PluginManager:
 
 
 def _registered(plugin: Any) -> dict[str, HookImpl]:
-    """Return a plugin's implementations by hook, validated when it is met for the first time."""
+    """Return a plugin's implementations by hook; validate them on first use."""
     manager = _manager()
     with _REGISTERING:
         if not manager.is_registered(plugin):
             try:
-                # by identity: one object may be offered under two names, and two under one
+                # by identity: names are not unique, and one object can have two names
                 manager.register(plugin, str(id(plugin)))
             except PluginValidationError:
                 if manager.is_registered(plugin):
@@ -223,12 +223,12 @@ def _interface(kind: ComponentKind) -> type:
 
 
 def kind_in_words(kind: ComponentKind) -> str:
-    """How messages name a kind of component."""
+    """Return the name of a kind of component in messages."""
     return kind.replace("_", " ")
 
 
 def _attempt(action: Callable[[], T], what: str, offer: Offer) -> T:
-    """Run a plugin's code; whatever it raises, even an exit, must not take the host down."""
+    """Run a plugin's code; no exception, not even SystemExit, may end the host program."""
     try:
         return action()
     except (Exception, SystemExit) as error:
@@ -249,7 +249,7 @@ def _instead(name: str, known: tuple[str, ...]) -> str:
     near = get_close_matches(name, known, n=1)
     if near:
         return f"; did you mean {near[0]!r}?"
-    return f"; it has {', '.join(sorted(known)) or 'none at all'}"
+    return f"; it has {', '.join(sorted(known)) or 'none'}"
 
 
 def _remedy(offer: Offer) -> str:

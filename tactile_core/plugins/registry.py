@@ -1,7 +1,7 @@
-"""Components by name: ``resolve("camera", "core.replay")`` imports that plugin and that module.
+"""Finds components by name: ``resolve("camera", "core.replay")`` imports only their module.
 
-What is installed is known from metadata alone (:mod:`tactile_core.plugins.entry_points`). A plugin
-that is broken is an error where it is named and a line of :func:`list_plugins` elsewhere.
+Installed plugins are found in metadata alone (:mod:`tactile_core.plugins.entry_points`). A broken
+plugin is an error only if it is used; otherwise :func:`list_plugins` reports it.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.light_driver import LightDriver
     from tactile_core.interfaces.sink import Sink
 
-# Known without metadata, so that the core works from a source tree, and first, so that no other
-# distribution can take its place.
+# defined without metadata, so that the core works from a source tree, and looked up first, so that
+# no other distribution can replace it
 _CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__)
 
 _RESOLVED: WeakKeyDictionary[type, tuple[str, Offer]] = WeakKeyDictionary()
-"""Under which name each component's class was resolved, and who offers it."""
+"""Name under which each component's class was resolved, and the plugin that offers it."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a class comes from.
+    """The plugin that a class belongs to.
 
     Attributes
     ----------
     name : str
         ``plugin.name`` of a component, else the class's module and name.
     offer : Offer or None
-        The plugin that brings it; None for a class of no plugin.
+        The plugin; None if the class belongs to none.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Origin:
 
     @property
     def is_core(self) -> bool:
-        """Whether it is the core's own."""
+        """Whether the class belongs to the core."""
         return self.offer is _CORE
 
     def __str__(self) -> str:
@@ -66,16 +66,16 @@ class Origin:
 
 @dataclass(frozen=True)
 class PluginInfo:
-    """One installed plugin, or what is wrong with it.
+    """One installed plugin and its problems.
 
     Attributes
     ----------
     name, distribution, version, group : str
-        As its metadata says.
+        From its metadata.
     status : {"ok", "broken", "other API"}
-        "other API" is a plugin for another entry-point group, which was not imported.
+        "other API": the plugin is for another entry-point group and was not imported.
     problems : tuple of str
-        One sentence each; empty when ``status`` is "ok".
+        One sentence each; empty if ``status`` is "ok".
     components : mapping of kind to names
         ``{"camera": ("replay",), …}``: what the plugin registers, without the plugin's name.
     profiles : Path or None
@@ -109,20 +109,20 @@ def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
-    Imports the plugin that is named and the one module that holds the component, nothing else.
+    Imports only the named plugin and the module of the component.
 
     Parameters
     ----------
     kind : {"camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"}
         The interface that the class must implement.
     name : str
-        E.g. ``"core.replay"``.
+        For example ``"core.replay"``.
 
     Raises
     ------
     PluginError
-        The plugin is missing, broken, for another API or claimed by two distributions, or it has
-        no such component of this kind.
+        The plugin is missing, broken, for another API or claimed by two distributions, or has no
+        such component of this kind.
     """
     plugin_name, dot, component = name.partition(".")
     wanted = f"{kind_in_words(kind)} {name!r}"
@@ -136,9 +136,9 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
 
 def registered_name(kind: ComponentKind, cls: type) -> str | None:
-    """Return the name ``plugin.name`` under which a class is registered; None where it is not.
+    """Return the name ``plugin.name`` under which a class is registered; None if it is not.
 
-    The core is asked, then plugins in use, then those of the class's package; no other is imported.
+    Searches the core, then plugins in use, then plugins of the class's package; imports no other.
     """
     package = _package(cls.__module__)
     in_use = [offer for _, offer in _RESOLVED.values()]
@@ -149,16 +149,16 @@ def registered_name(kind: ComponentKind, cls: type) -> str | None:
         with suppress(PluginError):
             plugin = Plugin.load(offer)
             for name, value in plugin.components(kind).items():
-                # another package's components need not be imported to know that they are others
+                # components of another package cannot match and need not be imported
                 if _package(value) == package and plugin.component(kind, name) is cls:
                     return f"{offer.name}.{name}"
     return None
 
 
 def origin_of(cls: type) -> Origin:
-    """Tell where a class comes from: the plugin that it was resolved from, or that its package is.
+    """Return the plugin of a class: the one it was resolved from, or that of its package.
 
-    A class that was unpickled, or fitted by a component, was never resolved by name.
+    A class that was unpickled or fitted by a component was never resolved by name.
     """
     if cls in _RESOLVED:
         return Origin(*_RESOLVED[cls])
@@ -170,7 +170,7 @@ def origin_of(cls: type) -> Origin:
 
 
 def _name_of(written: str, offer: Offer | None) -> str:
-    """Name of the component that a plugin registers as ``module:Class``; empty for none."""
+    """Return the name of the component registered as ``module:Class``; empty if there is none."""
     if offer is None or _objection(offer):
         return ""
     with suppress(PluginError):
@@ -188,34 +188,34 @@ def find_plugin(name: str) -> Plugin:
     Raises
     ------
     PluginError
-        It is missing, broken, for another API or claimed by two distributions.
+        The plugin is missing, broken, for another API or claimed by two distributions.
     """
     return Plugin.load(_offer(name, wanted_by="this"))
 
 
 def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
-    """Import every installed plugin and tell what each registers, the core's own first.
+    """Import every installed plugin and list what each registers, the core first.
 
     Parameters
     ----------
     import_components : bool
-        Import each registered component too and report those that cannot be used.
+        Also import each registered component and report those that cannot be used.
     """
     offers = sorted(_foreign_offers(), key=lambda offer: (offer.name, offer.distribution))
     return [_inspect(offer, import_components) for offer in (_CORE, *offers)]
 
 
 def profile_directories() -> Mapping[str, Path]:
-    """Return the folder of profiles of each plugin that ships one, by the plugin's name.
+    """Return the profile folder of each plugin that has one, by the plugin's name.
 
-    Imports every installed plugin, so ask for shipped profiles first. A broken plugin is left
-    out here; :func:`list_plugins` says what is wrong with it.
+    Imports every installed plugin, so look among the shipped profiles first. Broken plugins are
+    left out; :func:`list_plugins` reports their problems.
     """
     return {info.name: info.profiles for info in list_plugins() if info.profiles is not None}
 
 
 def _package(value: str) -> str:
-    """Top package of a module, or of ``module:name``."""
+    """Return the top-level package of a module or of ``module:name``."""
     return re.split("[.:]", value.strip())[0]
 
 
@@ -266,7 +266,7 @@ def _inspect(offer: Offer, import_components: bool) -> PluginInfo:
 
 
 def _objection(offer: Offer) -> str:
-    """Say why an offer cannot even be imported; empty when it can."""
+    """Return why a plugin must not be imported; empty if it can be."""
     if offer is _CORE:
         return ""
     if offer.problem:
@@ -290,7 +290,7 @@ def _other_api(offer: Offer) -> str:
     newer = int(offer.group.rpartition("v")[2]) > int(GROUP.rpartition("v")[2])
     upgrade = _CORE.distribution if newer else offer.distribution
     return (
-        f"{offer} is written for {offer.group} and {_CORE.origin} speaks {GROUP}; "
+        f"{offer} is written for {offer.group}, but {_CORE.origin} supports {GROUP}; "
         f"run 'pip install --upgrade {upgrade}'"
     )
 

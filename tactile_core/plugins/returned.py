@@ -1,4 +1,4 @@
-"""What a plugin's calibration returns, refused where its interface does not allow it."""
+"""Checks the results of a plugin's calibration."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactile_core.quantities.array_form import form_fault
 def measured_by(
     calibration: Calibration, frame: Frame, reference: Reference
 ) -> Gradients | HeightMap:
-    """Measure a frame with a calibration, and refuse what its interface does not allow."""
+    """Measure a frame with a calibration and check the type and form of the result."""
     with blame("the calibration", calibration):
         measured = calibration.measure(frame, reference)
     if not isinstance(measured, Gradients | HeightMap):

@@ -1,4 +1,4 @@
-"""Files as observations, and folders of results that leave the files of the user alone.
+"""Reads recordings as observations, and writes result folders without touching the user's files.
 
 May import bundles, profiles, plugins, interfaces and what these may import.
 """

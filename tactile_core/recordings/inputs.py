@@ -1,4 +1,4 @@
-"""What a command reads, so that nothing that it writes can hit any of it."""
+"""The inputs of a command, to make sure that its outputs never overwrite them."""
 
 from __future__ import annotations
 
@@ -10,37 +10,37 @@ from pathlib import Path
 from tactile_core.errors import InputError
 
 PROFILE = "the profile"
-"""Given by name or as a file."""
+"""Name of the profile in messages; the profile is given by name or as a file."""
 
 RECORDED = frozenset({"--input", "--presses", "--reference", "--image"})
-"""Where a file of these is, there may be others of the recording."""
+"""Options whose file can have other files of the same recording next to it."""
 
 _Identity = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """Files and folders that were given, by the option that named each.
+    """The files and folders that the user gave, by option.
 
     Attributes
     ----------
     paths : mapping of str to Path
-        What does not exist is of no account: reading it is going to be refused.
+        Existing paths only: reading a missing one fails anyway.
     """
 
     paths: Mapping[str, Path] = field(default_factory=dict)
 
     @classmethod
     def of(cls, given: Mapping[str, Path | str | None]) -> Inputs:
-        """Keep what was given and is there."""
+        """Keep the paths that were given and exist."""
         paths = {words: Path(path) for words, path in given.items() if path is not None}
         there = {words: path for words, path in paths.items() if _identity(path) is not None}
         if PROFILE in there and not there[PROFILE].is_file():
-            del there[PROFILE]  # a folder that has the name of a profile
+            del there[PROFILE]  # a folder with the name of a profile
         return cls(there)
 
     def refuse_whole(self, folder: Path) -> None:
-        """Refuse a folder that is going to be replaced whole if it is, or holds, an input.
+        """Refuse a folder that will be replaced completely if it is or contains an input.
 
         Raises
         ------
@@ -50,12 +50,12 @@ class Inputs:
             _refuse_same(folder, words, path)
             if _identity(folder) in map(_identity, path.resolve().parents):
                 raise InputError(
-                    f"--out {folder} holds {words} ({path}), which would be lost; name another "
+                    f"--out {folder} contains {words} ({path}), which would be lost; name another "
                     f"folder"
                 )
 
     def refuse_shared(self, folder: Path) -> None:
-        """Refuse a folder for results if it is an input, or has the file of a recording in it.
+        """Refuse a folder for results if it is an input or contains a file of a recording.
 
         Raises
         ------
@@ -66,12 +66,12 @@ class Inputs:
             beside = words in RECORDED and path.is_file()
             if beside and _identity(folder) == _identity(path.resolve().parent):
                 raise InputError(
-                    f"--out {folder} holds {words} ({path}), which results could overwrite; name "
-                    f"another folder"
+                    f"--out {folder} contains {words} ({path}), which results could overwrite; "
+                    f"name another folder"
                 )
 
     def refuse_file(self, file: Path) -> None:
-        """Refuse a file that is an input, or, by a link, one of the files in it.
+        """Refuse a file that is an input or a link to a file in an input folder.
 
         Raises
         ------
@@ -90,7 +90,7 @@ def _refuse_same(out: Path, words: str, path: Path) -> None:
 
 
 def _identity(path: Path) -> _Identity | None:
-    """What is one for all names of a file or folder; None where there is none."""
+    """Return device and inode, the same for every link to a file; None if it does not exist."""
     try:
         found = path.stat()
     except (OSError, ValueError):

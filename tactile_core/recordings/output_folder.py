@@ -1,4 +1,4 @@
-"""A folder for results, in which only files that a command has written are written again."""
+"""A folder for results, in which only files that a command wrote are overwritten."""
 
 from __future__ import annotations
 
@@ -19,35 +19,36 @@ from tactile_core.formats.unfinished import beside, remove_leftovers
 from tactile_core.recordings.inputs import Inputs
 
 WRITTEN = ".tactile-outputs"
-"""The list of what was written, in the folder: one JSON object a line, added to and never cut."""
+"""Name of the list of written files in the folder: one JSON object per line, append-only."""
 
 REPORT = "report.html"
 
 _HEADER = '{"written_by": "tactile-core"}'
 
 _LONGEST_STEM = 200
+"""Bytes of a file name without its ending; file systems allow 255 in all."""
 _UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f-\x9f]")
 
 _Stamp = tuple[int, int]
 
 
 class OutputFolder:
-    """Where a command puts its results.
+    """The destination of a command's results.
 
-    A file that is there already is replaced only if the folder's list says that a command wrote
-    it, and it has not changed since: same size, same time of writing.
+    An existing file is replaced only if the folder's list shows that a command wrote it and its
+    size and modification time have not changed since.
 
     Parameters
     ----------
     path : Path
-        Made when the first file is written.
+        Created with the first file.
     inputs : Inputs, optional
-        What the results must not hit.
+        Files that results must not overwrite.
 
     Raises
     ------
     InputError
-        It, or a parent, is a file, or it is an input, or has a recording's file in it.
+        The path or a parent is a file, or the folder is an input or contains a recording's file.
     """
 
     def __init__(self, path: Path | str, inputs: Inputs | None = None) -> None:
@@ -66,19 +67,19 @@ class OutputFolder:
         Raises
         ------
         InputError
-            With the file, and what to do.
+            A file of such a name exists that no command wrote.
         """
         for name in names:
             self._refuse_foreign(name, "")
 
     def check_for(self, sources: Iterable[str], endings: Collection[str]) -> None:
-        """Refuse now what :meth:`write_for` would refuse in the end.
+        """Refuse now what :meth:`write_for` would refuse later.
 
         Raises
         ------
         InputError
-            Results of two observations would have one name, or a file of such a name is there that
-            no command wrote.
+            Results of two observations would have the same name, or a file of such a name exists
+            that no command wrote.
         """
         owners: dict[str, str] = {}
         for source in sources:
@@ -87,33 +88,33 @@ class OutputFolder:
                     raise InputError(
                         f"results of {printable(owners[name])} and of {printable(source)} would "
                         f"both be {printable(name)}; rename one of these inputs, or measure them "
-                        f"apart"
+                        f"separately"
                     )
                 owners[name] = source
         self.check(owners)
 
     def write_for(self, source: str, ending: str, writer: Callable[[Path], None]) -> Path:
-        """Write one file of an observation, under its name; as :meth:`write`."""
+        """Write one file of an observation, named after it; see :meth:`write`."""
         return self.write(safe_stem(source) + ending, writer, of=source)
 
     def write(self, name: str, writer: Callable[[Path], None], *, of: str = "") -> Path:
-        """Write one file whole or not at all, and return its path.
+        """Write one file completely or not at all, and return its path.
 
         Parameters
         ----------
         name : str
         writer : callable
-            Writes the content to the path that it is given.
+            Writes the content to the path that it receives.
         of : str
-            What it tells of, for messages.
+            Name of the observation, for messages.
 
         Raises
         ------
         InputError
-            There is such a file that no command wrote, that is an input, or that was written
-            before in this run.
+            The file exists and is an input, was not written by a command, or was already written
+            in this run.
         OSError
-            The disk is full or refuses; what was there before is still there.
+            The disk is full or not writable; an existing file is kept.
         """
         path = self.path / name
         self._make()
@@ -122,7 +123,7 @@ class OutputFolder:
         try:
             writer(fresh)
             ours_is_there = self._refuse_foreign(name, of)
-            # noted before it is there: a result that is not in the list could not be replaced
+            # listed before it exists: a result that is not listed could never be replaced
             self._note(name, fresh, of)
             if ours_is_there:
                 fresh.replace(path)
@@ -141,7 +142,7 @@ class OutputFolder:
             self._made = True
 
     def _refuse_foreign(self, name: str, of: str) -> bool:
-        """Whether there is a file that may be replaced."""
+        """Return whether a replaceable file exists; raise an error for any other file."""
         path = self.path / name
         try:
             found = path.lstat()
@@ -156,7 +157,7 @@ class OutputFolder:
                 first = printable(entry["of"]) or "another result"
                 raise InputError(
                     f"{path} was written for {first} in this run and would be written again for "
-                    f"{printable(of) or 'another'}; give them names of their own"
+                    f"{printable(of) or 'another'}; give them different names"
                 )
         raise _foreign(path)
 
@@ -169,14 +170,14 @@ class OutputFolder:
         lines = path.read_bytes().split(b"\n")
         if lines[0] != _HEADER.encode():
             raise _not_ours(path)
-        # a line that was cut off by a full disk tells of no file
+        # a line that a full disk truncated is ignored
         return [entry for line in lines[1:] if (entry := _entry(line)) is not None]
 
     def _note(self, name: str, fresh: Path, of: str) -> None:
         found = fresh.lstat()
         entry = {"file": name, "of": of, "size": found.st_size, "mtime_ns": found.st_mtime_ns}
         path = self.path / WRITTEN
-        # one write at the end of the file: lines of two processes do not mix
+        # one write in append mode: lines of two processes do not interleave
         flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
         number = os.open(path, flags, 0o666)
         try:
@@ -189,12 +190,12 @@ class OutputFolder:
 
 
 def safe_stem(source: str) -> str:
-    """Return the name of an observation as a name of files; changed ones get a fingerprint."""
+    """Return a valid file name for an observation; a changed name gets a fingerprint."""
     stem = _UNSAFE.sub("_", source)
     try:
         short = os.fsencode(stem)[:_LONGEST_STEM].decode("utf-8", "ignore")
         stem = stem if len(os.fsencode(stem)) <= _LONGEST_STEM else short
-    except UnicodeEncodeError:  # no file can be called so
+    except UnicodeEncodeError:  # not a valid file name
         stem = stem.encode("ascii", "replace").decode().replace("?", "_")[:_LONGEST_STEM]
     if stem == source and stem not in ("", ".", ".."):
         return stem
@@ -225,7 +226,7 @@ def _stamp_of(entry: dict[str, Any]) -> _Stamp:
 
 def _foreign(path: Path) -> InputError:
     return InputError(
-        f"{path} is there already and is not as tactile wrote it; move it away or name another "
+        f"{path} already exists and is not as tactile wrote it; move it away or name another "
         f"--out folder"
     )
 

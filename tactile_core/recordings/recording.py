@@ -1,6 +1,6 @@
-"""Recordings: files on disk as a sequence of observations, whatever they were stored as.
+"""Recordings: a sequence of observations read from images, folders, videos or scans.
 
-An observation is the exposure, or the exposures of a sequence of lights, that make one frame.
+An observation is the exposure, or the exposures of a light sequence, that make up one frame.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from tactile_core.formats.video import NOMINAL_FPS, VIDEO_SUFFIXES, Video, open_
 from tactile_core.quantities import Image
 
 _SCALE_TOLERANCE = 0.01
+"""Largest relative difference between the scales of scans in one recording."""
 _YAML = frozenset({".yaml", ".yml"})
 
 
@@ -37,7 +38,7 @@ class Observation:
 
 @dataclass(frozen=True)
 class Files:
-    """One observation's image files, not read yet."""
+    """The image files of one observation, not yet read."""
 
     name: str
     paths: tuple[Path, ...]
@@ -45,17 +46,17 @@ class Files:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Observations in order; iterating reads them one after another, as often as wanted.
+    """Observations in order; each iteration reads them again from the start.
 
     Attributes
     ----------
     path : Path
     kind : ImageKind
-        Size, channels and depth that every image has.
+        Size, channels and bit depth of every image.
     mm_per_px : float or None
-        As the scan says; None where nothing is said.
+        Scale of the camera's pixels, from the scan file; None if it gives none.
     crop : (x, y, width, height) or None
-        As the scan says, in the camera's pixels.
+        From the scan file, in the camera's pixels.
     files : tuple of Files
         Empty for a video.
     video : Video or None
@@ -70,7 +71,7 @@ class Recording:
 
     @property
     def count(self) -> int | None:
-        """How many observations there are; None for a video, whose end shows only when reached."""
+        """Number of observations; None for a video, whose length is unknown before its end."""
         return len(self.files) if self.video is None else None
 
     @property
@@ -81,8 +82,7 @@ class Recording:
     def __iter__(self) -> Iterator[Observation]:
         """Read the observations.
 
-        A video's images carry the times of its frames; files carry none, so theirs are those of a
-        camera at 30 Hz.
+        A video's images have its timestamps. Image files have none and are timed at 30 Hz.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Recording:
                 pixels = read_image(path)
                 if ImageKind.of(pixels) != self.kind:
                     raise InputError(
-                        f"{path} is {ImageKind.of(pixels)} where its header said {self.kind}; "
+                        f"{path} is {ImageKind.of(pixels)}, but its header said {self.kind}; "
                         f"record or save it again"
                     )
                 time_s = number / NOMINAL_FPS
@@ -117,27 +117,27 @@ class Recording:
 
 
 def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Recording:
-    """Find out what a recording holds, and check that its images belong together.
+    """Open a recording and check that its images belong together.
 
     Parameters
     ----------
     path : Path
         An image file; a folder of images, in natural order of their names; a video; a
-        ``scan.yaml`` or the folder of one; a folder of scan folders; for a sequence of lights also
-        a folder with exactly one image per light, or a folder of such folders.
+        ``scan.yaml`` or its folder; a folder of scan folders. For a light sequence also a folder
+        with exactly one image per light, or a folder of such folders.
     images_per_observation : int
-        How many exposures the rig takes for one frame: 1, or its number of lights.
+        Exposures per frame: 1, or the number of sequential lights.
 
     Returns
     -------
     Recording
-        Its images are all of one size, depth and colour.
+        All images have the same size, bit depth and colour.
 
     Raises
     ------
     InputError
-        There is nothing that can be read, a number of images does not fit the lights, or images
-        differ; the message names them.
+        Nothing is readable, the number of images does not match the lights, or images differ;
+        the message names them.
     """
     path = Path(path)
     if stat.S_ISDIR(status(path).st_mode):
@@ -148,7 +148,7 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
         return _scans(path, [path], images_per_observation)
     if images_per_observation != 1:
         raise InputError(
-            f"{path} is one file and the rig takes {images_per_observation} images for each "
+            f"{path} is one file, but the rig takes {images_per_observation} images for each "
             f"observation; give a scan.yaml or a folder with exactly {images_per_observation} "
             f"images"
         )
@@ -172,7 +172,7 @@ def _open_folder(folder: Path, count: int) -> Recording:
     if count > 1 and folders:
         sequences = [_observations(p, _images_among(_visible(p)), count) for p in folders]
         return _of_files(folder, [one for sequence in sequences for one in sequence])
-    raise InputError(f"{folder} holds no images{_instead(inside)}")
+    raise InputError(f"{folder} has no images{_instead(inside)}")
 
 
 def _visible(folder: Path) -> list[Path]:
@@ -195,7 +195,8 @@ def _observations(folder: Path, images: Sequence[Path], count: int) -> list[File
         other = names.setdefault(path.stem, path)
         if other != path:
             raise InputError(
-                f"{other} and {path.name} have one name, so their results would too; rename one"
+                f"{other} and {path.name} have the same name, and so would their results; rename "
+                f"one of them"
             )
     return [Files(name, (path,)) for name, path in names.items()]
 
@@ -208,7 +209,9 @@ def _scans(path: Path, files: Sequence[Path], count: int) -> Recording:
         images = _counted(file, tuple(folder / image for image in scan.images), count)
         absent = next((image for image in images if not image.is_file()), None)
         if absent is not None:
-            raise InputError(f"{file} lists {absent.name}, which is not beside it; bring it there")
+            raise InputError(
+                f"{file} lists {absent.name}, which is not in the same folder; copy it there"
+            )
         observations.append(Files(_name_of(folder), images))
     scale, crop = _common_scale(scans), _common_crop(scans)
     found = _of_files(path, observations)
@@ -216,7 +219,7 @@ def _scans(path: Path, files: Sequence[Path], count: int) -> Recording:
 
 
 def _name_of(folder: Path) -> str:
-    # a link's own name: where two of them lead to may have one name
+    # a link's own name: the targets of two links can share a name
     name = folder.absolute().name
     return folder.resolve().name if name == ".." else name
 
@@ -224,47 +227,47 @@ def _name_of(folder: Path) -> str:
 def _counted(where: Path, images: tuple[Path, ...], count: int) -> tuple[Path, ...]:
     if len(images) != count:
         raise InputError(
-            f"{where} has {_words(len(images))} and the rig takes {count} for each observation; "
+            f"{where} has {_words(len(images))}, but the rig takes {count} for each observation; "
             f"give exactly {count}, in the order of the lights"
         )
     return images
 
 
 def _common_scale(scans: dict[Path, Scan]) -> float | None:
-    told = {file: scan.mm_per_px for file, scan in scans.items() if scan.mm_per_px is not None}
-    if not told:
+    scales = {file: scan.mm_per_px for file, scan in scans.items() if scan.mm_per_px is not None}
+    if not scales:
         return None
-    low, high = min(told, key=lambda f: told[f]), max(told, key=lambda f: told[f])
-    if told[high] / told[low] - 1 > _SCALE_TOLERANCE:
+    low, high = min(scales, key=lambda f: scales[f]), max(scales, key=lambda f: scales[f])
+    if scales[high] / scales[low] - 1 > _SCALE_TOLERANCE:
         raise InputError(
-            f"{low} says {told[low]:g} mm per pixel and {high} says {told[high]:g}; they cannot be "
-            f"one recording"
+            f"{low} has {scales[low]:g} mm per pixel, but {high} has {scales[high]:g}; they cannot "
+            f"be one recording"
         )
-    return next(iter(told.values()))
+    return next(iter(scales.values()))
 
 
 def _common_crop(scans: dict[Path, Scan]) -> Crop | None:
-    told = {file: scan.crop for file, scan in scans.items() if scan.crop is not None}
-    for file, crop in told.items():
-        first = next(iter(told))
-        if crop != told[first]:
+    crops = {file: scan.crop for file, scan in scans.items() if scan.crop is not None}
+    for file, crop in crops.items():
+        first = next(iter(crops))
+        if crop != crops[first]:
             raise InputError(
-                f"{first} has the crop {list(told[first])} and {file} {list(crop)}; they cannot be "
-                f"one recording"
+                f"{first} has the crop {list(crops[first])}, but {file} has {list(crop)}; they "
+                f"cannot be one recording"
             )
-    return next(iter(told.values()), None)
+    return next(iter(crops.values()), None)
 
 
 def _of_files(path: Path, observations: Sequence[Files]) -> Recording:
-    """Check by the headers alone that the images belong together, before anything is measured."""
+    """Check that all images are of one kind; reads only their headers."""
     images = [image for observation in observations for image in observation.paths]
     kind = image_kind(images[0])
     for image in images[1:]:
         other = image_kind(image)
         if other != kind:
             raise InputError(
-                f"{images[0]} is {kind} and {image} is {other}; one recording has images of one "
-                f"kind"
+                f"{images[0]} is {kind}, but {image} is {other}; all images of a recording must be "
+                f"of one kind"
             )
     return Recording(path, kind, files=tuple(observations))
 
@@ -275,7 +278,7 @@ def _instead(inside: Sequence[Path]) -> str:
     videos = [p.name for p in inside if p.suffix.lower() in VIDEO_SUFFIXES]
     folders = [p.name for p in inside if p.is_dir()]
     if videos or folders:
-        return f"; name one of what it holds, e.g. {(videos or folders)[0]}"
+        return f"; name one of its entries, e.g. {(videos or folders)[0]}"
     return f", only other files, e.g. {inside[0].name}"
 
 

@@ -1,4 +1,4 @@
-"""What came from outside with each frame of an earlier run, to be given again."""
+"""Replays the external inputs of an earlier run."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ class SavedInputs:
     Parameters
     ----------
     folder : Path
-        What an earlier run wrote, or files made by
+        Results of an earlier run, or files made with
         :func:`tactile_core.formats.saved_quantities.arrays_of`.
     kinds : collection of types
-        Which quantities are given.
+        Types of the quantities to read.
 
     Raises
     ------
     InputError
-        It is no folder.
+        It is not a folder.
     """
 
     def __init__(self, folder: Path, kinds: Collection[type[Quantity]]) -> None:
         if not folder.is_dir():
-            raise InputError(f"{folder} is no folder; name one that an earlier run wrote")
+            raise InputError(f"{folder} is not a folder; name one that an earlier run wrote")
         self._folder, self._kinds = folder, tuple(kinds)
 
     def __call__(self, frame: Frame) -> tuple[Quantity, ...]:
-        """Return what is there for a frame; nothing where its file is absent.
+        """Return the saved quantities of a frame; none if its file is absent.
 
         Raises
         ------

@@ -121,7 +121,7 @@ def test_a_reading_is_written_again_over_its_own_files_alone(tmp_path: Path) -> 
         saved(reading(height(fill)), tmp_path, ["npz", "tmd"])
     assert read_tmd(tmp_path / "press.v1.tmd").height_mm == pytest.approx(0.2)
     (tmp_path / "press.v1.tmd").write_bytes(b"my own")
-    with pytest.raises(InputError, match=r"press\.v1\.tmd is there already"):
+    with pytest.raises(InputError, match=r"press\.v1\.tmd already exists"):
         saved(reading(height()), tmp_path, ["tmd"])
     assert (tmp_path / "press.v1.tmd").read_bytes() == b"my own"
 

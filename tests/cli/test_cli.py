@@ -172,7 +172,7 @@ def test_validate_and_doctor_find_steps_that_make_no_chain(tmp_path: Path) -> No
     for command in ("validate", "doctor"):
         done = tactile(command, str(twice))
         assert done.returncode == 2
-        assert "both give HeightMap; keep one" in done.stderr
+        assert "both provide HeightMap; keep one" in done.stderr
 
 
 def test_several_workers_give_the_lines_of_one_and_refuse_a_tare(lab: VirtualLab) -> None:

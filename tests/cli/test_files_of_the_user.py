@@ -113,7 +113,7 @@ def test_presses_inside_of_the_bundle_s_folder_are_refused(
         (mine / "linked").symlink_to(presses)
         presses = mine / "linked"
     said = refused(mine, *calibrate(lab, "--presses", presses, "--out", mine / "b"))
-    assert "holds --presses" in said
+    assert "contains --presses" in said
 
 
 def test_a_bundle_is_no_place_for_results(lab: VirtualLab, mine: Path) -> None:
@@ -124,7 +124,7 @@ def test_a_bundle_is_no_place_for_results(lab: VirtualLab, mine: Path) -> None:
 
 def test_results_do_not_replace_the_reference(lab: VirtualLab, mine: Path) -> None:
     words = run(lab, mine, "--reference", mine / "ref" / "ball.png", "--out", mine / "ref")
-    assert "holds --reference" in refused(mine, *words, "--save", "png")
+    assert "contains --reference" in refused(mine, *words, "--save", "png")
 
 
 def test_results_of_one_name_are_refused_before_anything_is_measured(
@@ -143,7 +143,7 @@ def test_a_run_is_repeated_over_its_own_results_and_nobody_else_s(
         done = tactile(*words)
         assert done.returncode == 0, done.stderr
     (mine / "out" / "rest.png").write_bytes(b"my own picture")
-    assert "rest.png is there already" in refused(mine, *words)
+    assert "rest.png already exists" in refused(mine, *words)
 
 
 def test_a_report_of_somebody_else_is_refused_before_anything_is_measured(
@@ -153,8 +153,8 @@ def test_a_report_of_somebody_else_is_refused_before_anything_is_measured(
     (mine / "out" / "report.html").write_text("mine")
     (mine / "truth").mkdir()
     compare = ("compare", lab.profile_path, "--input", mine / "in", "--truth", mine / "truth")
-    assert "report.html is there already" in refused(mine, *compare, "--out", mine / "out")
-    assert "report.html is there already" in refused(mine, "demo", "--out", mine / "out")
+    assert "report.html already exists" in refused(mine, *compare, "--out", mine / "out")
+    assert "report.html already exists" in refused(mine, "demo", "--out", mine / "out")
     assert "is --truth" in refused(mine, *compare, "--out", mine / "truth")
 
 

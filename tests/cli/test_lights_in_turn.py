@@ -59,7 +59,7 @@ def test_five_images_for_six_lights_are_refused(rig: HeightLab, tmp_path: Path) 
     five = record(tmp_path / "five", scan_of(rig)[:5])
     said = refused(*run(rig, five))
     assert said.count("\n") == 1
-    assert "five has 5 images and the rig takes 6" in said
+    assert "five has 5 images, but the rig takes 6" in said
 
 
 def test_a_press_of_five_images_is_not_calibrated_on(rig: HeightLab, tmp_path: Path) -> None:

@@ -122,8 +122,8 @@ def test_a_step_that_needs_slopes_is_left_out_with_a_word(
     reading = json.loads(done.stdout)
     assert reading["max_height_mm"] > 0.5
     assert reading["warnings"] == [
-        "step 'height' needs Gradients, but this calibration provides a HeightMap directly; the step "
-        "is left out"
+        "step 'height' needs Gradients, but this calibration provides a HeightMap directly; the "
+        "step is left out"
     ]
 
 

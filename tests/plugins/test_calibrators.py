@@ -61,9 +61,9 @@ def careless() -> Careless:
 
 def test_a_model_that_is_none_is_refused(careless: Careless) -> None:
     careless.returned = "a model"
-    with pytest.raises(PluginFault, match=r"Careless.* fitted str, no Calibration"):
+    with pytest.raises(PluginFault, match=r"Careless.* fitted str, not a Calibration"):
         fitted_by(careless, [], REFERENCE)
-    with pytest.raises(PluginFault, match="gave str for lights, no Calibration"):
+    with pytest.raises(PluginFault, match="made str from lights, not a Calibration"):
         uncalibrated_by(careless, [])
 
 
@@ -71,7 +71,7 @@ def test_a_model_that_measures_other_pixels_than_it_was_fitted_on_is_refused(
     careless: Careless,
 ) -> None:
     careless.returned = Own()
-    with pytest.raises(PluginFault, match="'channel' and its model Own measures with 'none'"):
+    with pytest.raises(PluginFault, match="'channel', but its model Own measures with 'none'"):
         fitted_by(careless, [], REFERENCE)
 
 

@@ -40,11 +40,11 @@ def test_a_folder_that_is_replaced_may_neither_be_nor_hold_an_input(
     for name in names(tmp_path, "presses"):
         with pytest.raises(InputError, match=r"--out .* is --presses .* itself"):
             given.refuse_whole(name)
-    with pytest.raises(InputError, match=r"holds --reference .* would be lost"):
+    with pytest.raises(InputError, match=r"contains --reference .* would be lost"):
         given.refuse_whole(tmp_path / "ref")
-    with pytest.raises(InputError, match="holds the profile"):
+    with pytest.raises(InputError, match="contains the profile"):
         given.refuse_whole(tmp_path / "mine")
-    with pytest.raises(InputError, match="holds --presses"):
+    with pytest.raises(InputError, match="contains --presses"):
         given.refuse_whole(tmp_path)
     given.refuse_whole(tmp_path / "other")
     given.refuse_whole(tmp_path / "presses" / "bundle")
@@ -54,7 +54,7 @@ def test_a_folder_for_results_may_not_be_a_recording_nor_have_one_in_it(
     given: Inputs, tmp_path: Path
 ) -> None:
     for name in names(tmp_path, "ref"):
-        with pytest.raises(InputError, match=r"holds --reference .* could overwrite"):
+        with pytest.raises(InputError, match=r"contains --reference .* could overwrite"):
             given.refuse_shared(name)
     with pytest.raises(InputError, match="itself"):
         given.refuse_shared(tmp_path / "presses")

@@ -40,13 +40,9 @@ def test_what_somebody_else_put_there_is_refused_and_kept(tmp_path: Path) -> Non
     (tmp_path / "a.txt").write_text("mine, under our name")
     for name in ("a.txt", "b.txt", "c.txt", "d.txt"):
         for again in (folder, OutputFolder(tmp_path)):
-            with pytest.raises(
-                InputError, match=rf"{name} is there already.* move it away or name"
-            ):
+            with pytest.raises(InputError, match=rf"{name} already exists.* move it away or name"):
                 again.check([name])
-            with pytest.raises(
-                InputError, match=rf"{name} is there already.* move it away or name"
-            ):
+            with pytest.raises(InputError, match=rf"{name} already exists.* move it away or name"):
                 write(again, "new", name)
     assert (tmp_path / "a.txt").read_text() == "mine, under our name"
     assert (tmp_path / "b.txt").read_text() == "mine"
@@ -57,7 +53,7 @@ def test_what_was_deleted_and_made_anew_is_no_longer_ours(tmp_path: Path) -> Non
     path = write(OutputFolder(tmp_path), "one")
     path.unlink()
     path.write_text("two")
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="already exists"):
         write(OutputFolder(tmp_path), "new")
 
 
@@ -75,7 +71,7 @@ def test_a_file_that_comes_while_ours_is_made_is_kept(tmp_path: Path) -> None:
         (tmp_path / "a.txt").write_text("mine")
         path.write_text("ours")
 
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="already exists"):
         OutputFolder(tmp_path).write("a.txt", slow)
     assert (tmp_path / "a.txt").read_text() == "mine"
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
@@ -180,5 +176,5 @@ def test_a_file_that_no_command_wrote_is_refused_before_anything_is_measured(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "press.tmd").write_bytes(b"my own")
-    with pytest.raises(InputError, match=r"press\.tmd is there already"):
+    with pytest.raises(InputError, match=r"press\.tmd already exists"):
         OutputFolder(tmp_path).check_for(["press"], [".tmd"])

@@ -129,8 +129,8 @@ def test_a_folder_with_an_image_for_each_light_is_one_observation(tmp_path: Path
 def test_any_other_number_of_images_is_an_error(tmp_path: Path, count: int) -> None:
     for i in range(count):
         picture(tmp_path / "press" / f"{i:02d}.png")
-    assert f"{count} images and the rig takes 6" in refusal(tmp_path / "press", 6)
-    assert f"{count} images and the rig takes 6" in refusal(tmp_path, 6)
+    assert f"{count} images, but the rig takes 6" in refusal(tmp_path / "press", 6)
+    assert f"{count} images, but the rig takes 6" in refusal(tmp_path, 6)
     assert "the rig takes 6" in refusal(scan(tmp_path / "scan", count), 6)
     assert "the rig takes 6" in refusal(tmp_path / "press" / "00.png", 6)
     assert "the rig takes 1" in refusal(tmp_path / "scan", 1)
@@ -178,7 +178,7 @@ def test_mixed_images_are_noticed_before_any_is_read(tmp_path: Path) -> None:
 def test_two_files_whose_results_would_share_a_name_are_refused(tmp_path: Path) -> None:
     picture(tmp_path / "a.png")
     cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((6, 8, 3), np.uint8))
-    assert "one name" in refusal(tmp_path)
+    assert "the same name" in refusal(tmp_path)
 
 
 def test_nothing_to_read_is_said_with_what_there_is_instead(tmp_path: Path, video: Path) -> None:
@@ -242,7 +242,7 @@ def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
     for path in (tmp_path / "pipe.png", tmp_path / "pipe.avi", tmp_path / "pipe.yaml"):
         assert "pipe or a device" in refusal(path)
     assert "pipe or a device" in refusal(Path("/dev/zero"))
-    assert "holds no images" in refusal(tmp_path / "in")
+    assert "has no images" in refusal(tmp_path / "in")
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + ".png", "a\0.png", "absent.png/b.png"])

@@ -49,7 +49,7 @@ def test_a_frame_without_a_file_or_without_the_quantity_is_given_nothing(tmp_pat
 def test_a_folder_that_is_not_there_and_a_file_of_something_else_are_refused(
     tmp_path: Path,
 ) -> None:
-    with pytest.raises(InputError, match="is no folder; name one that an earlier run wrote"):
+    with pytest.raises(InputError, match="is not a folder; name one that an earlier run wrote"):
         SavedInputs(tmp_path / "nowhere", {Pose})
     np.savez(tmp_path / "a.npz", pose=np.zeros(3))
     with pytest.raises(InputError, match=r"a\.npz: these are not the arrays of a reading"):

@@ -27,7 +27,7 @@ REGISTERED: Mapping[str, tuple[str, str]] = {
     "listing": ("registration", "must return {name: 'module:Class'}"),
     "no_folder": ("registration", "must return an existing folder"),
     "no_class": ("components", "no attribute 'Nonexistent'"),
-    "wrong_interface": ("components", "no subclass of tactile_core.Camera"),
+    "wrong_interface": ("components", "not a subclass of tactile_core.Camera"),
     "twin": ("collision", "offered by tactile-faulty 0.1 and by tactile-faulty-twin 0.2"),
     "2fingers": ("names", "cannot be written before the dot"),
     "mutable_options": ("options", "can be changed after validation"),

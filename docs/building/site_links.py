@@ -10,12 +10,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 ELSEWHERE = {
-    "first-plugin.md": "plugins/README.md",
-    "contributing.md": "CONTRIBUTING.md",
-    "changelog.md": "CHANGELOG.md",
-    "rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
-    "rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
-    "rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
+    "tutorials/first-plugin.md": "plugins/README.md",
+    "how-to/contribute.md": "CONTRIBUTING.md",
+    "reference/changelog.md": "CHANGELOG.md",
+    "reference/rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
+    "reference/rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
+    "reference/rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
 }
 """Pages whose file does not lie in ``docs``."""
 
@@ -116,7 +116,7 @@ def decisions() -> str:
         "",
         "Each page says what was chosen where somebody could have chosen otherwise, and why. Where "
         "a page says so, its figures are those of the decision; today's are in "
-        "[accuracy](../accuracy.md) and [performance](../performance.md).",
+        "[accuracy](../reference/accuracy.md) and [performance](../reference/performance.md).",
         "",
     ]
     for path in decision_files():

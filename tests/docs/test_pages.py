@@ -148,12 +148,3 @@ def test_the_promised_versions_are_those_of_the_program() -> None:
     assert f"| plugin interface | `{GROUP}` |" in text
     assert f"| bundle | `{FORMAT}` |" in text
     assert "| profile | `schema: 1` |" in text
-
-
-def test_the_reference_shows_every_public_name() -> None:
-    shown = {
-        line.rpartition(".")[2]
-        for line in page("reference/python").splitlines()
-        if line[:3] == ":::"
-    }
-    assert set(tactile_core.__all__) - {"__version__"} <= shown

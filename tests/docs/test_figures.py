@@ -81,7 +81,7 @@ def test_the_page_of_accuracy_states_what_the_benchmark_has_measured(row: dict[s
 
 @pytest.mark.parametrize("page", EVIDENCE)
 def test_every_section_of_measurements_says_by_what_command(page: str) -> None:
-    silent = {"Limits", "Recordings that are not at hand"}
+    silent = {"Limits", "Recordings that were not available"}
     figures = {heading: text for heading, text in parts(page).items() if stated(text)}
     assert [h for h in figures if h not in silent and "ommand" not in figures[h]] == []
 

@@ -114,7 +114,7 @@ def decisions() -> str:
     lines = [
         "# Decisions",
         "",
-        "Each page says what was chosen where somebody could have chosen otherwise, and why. Where "
+        "Each page records a choice that could have been made otherwise, and the reasons. Where "
         "a page says so, its figures are those of the decision; today's are in "
         "[accuracy](../reference/accuracy.md) and [performance](../reference/performance.md).",
         "",

@@ -1,7 +1,7 @@
 """Write the Python reference: python docs/building/reference_pages.py.
 
 The pages below ``docs/reference/python/`` are committed, so that the reference can be read in the
-repository. A test fails when they differ from the docstrings; ``make reference`` writes them anew.
+repository. A test fails when they differ from the docstrings; ``make reference`` updates them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the source says of a public name: signature, docstring, members. Nothing is imported."""
+"""Signature, docstring and members of public names, from the source and without imports."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def public_names() -> list[str]:
 
 
 def entry(full_name: str) -> Entry:
-    """Return what the source says of one name; imports are followed to the definition."""
+    """Return the entry of one name; imports are followed to the definition."""
     module, _, name = full_name.rpartition(".")
     body = module_of(module).body
     for node, following in zip_longest(body, body[1:]):

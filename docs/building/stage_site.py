@@ -17,7 +17,7 @@ STAGE = ROOT / "build" / "docs"
 
 
 def main() -> None:
-    """Write everything anew."""
+    """Replace the folder."""
     shutil.rmtree(STAGE, ignore_errors=True)
     pages = STAGE / "pages"
     shutil.copytree(ROOT / "docs" / "images", pages / "images")

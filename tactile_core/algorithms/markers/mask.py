@@ -1,4 +1,4 @@
-"""Which pixels show a printed marker instead of the skin."""
+"""The mask of the printed markers, which hide the gel surface."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
-from tactile_core.algorithms.markers.contrast import FULL, contrast_of
-
-_LEAST_CONTRAST = 0.12
+from tactile_core.algorithms.markers.contrast import CONTRAST, FULL, contrast_of
 
 
-def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _LEAST_CONTRAST) -> Bool:
-    """Mask dark dots, with a rim of one pixel.
+def marker_mask(
+    pixels: Array, *, diameter_px: float, contrast: float = CONTRAST.masked_contrast
+) -> Bool:
+    """Mask the dark markers of an image, with a rim of one pixel.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K) uint8, uint16 or float32
         The image.
     diameter_px : float
-        Size of a dot.
+        Diameter of a marker.
     contrast : float
-        Share of light that a dot takes away, at least.
+        Minimum share of the light that a marker absorbs.
 
     Returns
     -------
@@ -36,17 +36,19 @@ def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _LEAST_C
     return mask_of(contrast_of(pixels, diameter_px=diameter_px), pixels.shape[:2], least=contrast)
 
 
-def mask_of(contrast: UInt8, shape: tuple[int, ...], *, least: float = _LEAST_CONTRAST) -> Bool:
-    """Mask what lacks light, with a rim of one pixel.
+def mask_of(
+    contrast: UInt8, shape: tuple[int, ...], *, least: float = CONTRAST.masked_contrast
+) -> Bool:
+    """Threshold the marker contrast, and add a rim of one pixel.
 
     Parameters
     ----------
     contrast : (h, w) uint8
         From :func:`contrast_of`.
     shape : (H, W)
-        Of the image.
+        Shape of the image.
     least : float
-        Share of light that a dot takes away, at least.
+        Minimum share of the light that a marker absorbs.
 
     Returns
     -------

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.algorithms.marker_tracking import FEWEST_MARKERS, MarkerTracker, shows_contact
+from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
+from tactile_core.algorithms.marker_tracking.parameters import GROWTH
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
@@ -85,7 +86,7 @@ class MarkerTracking(Estimator):
     def _begin(self, reference: Reference) -> MarkerTracker:
         undeformed = reference.detections
         count = 0 if undeformed is None else len(undeformed.centres_px)
-        if undeformed is None or count < FEWEST_MARKERS:
+        if undeformed is None or count < GROWTH.min_markers:
             raise InputError(
                 f"the reference shows {count} markers, too few to follow; take it of the untouched "
                 f"gel in focus and evenly lit, or say 'gel.markers: null' for a gel without markers"

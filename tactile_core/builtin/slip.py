@@ -9,11 +9,11 @@ from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower, ImprintMotion
+from tactile_core.algorithms.slip.imprint import IMPRINT, ImprintMotion, ImprintTracker
 from tactile_core.algorithms.slip.plane import coarse, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
-from tactile_core.algorithms.slip.stick_region import NOISE_MM
+from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.builtin.slip_touch import TouchFinder
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces import device
@@ -76,7 +76,7 @@ class Slip(Estimator):
             "way; twice that where the contact is told from the image.",
         )
         noise_mm: PositiveFloat = Field(
-            default=NOISE_MM, description="Of a displacement along x or y."
+            default=STICK_REGION.noise_mm, description="Of a displacement along x or y."
         )
         incipient: float = Field(
             default=0.28, ge=0, le=1, description="Degree at which slip begins at the border."
@@ -89,7 +89,7 @@ class Slip(Estimator):
             default=0.35, ge=0, le=1, description="Degree under which part of it sticks again."
         )
         imprint_lost: PositiveFloat = Field(
-            default=SLIP_SHARE,
+            default=IMPRINT.slip_share,
             description="Share of the imprint that leaves its place on the gel surface in gross "
             "slip; chosen on recorded lifts (docs/accuracy.md).",
         )
@@ -120,7 +120,7 @@ class Slip(Estimator):
         )
         self._warning_only = float(np.nextafter(chosen.slip, 0))
         self._imprint_lost = chosen.imprint_lost
-        self._imprint: ImprintFollower | None = None
+        self._imprint: ImprintTracker | None = None
         self._imprint_of: Reference | None = None
         self._held: _Held | None = None
         self.reset()
@@ -138,7 +138,7 @@ class Slip(Estimator):
         if self._held is None:
             return result
         followed = self._imprint is not None and self._held.imprint is not None
-        imprint = self._imprint.settle() if self._imprint is not None and followed else None
+        imprint = self._imprint.restart() if self._imprint is not None and followed else None
         return self._state(self._held._replace(imprint=imprint))
 
     def estimate(
@@ -177,8 +177,8 @@ class Slip(Estimator):
     def _state(self, held: _Held) -> SlipState:
         cues = self._contact.update(held.field, held.mask, held.load, blurred=held.blurred)
         imprint = held.imprint
-        if self._contact.began and imprint and self._imprint and held.knows_load:
-            imprint = self._imprint.settle()
+        if self._contact.restarted and imprint and self._imprint and held.knows_load:
+            imprint = self._imprint.restart()
         sure = held.knows_contact or held.knows_load
         if sure and cues.degree < self._machine.thresholds.incipient:
             # what is held but dragged far, or turned under its lamps, looks different, too
@@ -192,7 +192,7 @@ class Slip(Estimator):
             degree,
             self._machine.kind,
             cues.entropy_bits,
-            float(np.degrees(cues.turn_rad)),
+            float(np.degrees(cues.rotation_rad)),
             self._machine.onset_s,
             held.time_s,
         )
@@ -232,10 +232,10 @@ class Slip(Estimator):
         if self._imprint is None or self._imprint_of is not reference:
             rest_px = markers.undeformed_px
             rest_px = markers.reference_px if rest_px is None else rest_px
-            self._imprint = ImprintFollower(reference.pixels, rest_px, self._markers.diameter_px)
+            self._imprint = ImprintTracker(reference.pixels, rest_px, self._markers.diameter_px)
             self._imprint_of = reference
         return self._imprint.update(frame.pixels, markers.px, frame.timestamp_s)
 
 
 def _kind(cues: Cues) -> Kind:
-    return "rotation" if 2 * cues.turned_mm**2 > cues.motion_mm**2 else "translation"
+    return "rotation" if 2 * cues.rotation_mm**2 > cues.motion_mm**2 else "translation"

@@ -12,11 +12,11 @@ from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
+    contact_from_motion,
+    contact_within_ring,
     covered,
     light_change,
     small_image,
-    touched_by_motion,
-    touched_within,
 )
 from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
 
@@ -97,7 +97,7 @@ class TouchFinder:
             found = self._in_image(frame, reference, markers, moved_mm.shape)
             if found.mask.any() and _ends_within_view(found.mask):
                 return found
-        mask = touched_by_motion(moved_mm)
+        mask = contact_from_motion(moved_mm)
         if mask.any() and self._sheared is not None:
             # what lags behind when slip begins was dragged along before
             mask |= self._sheared
@@ -117,7 +117,7 @@ class TouchFinder:
             if mask.any() or slope > _SURE_SLOPE:
                 self._slope = slope
             if self._slope and slope >= _STAYS * self._slope:
-                within = touched_within(steep, _LEAST_SLOPE)
+                within = contact_within_ring(steep, _LEAST_SLOPE)
                 if within.any():
                     mask, load = within, Load(0.0, float(np.sqrt(steep.sum())))
         self._measured_once |= bool(mask.any())
@@ -146,7 +146,7 @@ class TouchFinder:
         least = max(_LEAST_CHANGE, _NOISES * reference.noise / reference.full_scale)
         # shear changes the light of a contact more than its volume
         load = Load(0.0, float(np.sqrt(change.sum())))
-        return Touch(touched_within(change, least), load, blurred=True)
+        return Touch(contact_within_ring(change, least), load, blurred=True)
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:

@@ -60,7 +60,7 @@ class MarkerTracking(Estimator):
         """
         tracker = self._tracker or self._begin(reference)
         first = tracker.began_displaced is None
-        tracker.follow(detections.centres_px)
+        tracker.update(detections.centres_px)
         started_in_contact = self._contact_in_reference or bool(tracker.began_displaced)
         notes = []
         if tracker.lost:

@@ -195,7 +195,7 @@ def test_tracks_agree(seed: int, missing: float) -> None:
     def followed(compiled: bool) -> list[np.ndarray]:
         tracker, tracks = MarkerTracker(rest, compiled=compiled), []
         for found in shown:
-            tracker.follow(found)
+            tracker.update(found)
             tracks.append(np.column_stack([tracker.px, tracker.seen]))
         return tracks
 

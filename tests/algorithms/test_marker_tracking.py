@@ -48,7 +48,7 @@ def test_a_shear_of_two_pitches_swaps_no_marker(seed: int) -> None:
     tracker = MarkerTracker(rest)
     for pitches in np.arange(0, 2 + step, step).clip(max=2):
         truth = rest + bump(rest) * along * pitches
-        tracker.follow(thinned(truth, rng))
+        tracker.update(thinned(truth, rng))
         assert swapped(tracker, truth) == 0
     assert tracker.seen.mean() > 0.55
     unseen = ~tracker.seen
@@ -67,7 +67,7 @@ def test_a_turn_of_twenty_degrees_swaps_no_marker(seed: int) -> None:
             [np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y], axis=1
         )
         truth = rest.mean(axis=0) + turned
-        tracker.follow(thinned(truth, rng))
+        tracker.update(thinned(truth, rng))
         assert swapped(tracker, truth) == 0
 
 
@@ -80,7 +80,7 @@ def test_markers_that_leave_the_view_keep_their_identity() -> None:
         # markers that are not in the reference enter the view from the other side
         new = truth[::14] - [PITCH, 0.0]
         shown = np.concatenate([truth, new])
-        tracker.follow(shown[shown[:, 0] < right])
+        tracker.update(shown[shown[:, 0] < right])
         assert swapped(tracker, truth) == 0
     assert tracker.seen.all()
 
@@ -88,13 +88,13 @@ def test_markers_that_leave_the_view_keep_their_identity() -> None:
 def test_markers_are_recovered_after_frames_without_most_of_them() -> None:
     rng, rest = np.random.default_rng(0), grid()
     tracker = MarkerTracker(rest)
-    tracker.follow(rest)
+    tracker.update(rest)
     for _ in range(3):
-        tracker.follow(rest[rng.permutation(len(rest))[:6]])
+        tracker.update(rest[rng.permutation(len(rest))[:6]])
         assert tracker.lost
         assert not tracker.seen.any()
     truth = rest + bump(rest) * [0.4 * PITCH, 0.0]
-    tracker.follow(thinned(truth, rng))
+    tracker.update(thinned(truth, rng))
     assert not tracker.lost
     assert tracker.seen.mean() > 0.5
     assert swapped(tracker, truth) == 0
@@ -104,9 +104,9 @@ def test_a_release_within_one_frame_swaps_no_marker() -> None:
     rest = grid()
     tracker = MarkerTracker(rest)
     for pitches in np.linspace(0, 1.6, 9):
-        tracker.follow(rest + bump(rest) * [pitches * PITCH, 0.0])
-    tracker.follow(rest)
-    tracker.follow(rest)
+        tracker.update(rest + bump(rest) * [pitches * PITCH, 0.0])
+    tracker.update(rest)
+    tracker.update(rest)
     assert swapped(tracker, rest) == 0
     assert tracker.seen.mean() > 0.9
 
@@ -114,8 +114,8 @@ def test_a_release_within_one_frame_swaps_no_marker() -> None:
 def test_a_displaced_first_frame_is_reported() -> None:
     rest = grid()
     undeformed, sheared = MarkerTracker(rest), MarkerTracker(rest)
-    undeformed.follow(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
-    sheared.follow(rest + bump(rest) * [0.3 * PITCH, 0.0])
+    undeformed.update(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
+    sheared.update(rest + bump(rest) * [0.3 * PITCH, 0.0])
     assert undeformed.began_displaced is False
     assert sheared.began_displaced is True
     assert swapped(sheared, rest + bump(rest) * [0.3 * PITCH, 0.0]) == 0
@@ -131,7 +131,7 @@ def test_a_stretched_lattice_shows_a_contact_and_an_irregular_print_does_not() -
 
 def test_fewer_than_four_markers_are_lost() -> None:
     tracker = MarkerTracker(grid()[:3])
-    tracker.follow(grid()[:3])
+    tracker.update(grid()[:3])
     assert tracker.lost
     assert not tracker.seen.any()
 
@@ -140,10 +140,10 @@ def test_a_rigid_step_of_half_a_pitch_loses_no_marker() -> None:
     rng = np.random.default_rng(5)
     rest = grid() + rng.uniform(-2, 2, grid().shape)
     tracker = MarkerTracker(rest)
-    tracker.follow(rest)
+    tracker.update(rest)
     for moved in (14.0, 28.0, 28.0):
         truth = rest + np.array([moved, 0.0])
-        tracker.follow(truth)
+        tracker.update(truth)
         assert tracker.seen.mean() > 0.95
         assert np.hypot(*(tracker.px - truth).T)[tracker.seen].max() < 1
 

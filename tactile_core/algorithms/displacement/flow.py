@@ -42,7 +42,7 @@ class FlowParameters:
     sample_step_px : int, px
         Every how many pixels the noise is sampled.
         Source: chosen by hand for speed; no script derives it.
-    min_weight : float
+    min_weight : float, ratio
         Regularises the normalised convolution, so that motion fades out far from any texture.
         Source: chosen by hand; no script derives it.
     smoothing_reduction : int, ratio

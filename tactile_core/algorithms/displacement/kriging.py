@@ -83,7 +83,7 @@ class Kriging:
         completed[unseen] = -np.linalg.solve(rows[:, unseen], rows @ completed)
         return completed
 
-    def whitened(self, values: Float64) -> Float64:
+    def weighted(self, values: Float64) -> Float64:
         """Multiply completed values (N, J) by the inverse covariance."""
         return np.asarray(self._precision @ values)
 

@@ -139,13 +139,13 @@ class MarkedSurface:
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
-        sheared_by = None if contact is None else self._shear.fields(grid.share(contact))
-        if sheared_by is None or not seen.any():
+        shear_fields = None if contact is None else self._shear.fields(grid.share(contact))
+        if shear_fields is None or not seen.any():
             moved_mm = self._kriging.completed(moved_mm, seen)
             sheared = np.zeros((*grid.shape, 2), np.float32)
         else:
-            moved_mm, strength = self._without(moved_mm, sheared_by, grid.in_cells(px), seen)
-            sheared = (sheared_by @ strength.astype(np.complex64))[..., None].view(np.float32)
+            moved_mm, strength = self._without(moved_mm, shear_fields, grid.in_cells(px), seen)
+            sheared = (shear_fields @ strength.astype(np.complex64))[..., None].view(np.float32)
         residual = grid.refined(self._kriging.field(moved_mm).reshape(*self._half.shape, 2))
         return self._at_present(residual, sheared)
 
@@ -165,16 +165,16 @@ class MarkedSurface:
         there = self._grid.sampled(fields_mm.view(np.float32), at[:, None])[:, 0]
         columns = self._kriging.completed(np.hstack([there, moved_mm]), seen)
         # the strength of a field is the same along x and y: both add to the same equations
-        whitened = self._kriging.whitened(columns)
-        fields, weighted = (a.view(np.complex128) for a in (columns, whitened))
+        pairs = columns, self._kriging.weighted(columns)
+        fields, weighted = (a.view(np.complex128) for a in pairs)
         products = (fields.conj().T @ weighted).real
         normal, right = products[:-1, :-1], products[:-1, -1]
         size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
         scaled = normal / (size * size[:, None])
         scaled.flat[:: len(size) + 1] += SURFACE.ridge
         strength = np.linalg.solve(scaled, right / size) / size
-        left = fields[:, -1] - fields[:, :-1] @ strength
-        return left[:, None].view(np.float64), strength
+        residual = fields[:, -1] - fields[:, :-1] @ strength
+        return residual[:, None].view(np.float64), strength
 
     def _at_present(self, residual: Float32, sheared: Float32) -> Float32:
         """Sum at present positions; ``residual`` refers to undeformed ones."""

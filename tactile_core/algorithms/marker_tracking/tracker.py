@@ -69,7 +69,7 @@ class MarkerTracker:
         self._momentum_px = np.zeros((count, 2))
         self._uncertainty_px = np.zeros(count)
 
-    def follow(self, found_px: Array) -> None:
+    def update(self, found_px: Array) -> None:
         """Match the markers with the (M, 2) detections of the next frame.
 
         Detections may be missing or spurious, in any order.

@@ -11,9 +11,9 @@ class DegreeParameters:
 
     Attributes
     ----------
-    share_power : float
+    share_power : float, exponent
         Exponent of the share of the contact that sticks.
-        Source: chosen on virtual sequences (ADR 29).
+        Source: chosen by hand on virtual sequences (ADR 29); no script derives it.
     deceleration_weight : float, ratio
         Weight of the deceleration relative to that of the share that slips.
         Source: chosen on virtual turns: AUC of gross slip 0.86, 0.81 with a weight of 1 (ADR 31).

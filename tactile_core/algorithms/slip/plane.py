@@ -101,12 +101,12 @@ def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
 
 
 @lru_cache(maxsize=4)
-def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
+def positions_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
     """Return the positions (h, w) of the grid points relative to the centre of the field, mm."""
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
-    places = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
-    places.flags.writeable = False
-    return places
+    positions = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
+    positions.flags.writeable = False
+    return positions
 
 
 @lru_cache(maxsize=4)

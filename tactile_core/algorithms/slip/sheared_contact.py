@@ -12,12 +12,12 @@ from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Intp
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import places_mm, since, strain
+from tactile_core.algorithms.slip.plane import positions_mm, since, strain
 from tactile_core.algorithms.slip.stick_region import (
     STICK_REGION,
     StickRegion,
-    calm_places,
-    far_places,
+    calm_weights,
+    far_weights,
     stick_region,
 )
 
@@ -51,11 +51,11 @@ class ShearedContactParameters:
         Source: chosen by hand; no script derives it.
     decelerated : float, share of the peak speed
         Deceleration above which the stick share is kept.
-        Source: chosen on virtual sequences (ADR 31).
+        Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
     blurred_tolerance : float, ratio
         Growth of the tolerance with the share of the rotation, where the field is blurred at the
         border of the contact.
-        Source: chosen on virtual sequences (ADR 31).
+        Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
     far_quantile : float, share of the contact
         Quantile of the displacement that represents the motion of the object.
         Source: chosen by hand; robust against a few outliers.
@@ -195,13 +195,13 @@ class ShearedContact:
     def _whole(self, moved: Complex64, chosen: Intp) -> StickRegion:
         displacement = moved.ravel()[chosen]
         strains = strain(moved, self.spacing_mm, chosen)
-        return self._region(displacement, chosen, calm_places(displacement, strains), moved.shape)
+        return self._region(displacement, chosen, calm_weights(displacement, strains), moved.shape)
 
     def _region(
         self, displacement: Complex64, chosen: Intp, start: Array, shape: tuple[int, ...]
     ) -> StickRegion:
-        place = places_mm(shape, self.spacing_mm).ravel()[chosen]
-        return stick_region(displacement, place, start, self.noise_mm)
+        position = positions_mm(shape, self.spacing_mm).ravel()[chosen]
+        return stick_region(displacement, position, start, self.noise_mm)
 
     def _far(self, now: Complex64, before: Complex64, chosen: Intp) -> float:
         """Displacement of the points that moved farthest; slipping ones move less."""
@@ -231,7 +231,7 @@ class ShearedContact:
             self._update_speed(moved_mm / span)
             return
         recent = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
-        start = whole.weight * far_places(recent)
+        start = whole.weight * far_weights(recent)
         region = self._region(recent, chosen, start, field.shape)
         noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
         stick_share = region.stick_share(tolerance, noise_mm)

@@ -42,7 +42,7 @@ class StickRegionParameters:
     max_sine : float, ratio
         Limit of the sine of the rotation, so that noise in a tiny contact stays finite.
         Source: chosen by hand; larger than any rotation of a gel.
-    distance_power : int
+    distance_power : int, exponent
         Exponent of the displacement in the initial weights.
         Source: chosen by hand; no script derives it.
     """
@@ -96,7 +96,7 @@ class StickRegion:
         return float(np.mean(self.lag_mm < max(tolerance * self.motion_mm, noise_mm)))
 
 
-def calm_places(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
+def calm_weights(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
     """Return initial weights (n,): large for points with little strain and large displacement.
 
     Where the surface sticks it moves with the object and is not strained. Slip begins at the border
@@ -109,10 +109,10 @@ def calm_places(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
     """
     calm = max(quantile(strain, STICK_REGION.calm_quantile), STICK_REGION.min_strain)
     relative = strain / (STICK_REGION.calm_strains * calm)
-    return np.asarray(np.exp(-(relative**2)) * far_places(displacement))
+    return np.asarray(np.exp(-(relative**2)) * far_weights(displacement))
 
 
-def far_places(displacement: Complex64) -> NDArray[Any]:
+def far_weights(displacement: Complex64) -> NDArray[Any]:
     """Return weights (n,) that favour large displacements, since none exceeds the object's."""
     size = np.abs(displacement)
     return np.asarray((size / max(float(size.max()), 1e-9)) ** STICK_REGION.distance_power + 1e-6)
@@ -120,7 +120,7 @@ def far_places(displacement: Complex64) -> NDArray[Any]:
 
 def stick_region(
     displacement: Complex64,
-    place: Complex64,
+    position: Complex64,
     start: NDArray[Any],
     noise_mm: float = STICK_REGION.noise_mm,
 ) -> StickRegion:
@@ -130,10 +130,10 @@ def stick_region(
     ----------
     displacement : (n,) complex64
         Displacement of points of the contact since any earlier time, mm.
-    place : (n,) complex64
+    position : (n,) complex64
         Present position of each point, mm.
     start : (n,)
-        Initial weights: :func:`calm_places`, or the stick region of a longer motion.
+        Initial weights: :func:`calm_weights`, or the stick region of a longer motion.
     noise_mm : float
         Noise of a displacement.
 
@@ -141,10 +141,10 @@ def stick_region(
     -------
     StickRegion
     """
-    weight, contact = start, _Contact(displacement, place)
+    weight, contact = start, _Contact(displacement, position)
     for _ in range(STICK_REGION.rounds):
         shift, rate = contact.rigid(weight)
-        lag = np.abs(displacement - (shift + rate * contact.away))
+        lag = np.abs(displacement - (shift + rate * contact.offset))
         motion = contact.motion(shift, rate)
         scale = max(STICK_REGION.lag_tolerance * motion, noise_mm)
         weight = 1 / (1 + (lag / scale) ** 2) ** 2
@@ -153,7 +153,7 @@ def stick_region(
         math.asin(rate.imag),
         motion,
         contact.motion(0, rate),
-        contact.motion(*contact.rigid(np.ones(len(place)))),
+        contact.motion(*contact.rigid(np.ones(len(position)))),
         lag,
         weight,
     )
@@ -162,17 +162,17 @@ def stick_region(
 class _Contact:
     """Points (n,) of a contact relative to its centroid, and their moments."""
 
-    def __init__(self, displacement: Complex64, place: Complex64) -> None:
-        self.away = place - complex(place.sum()) / len(place)
-        self._terms = terms = np.empty((7, len(place)))
+    def __init__(self, displacement: Complex64, position: Complex64) -> None:
+        self.offset = position - complex(position.sum()) / len(position)
+        self._terms = terms = np.empty((7, len(position)))
         _, x, y, moved_x, moved_y, square, torque = terms
         terms[0] = 1
         x[:], y[:], moved_x[:], moved_y[:] = (
-            *(self.away.real, self.away.imag),
+            *(self.offset.real, self.offset.imag),
             *(displacement.real, displacement.imag),
         )
         square[:], torque[:] = x * x + y * y, x * moved_y - y * moved_x
-        self._square = float(square.sum()) / len(place)
+        self._square = float(square.sum()) / len(position)
 
     def rigid(self, weight: NDArray[Any]) -> tuple[complex, complex]:
         """Shift of the centroid, and displacement per mm of distance from it by a rotation."""

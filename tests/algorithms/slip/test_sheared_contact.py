@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import places_mm
+from tactile_core.algorithms.slip.plane import positions_mm
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
 
 SPACING_MM, SHAPE, RADIUS_MM = 0.22, (60, 80), 4.0
-PLACE = places_mm(SHAPE, SPACING_MM)
+PLACE = positions_mm(SHAPE, SPACING_MM)
 CONTACT = np.abs(PLACE) < RADIUS_MM
 LOAD = Load(area=50.0, depth=5.0)
 

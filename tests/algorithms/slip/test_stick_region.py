@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.slip.plane import coarse, places_mm, since, strain, stride_of
-from tactile_core.algorithms.slip.stick_region import StickRegion, calm_places, stick_region
+from tactile_core.algorithms.slip.plane import coarse, positions_mm, since, strain, stride_of
+from tactile_core.algorithms.slip.stick_region import StickRegion, calm_weights, stick_region
 
 SPACING_MM = 0.22
 SHAPE = (60, 80)
-PLACE = places_mm(SHAPE, SPACING_MM)
+PLACE = positions_mm(SHAPE, SPACING_MM)
 RADIUS_MM = 4.0
 CONTACT = np.abs(PLACE) < RADIUS_MM
 
@@ -23,7 +23,7 @@ CONTACT = np.abs(PLACE) < RADIUS_MM
 def _found(displacement: NDArray[Any]) -> StickRegion:
     displacement = displacement.astype(np.complex64)
     moved = displacement[CONTACT]
-    start = calm_places(moved, strain(displacement, SPACING_MM, np.flatnonzero(CONTACT)))
+    start = calm_weights(moved, strain(displacement, SPACING_MM, np.flatnonzero(CONTACT)))
     return stick_region(moved, PLACE[CONTACT], start)
 
 

@@ -12,7 +12,7 @@ from tactile_core.algorithms.arrays.types import Bool, Complex64
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.imprint import IMPRINT, ImprintMotion, ImprintTracker
 from tactile_core.algorithms.slip.plane import coarse, stride_of
-from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
+from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.state import Kind, SlipMachine, Thresholds
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW
@@ -92,10 +92,11 @@ class Slip(Estimator):
         """
 
         window_mm: PositiveFloat = Field(
-            default=0.1, description="Motion of the contact over which slip is measured, in mm."
+            default=SHEARED_CONTACT.window_mm,
+            description="Motion of the contact over which slip is measured, in mm.",
         )
         tolerance: float = Field(
-            default=0.1,
+            default=SHEARED_CONTACT.tolerance,
             gt=0,
             lt=1,
             description="A point sticks if it lags behind the stick region by less than this share "

@@ -22,7 +22,7 @@ def find_markers(
     *,
     diameter_px: float,
     pitch_px: float,
-    least: float = 0.08,
+    min_contrast: float = DETECTION.min_marker_contrast,
     compiled: bool = False,
 ) -> tuple[Float32, Bool]:
     """Detect the printed markers of one frame, of any compact shape.
@@ -47,7 +47,7 @@ def find_markers(
         Shape of the image.
     diameter_px, pitch_px : float
         Diameter of a marker and distance between neighbours, in pixels of the image.
-    least : float
+    min_contrast : float
         Minimum share of the light that a marker absorbs.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
@@ -71,14 +71,14 @@ def find_markers(
     smooth = np.asarray(cv2.GaussianBlur(contrast, kernel, 0), np.uint8)
     thick = cv2.morphologyEx(smooth, cv2.MORPH_OPEN, _square(DETECTION.opening_diameters * size))
     peaks = np.asarray(cv2.dilate(thick, _square(DETECTION.peak_diameters * size)), np.uint8)
-    level = max(_typical_contrast(peaks), least * FULL)
+    level = max(_typical_contrast(peaks), min_contrast * FULL)
     local_threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
     above_local = cv2.compare(thick, local_threshold, cv2.CMP_GT)
     _, above_global = cv2.threshold(thick, DETECTION.min_contrast * level, FULL, cv2.THRESH_BINARY)
     dark = np.asarray(cv2.bitwise_and(above_local, above_global), np.uint8)
     background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
-    faintest = max(DETECTION.faintest_peak * level, least * FULL)
+    faintest = max(DETECTION.faintest_peak * level, min_contrast * FULL)
     rim = max(1, round(DETECTION.rim_diameters * size))
     spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
     centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape)

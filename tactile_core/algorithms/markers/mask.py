@@ -33,11 +33,13 @@ def marker_mask(
     InputError
         The image is not (H, W, K), or the diameter is not positive.
     """
-    return mask_of(contrast_of(pixels, diameter_px=diameter_px), pixels.shape[:2], least=contrast)
+    return mask_of(
+        contrast_of(pixels, diameter_px=diameter_px), pixels.shape[:2], min_contrast=contrast
+    )
 
 
 def mask_of(
-    contrast: UInt8, shape: tuple[int, ...], *, least: float = CONTRAST.masked_contrast
+    contrast: UInt8, shape: tuple[int, ...], *, min_contrast: float = CONTRAST.masked_contrast
 ) -> Bool:
     """Threshold the marker contrast, and add a rim of one pixel.
 
@@ -47,13 +49,13 @@ def mask_of(
         From :func:`contrast_of`.
     shape : (H, W)
         Shape of the image.
-    least : float
+    min_contrast : float
         Minimum share of the light that a marker absorbs.
 
     Returns
     -------
     (H, W) bool
     """
-    _, dark = cv2.threshold(contrast, least * FULL, 1, cv2.THRESH_BINARY)
+    _, dark = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
     dark = repeated(np.asarray(dark, np.uint8), shape)
     return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)), np.uint8).view(np.bool_)

@@ -36,6 +36,9 @@ class DetectionParameters:
         Contrast that is subtracted before the moments are taken.
         Source: chosen on a recording: with the rim, 0.27 px from the labels, 0.30 px without
         (ADR 25).
+    min_marker_contrast : float, share of the background
+        Share of the light that a marker absorbs at least, in any frame.
+        Source: chosen by hand; no script derives it.
     min_contrast : float, share of the typical contrast
         Contrast above which a pixel may belong to a marker at all.
         Source: chosen by hand; no script derives it.
@@ -105,6 +108,7 @@ class DetectionParameters:
     sample_step_px: int = 6
     marker_share: float = 0.6
     background_share: float = 0.15
+    min_marker_contrast: float = 0.08
     min_contrast: float = 0.3
     faintest_peak: float = 0.28
     faintest_peak_of_print: float = 0.45

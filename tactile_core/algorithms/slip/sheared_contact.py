@@ -24,10 +24,16 @@ from tactile_core.algorithms.slip.stick_region import (
 
 @dataclass(frozen=True)
 class ShearedContactParameters:
-    """Parameters of the contact's history. The options of ``core.slip`` set the remaining ones.
+    """Parameters of the contact's history. The first two are defaults of options of ``core.slip``.
 
     Attributes
     ----------
+    window_mm : float, mm
+        Motion of the contact over which the stick share is measured.
+        Source: chosen on virtual sequences, better than 0.06 (ADR 31).
+    tolerance : float, share of the motion
+        Lag of a point that sticks.
+        Source: chosen on virtual sequences, better than a fifth (ADR 31).
     load_growth : float, ratio
         A load that grows by more starts the measurement again.
         Source: shear alone changes the volume of a virtual contact by up to 13 %.
@@ -64,6 +70,8 @@ class ShearedContactParameters:
         Source: chosen by hand; no script derives it.
     """
 
+    window_mm: float = 0.1
+    tolerance: float = 0.1
     load_growth: float = 1.15
     load_growth_sheared: float = 1.6
     sheared_mm: float = 0.05
@@ -118,8 +126,8 @@ class ShearedContact:
         self,
         spacing_mm: float,
         *,
-        window_mm: float = 0.1,
-        tolerance: float = 0.1,
+        window_mm: float = SHEARED_CONTACT.window_mm,
+        tolerance: float = SHEARED_CONTACT.tolerance,
         noise_mm: float = STICK_REGION.noise_mm,
     ) -> None:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm

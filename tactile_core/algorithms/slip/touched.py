@@ -100,7 +100,7 @@ def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     )
 
 
-def contact_within_ring(steep: Float32, least: float) -> Bool:
+def contact_within_ring(steep: Float32, min_steepness: float) -> Bool:
     """Return the contact area inside the steep ring at its border.
 
     The gel surface is steepest, and its light changes most, at the border of a contact. The area
@@ -112,14 +112,14 @@ def contact_within_ring(steep: Float32, least: float) -> Bool:
     ----------
     steep : (h, w) float32
         :func:`~tactile_core.algorithms.arrays.gradient.steepness` or :func:`light_change`.
-    least : float
+    min_steepness : float
         Minimum steepness at the border of any contact.
 
     Returns
     -------
     (h, w) bool
     """
-    limit = max(least, RING.edge_share * quantile(steep.ravel(), RING.peak_quantile))
+    limit = max(min_steepness, RING.edge_share * quantile(steep.ravel(), RING.peak_quantile))
     gap = RING.gap
     ring = np.pad((steep > limit).astype(np.uint8), gap)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * gap + 1, 2 * gap + 1))

@@ -32,7 +32,7 @@ def _overlap(mask: np.ndarray, truth: np.ndarray) -> float:
 @given(st.floats(12, 24), st.floats(0.02, 0.3))
 def test_a_flat_object_touches_everything_inside_its_edge(radius: float, depth_mm: float) -> None:
     height = (depth_mm / (1 + np.exp(2 * (RADIUS - radius)))).astype(np.float32)
-    mask = contact_within_ring(steepness(height, SPACING_MM, smooth=True), least=0.01)
+    mask = contact_within_ring(steepness(height, SPACING_MM, smooth=True), min_steepness=0.01)
     assert _overlap(mask, radius > RADIUS) > 0.8
 
 
@@ -47,20 +47,20 @@ def test_a_constant_height_error_changes_nothing() -> None:
 
 def test_a_gap_in_the_ring_is_closed() -> None:
     ring = (np.abs(RADIUS - 14) < 2).astype(np.float32)
-    whole = contact_within_ring(ring, least=0.1)
+    whole = contact_within_ring(ring, min_steepness=0.1)
     ring[27:33, 50:] = 0
-    assert _overlap(contact_within_ring(ring, least=0.1), whole) > 0.95
+    assert _overlap(contact_within_ring(ring, min_steepness=0.1), whole) > 0.95
 
 
 def test_a_contact_that_leaves_the_view_at_both_ends_is_joined() -> None:
     flanks = (np.abs(np.abs(ROWS - 30) - 12) < 2).astype(np.float32)
-    mask = contact_within_ring(flanks, least=0.1)
+    mask = contact_within_ring(flanks, min_steepness=0.1)
     assert _overlap(mask, np.abs(ROWS - 30) < 12) > 0.9
 
 
 def test_two_contacts_within_the_view_are_not_joined() -> None:
     apart = np.minimum(np.hypot(ROWS - 30, COLUMNS - 20), np.hypot(ROWS - 30, COLUMNS - 60))
-    mask = contact_within_ring((np.abs(apart - 10) < 2).astype(np.float32), least=0.1)
+    mask = contact_within_ring((np.abs(apart - 10) < 2).astype(np.float32), min_steepness=0.1)
     assert mask[30, 20]
     assert mask[30, 60]
     assert not mask[:, 40].any()
@@ -73,7 +73,7 @@ def test_neither_noise_nor_moved_markers_are_a_contact() -> None:
     now[5::10, 6::10] += 0.3
     markers = np.stack(np.meshgrid(np.arange(5, 80, 10), np.arange(5, 60, 10)), -1).reshape(-1, 2)
     hidden = covered(markers, 1.0, SHAPE)
-    assert not contact_within_ring(light_change(now, REST, hidden), least=0.02).any()
+    assert not contact_within_ring(light_change(now, REST, hidden), min_steepness=0.02).any()
 
 
 def test_hidden_markers_do_not_break_the_ring() -> None:
@@ -83,7 +83,10 @@ def test_hidden_markers_do_not_break_the_ring() -> None:
     seen = light_change(REST + change, REST, NOT_HIDDEN)
     between = light_change(REST + change, REST, hidden)
     assert (
-        _overlap(contact_within_ring(between, least=0.02), contact_within_ring(seen, least=0.02))
+        _overlap(
+            contact_within_ring(between, min_steepness=0.02),
+            contact_within_ring(seen, min_steepness=0.02),
+        )
         > 0.85
     )
 

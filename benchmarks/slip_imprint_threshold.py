@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactile_core.algorithms.markers import find_marker_diameter
-from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower
+from tactile_core.algorithms.slip.imprint import IMPRINT, ImprintTracker
 from tactile_core.sim.stage import VirtualStage
 
 PROFILE = "hex_fingertip"
@@ -44,7 +44,7 @@ def main() -> None:
             f" lost while half or more of it stuck {here:.3f}",
             flush=True,
         )
-    print(f"most while sticking {most:.3f}, to one digit {most:.1f}; in use {SLIP_SHARE}")
+    print(f"most while sticking {most:.3f}, to one digit {most:.1f}; in use {IMPRINT.slip_share}")
 
 
 def _cases() -> Iterator[tuple[str, float, bool]]:
@@ -61,7 +61,7 @@ def _sequence(kind: str, friction: float, turned: bool, seed: int) -> Iterator[t
     found = find_marker_diameter(pixels)
     if found is None:
         raise SystemExit(f"{PROFILE} shows no markers")
-    follower = ImprintFollower(pixels, markers_px, found[0])
+    follower = ImprintTracker(pixels, markers_px, found[0])
     depth_mm, options = OBJECTS[kind]
     stage.indenter(kind, **options)
     for number in range(4 + INCREMENTS):

@@ -71,7 +71,7 @@ def thinned(
     tracker = MarkerTracker(fields[0].px)
     places, seen = [], []
     for field in fields:
-        tracker.follow(field.px[rng.random(len(field.px)) >= missing])
+        tracker.update(field.px[rng.random(len(field.px)) >= missing])
         places.append(tracker.px.copy())
         seen.append(tracker.seen.copy())
     return np.array(places), np.array(seen)

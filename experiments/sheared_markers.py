@@ -100,7 +100,7 @@ def follow(places_px: Array, shear: Shear, rng: np.random.Generator, tally: Tall
     tracker = MarkerTracker(places_px[0][markers])
     for truth in places_px:
         found, whose = detected(truth, shear, rng)
-        tracker.follow(found)
+        tracker.update(found)
         seen = tracker.seen
         taken = whose[nearest(tracker.px[seen], found, 1)[1][:, 0]]
         squares = np.square(tracker.px - truth[markers])[seen].sum(axis=1)

@@ -20,7 +20,7 @@ from scipy.stats import rankdata
 
 from tactile_core import SlipState, open_sensor
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
-from tactile_core.algorithms.slip.imprint import ImprintFollower
+from tactile_core.algorithms.slip.imprint import ImprintTracker
 from tactile_core.recordings.recording import open_recording
 
 LIFT_FRAME = 5
@@ -113,7 +113,7 @@ def _trial(
         degrees, alarms = _measured(source, profile, window)
         return Trial(object_, source.name, slipped, degrees, alarms, weakness)
     markers_px = _follow(images, *found)
-    follower = ImprintFollower(images[0], markers_px[0], found[0])
+    follower = ImprintTracker(images[0], markers_px[0], found[0])
     motions = [
         follower.update(pixels, px, number / rate_hz)
         for number, (pixels, px) in enumerate(zip(images, markers_px, strict=True))

@@ -121,7 +121,7 @@ class Slip(Estimator):
         imprint_lost: PositiveFloat = Field(
             default=IMPRINT.slip_share,
             description="Share of the imprint that has left its position on the gel surface in "
-            "gross slip; chosen on recorded lifts (docs/accuracy.md).",
+            "gross slip; chosen on recorded lifts (docs/reference/accuracy.md).",
         )
 
     stateful = True

@@ -315,7 +315,7 @@ def test_nothing_moves_before_something_is_pressed() -> None:
     surface.indent_with(BALL)
     with pytest.raises(InputError, match="press an object before"):
         surface.shear(dx_mm=0.1)
-    with pytest.raises(InputError, match="beside the gel"):
+    with pytest.raises(InputError, match="outside the gel"):
         surface.indent_with(BALL, x_mm=50.0)
     with pytest.raises(InputError, match="'accurate' or 'fast'"):
         GelSurface(load_profile("hex_fingertip"), "quick")  # type: ignore[arg-type]

@@ -162,4 +162,4 @@ def test_the_command_writes_frames_with_the_truth_beside_each(script: Path, tmp_
     )
     assert ran.returncode == 0, ran.stderr
     assert len(ran.stdout.splitlines()) == len(names)
-    assert "is there already" in refused(*words)
+    assert "already exists" in refused(*words)

@@ -50,7 +50,7 @@ def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> Surface
     grid = Grid(100, 90, 0.2)
     model = ContactModel(ElasticLayer(grid, GEL.elastomer, np.float64), GEL, CAREFUL)
     indenter, place = make_indenter(kind, **options), Pose(4.0, -3.0)
-    state = model.placed(model.at_rest(), indenter, place)
+    state = model.placed(model.undeformed(), indenter, place)
     share = {name: value / 2 for name, value in load.items()}
     for move in (
         Move(place, **share),

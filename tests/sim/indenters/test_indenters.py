@@ -180,7 +180,7 @@ def test_open_or_unreadable_meshes_are_refused(trimesh: Any, tmp_path: Path) -> 
     ball.export(tmp_path / "open.stl")
     with pytest.raises(InputError, match="not a closed mesh"):
         make_indenter("mesh", path=tmp_path / "open.stl")
-    with pytest.raises(InputError, match="is no file"):
+    with pytest.raises(InputError, match="is not a file"):
         make_indenter("mesh", path=tmp_path / "none.stl")
     (tmp_path / "words.stl").write_text("these are words")
     with pytest.raises(InputError, match=r"words\.stl"):

@@ -117,7 +117,7 @@ def test_what_has_no_truth_is_not_scored() -> None:
 
 def test_a_truth_of_another_size_is_refused() -> None:
     smaller = surface() | {"height_mm": np.zeros((6, 8), np.float32)}
-    with pytest.raises(InputError, match="height_mm is 6 × 8 and what was measured 12 × 16"):
+    with pytest.raises(InputError, match="height_mm is 6 × 8 but 12 × 16 was measured"):
         common_names(surface(), smaller, ANYWHERE)
 
 

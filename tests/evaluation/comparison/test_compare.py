@@ -174,7 +174,7 @@ def test_a_step_that_takes_the_wrong_place_is_refused_by_name(
 def test_a_frame_without_truth_is_refused_before_anything_is_measured(
     lab: VirtualLab, recorded: Path
 ) -> None:
-    with pytest.raises(InputError, match=r"no press_0\.npz, the truth of that frame"):
+    with pytest.raises(InputError, match=r"no press_0\.npz with the truth of that frame"):
         compare(lab.profile_path, input=lab.presses, truth=recorded / "truth", bundle=lab.bundle)
 
 

@@ -1,4 +1,4 @@
-"""What MkDocs does beyond its own: pages from elsewhere, their links, and drawn pictures."""
+"""MkDocs hooks: pages from outside ``docs``, their links, and generated pictures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Give every decision its place in the navigation."""
+    """Add every decision record to the navigation."""
     assert config.nav is not None
     for section in config.nav:
         if isinstance(section, dict) and "Decisions" in section:
@@ -23,7 +23,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages that lie outside ``docs``, and the pictures."""
+    """Add the pages from outside ``docs``, and the generated pictures."""
     for page in (*site_links.ELSEWHERE, *site_links.MADE):
         files.append(File.generated(config, page, content=site_links.text_of(page)))
     for name, content in site_pictures.pictures():
@@ -32,5 +32,5 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
-    """Let links lead to pages of the site, wherever their files lie."""
+    """Rewrite links to point to pages of the site, wherever their files are."""
     return site_links.text_of(page.file.src_uri)

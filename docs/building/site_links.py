@@ -1,4 +1,4 @@
-"""Which file of the repository each page of the site is, and where its links lead."""
+"""Mapping between files of the repository and pages of the site, and rewriting of links."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ ELSEWHERE = {
     "rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
     "rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
 }
-"""Pages whose file does not lie in ``docs``."""
+"""Pages whose file is outside ``docs``."""
 
 MADE = {"adr/index.md": "docs/adr"}
-"""Pages that are written when the site is built, by what they stand for."""
+"""Pages that are generated when the site is built, and the folder that they represent."""
 
 GENERATED = "images/generated/"
-"""Pictures below it are drawn when the site is built."""
+"""Folder of pictures that are generated when the site is built."""
 
 README_BEGINNING = "<!-- the beginning of README.md -->"
-"""Stands in ``index.md`` for what README.md says before its third heading."""
+"""Placeholder in ``index.md`` for README.md up to its third heading."""
 
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 _CODE = re.compile(r"(^```.*?^```$|`[^`\n]+`(?!\]))", re.MULTILINE | re.DOTALL)
 
 
 def origin(page: str) -> str:
-    """Return the path in the repository of a page's file."""
+    """Return the repository path of a page's file."""
     return ELSEWHERE.get(page) or MADE.get(page) or f"docs/{page}"
 
 
 def pages() -> dict[str, str]:
-    """Return the page that each file of the repository is."""
+    """Return the page of each file of the repository."""
     own = {
         path.relative_to(ROOT).as_posix(): path.relative_to(ROOT / "docs").as_posix()
         for path in sorted((ROOT / "docs").rglob("*.md"))
@@ -47,7 +47,7 @@ def pages() -> dict[str, str]:
 
 
 def text_of(page: str) -> str:
-    """Return a page's Markdown with every link as the site needs it."""
+    """Return a page's Markdown with links rewritten for the site."""
     if page == "adr/index.md":
         return decisions()
     text = at_home((ROOT / origin(page)).read_text(encoding="utf-8"), page, origin(page))
@@ -59,10 +59,10 @@ def text_of(page: str) -> str:
 
 
 def at_home(text: str, page: str, file: str) -> str:
-    """Rewrite the links of ``text``, which stands in ``file``, for where ``page`` is.
+    """Rewrite the links of ``text`` from ``file`` for the location of ``page``.
 
-    A link to another page leads there, one to a picture in ``docs`` to the picture. What is not
-    part of the site is named by its path in the repository.
+    Links to files that are pages point to the pages, and links to pictures in ``docs`` to the
+    pictures. Other files are named by their path in the repository.
     """
     here, known = posixpath.dirname(page), pages()
 
@@ -80,7 +80,7 @@ def at_home(text: str, page: str, file: str) -> str:
 
 
 def links(text: str) -> list[str]:
-    """Return what the links and pictures of a text lead to."""
+    """Return the targets of a text's links and pictures."""
     found: list[str] = []
 
     def noted(prose: str) -> str:
@@ -92,9 +92,9 @@ def links(text: str) -> list[str]:
 
 
 def target(link: str, file: str) -> tuple[str | None, str]:
-    """Return the path in the repository that a link in ``file`` leads to, and its anchor.
+    """Return the repository path and the anchor of a link in ``file``.
 
-    None for the path where it leads to the page itself or out into the world.
+    The path is None for links within the page and for external links.
     """
     path, marker, anchor = link.partition("#")
     if not path or ":" in path:
@@ -104,19 +104,19 @@ def target(link: str, file: str) -> tuple[str | None, str]:
 
 
 def outside_code(text: str, change: Callable[[str], str]) -> str:
-    """Change everything but code."""
+    """Apply a change to all text except code."""
     parts = _CODE.split(text)
     return "".join(part if i % 2 else change(part) for i, part in enumerate(parts))
 
 
 def decisions() -> str:
-    """Return the list of the decisions' pages."""
+    """Return the index page of the decision records."""
     lines = [
         "# Decisions",
         "",
-        "Each page says what was chosen where somebody could have chosen otherwise, and why. Where "
-        "a page says so, its figures are those of the decision; today's are in "
-        "[accuracy](../accuracy.md) and [performance](../performance.md).",
+        "Each page records one decision and its reasons. Where a page notes that its figures date "
+        "from the decision, the current ones are in [accuracy](../accuracy.md) and "
+        "[performance](../performance.md).",
         "",
     ]
     for path in decision_files():
@@ -126,5 +126,5 @@ def decisions() -> str:
 
 
 def decision_files() -> list[Path]:
-    """Return the files of the decisions, in order."""
+    """Return the files of the decision records, in order."""
     return sorted((ROOT / "docs" / "adr").glob("[0-9]*.md"))

@@ -14,11 +14,23 @@ from numpy.typing import NDArray
 
 from tactile_core.profiles.model import Profile
 
-SKIRT_BALL_FRACTION = 0.3
-"""Decay length of the indentation outside the contact, ball radii.
 
-Source: chosen by hand; no script derives it.
-"""
+@dataclass(frozen=True)
+class BallParameters:
+    """Shape of the gel surface around the ball.
+
+    Attributes
+    ----------
+    skirt_radii : float, ball radii
+        Decay length of the indentation outside the contact.
+        Source: chosen by hand; no script derives it.
+    """
+
+    skirt_radii: float = 0.3
+
+
+BALL = BallParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +62,7 @@ class BallPress:
         y = (np.arange(shape[0])[:, None] - self.centre_px[1]) * mm_per_px
         r, radius, a = np.hypot(x, y), self.diameter_mm / 2, self.contact_radius_mm
         rim = np.sqrt(radius**2 - a**2)
-        skirt_mm = SKIRT_BALL_FRACTION * radius
+        skirt_mm = BALL.skirt_radii * radius
         edge_mm = skirt_mm * a / rim  # makes the slope continuous at the border
         inside = np.sqrt(np.maximum(radius**2 - r**2, 0)) - rim + edge_mm
         return np.asarray(

@@ -76,14 +76,14 @@ class Precision:
 class _StepProblem:
     """Inputs of the contact problem of one step, on all nodes.
 
-    ``residual_mm`` is the displacement that viscoelasticity leaves without load, and ``carried``
+    ``residual_mm`` is the displacement that viscoelasticity leaves without load, and ``motion``
     the tangential motion of the object's surface.
     """
 
     move: Move
     time: TimeStep
     residual_mm: Array
-    carried: Array
+    motion: Array
     lowered_mm: float
     overlap_mm: Array
 
@@ -154,28 +154,28 @@ class ContactModel:
         before = state.displacement_mm
         residual = time.remembered(before, state.stretches_mm)
         positions = self._nodes + before[:2]
-        carried = self._carried(state, indenter, move, positions)
+        motion = self._object_motion(state, indenter, move, positions)
         depth = 0.0 if move.depth_mm is None else move.depth_mm
         lowered = depth - state.level_mm
-        start = positions + carried * state.stick
+        start = positions + motion * state.stick
         overlap = self._overlap(indenter, move.pose, start, lowered) - residual[2]
-        problem = _StepProblem(move, time, residual, carried, lowered, overlap)
+        problem = _StepProblem(move, time, residual, motion, lowered, overlap)
         pressure, approach = self._first_guess(state, problem)
         window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
         while True:
             solved = self._solved(window, state, indenter, problem, pressure)
             near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
-            if window.holds(near) and not window.reaches_its_border(solved.pressure > 0):
+            if window.contains(near) and not window.reaches_its_border(solved.pressure > 0):
                 break
             window = Window.around(
-                near | window.spread_out(np.ones(window.shape, np.bool_), layer.shape)
+                near | window.embedded(np.ones(window.shape, np.bool_), layer.shape)
             )
             pressure = solved.pressure
         displacement = layer.displacement(solved.grip.traction, solved.pressure)
         displacement = (displacement / time.stiffening + residual).astype(dtype, copy=False)
         anchors = np.where(
             solved.pressure > 0,
-            state.anchors_mm + carried - solved.grip.slip_mm,
+            state.anchors_mm + motion - solved.grip.slip_mm,
             displacement[:2],
         ).astype(dtype, copy=False)
         return SurfaceState(
@@ -202,13 +202,13 @@ class ContactModel:
         layer, move, stiffening = self.layer, problem.move, problem.time.stiffening
         near = layer.near(window.shape)
         total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
-        nodes, carried, residual = (
-            window.of(a) for a in (self._nodes, problem.carried, problem.residual_mm)
+        nodes, motion, residual = (
+            window.of(a) for a in (self._nodes, problem.motion, problem.residual_mm)
         )
         anchors = window.of(state.anchors_mm)
         overlap, pressure = window.of(problem.overlap_mm), window.of(pressure)
         grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
-        longest_mm = np.abs(carried * (pressure > 0)).max()
+        longest_mm = np.abs(motion * (pressure > 0)).max()
         far = longest_mm > STEP.long_move_spacings * layer.grid.spacing_mm
         iterations = np.zeros(2, int)
         sweeps = max(self.precision.sweeps, STEP.long_move_sweeps if far else 1)
@@ -224,7 +224,7 @@ class ContactModel:
             spread = near.spread(pressure) / stiffening + residual[:2]
             grip = solve_friction(
                 near,
-                anchors + carried * (pressure > 0) - spread,
+                anchors + motion * (pressure > 0) - spread,
                 self.gel.friction * pressure,
                 grip,
                 stiffening=stiffening,
@@ -240,10 +240,10 @@ class ContactModel:
                 overlap = overlap - residual[2]
         shape = layer.shape
         return _StepSolution(
-            window.spread_out(pressure, shape),
+            window.embedded(pressure, shape),
             Grip(
-                window.spread_out(grip.traction, shape),
-                window.spread_out(grip.slip_mm, shape),
+                window.embedded(grip.traction, shape),
+                window.embedded(grip.slip_mm, shape),
                 grip.resolution_mm,
                 grip.iterations,
             ),
@@ -293,7 +293,7 @@ class ContactModel:
             stretches_mm=stretches,
         )
 
-    def _carried(
+    def _object_motion(
         self, state: SurfaceState, indenter: Indenter, move: Move, positions_mm: Array
     ) -> Array:
         """(2, ny, nx) tangential motion of the object's surface at each node, mm."""
@@ -305,10 +305,10 @@ class ContactModel:
             dx, dy = move.pose.x_mm - state.pose.x_mm, move.pose.y_mm - state.pose.y_mm
             return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
         if move.pose.angle_deg == state.pose.angle_deg:
-            carried = np.empty_like(positions_mm, self.layer.dtype)
-            carried[0] = move.pose.x_mm - state.pose.x_mm
-            carried[1] = move.pose.y_mm - state.pose.y_mm
-            return carried
+            motion = np.empty_like(positions_mm, self.layer.dtype)
+            motion[0] = move.pose.x_mm - state.pose.x_mm
+            motion[1] = move.pose.y_mm - state.pose.y_mm
+            return motion
         x, y = move.pose.back(*state.pose.into(*positions_mm))
         return (np.stack([x, y]) - positions_mm).astype(self.layer.dtype)
 

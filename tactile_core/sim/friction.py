@@ -69,7 +69,7 @@ def solve_friction(
     stiffening: float = 1.0,
     free_slip_mm: float = 0.0,
     tolerance: float = 1e-3,
-    most_iterations: int = 300,
+    max_iterations: int = 300,
 ) -> Grip:
     """Solve for the shear traction q under Coulomb's law.
 
@@ -94,7 +94,7 @@ def solve_friction(
     tolerance : float
         Convergence threshold on the change of traction and on the mismatch between both
         half-steps, relative to the largest traction.
-    most_iterations : int
+    max_iterations : int
 
     References
     ----------
@@ -117,7 +117,7 @@ def solve_friction(
         wanted = beyond.astype(layer.dtype, copy=False)
     tiny = np.finfo(layer.dtype).tiny
     iterations = 0
-    while iterations < most_iterations:
+    while iterations < max_iterations:
         iterations += 1
         free = respond(wanted + rho * (q - slip))
         alpha = FRICTION_SOLVER.over_relaxation

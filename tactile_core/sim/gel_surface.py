@@ -51,8 +51,16 @@ class ModeParameters:
 
 
 MODES: dict[Mode, ModeParameters] = {
-    "fast": ModeParameters(128, Precision(normal=2e-3, friction=5e-3, sweeps=1), 4),
-    "accurate": ModeParameters(256, Precision(normal=1e-4, friction=1e-3, sweeps=3), 5),
+    "fast": ModeParameters(
+        nodes_across=128,
+        precision=Precision(normal=2e-3, friction=5e-3, sweeps=1),
+        press_steps=4,
+    ),
+    "accurate": ModeParameters(
+        nodes_across=256,
+        precision=Precision(normal=1e-4, friction=1e-3, sweeps=3),
+        press_steps=5,
+    ),
 }
 """The values in use."""
 

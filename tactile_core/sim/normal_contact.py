@@ -35,7 +35,7 @@ def solve_normal(
     *,
     total_mpa: float | None = None,
     tolerance: float = 1e-4,
-    most_iterations: int = 300,
+    max_iterations: int = 300,
 ) -> NormalContact:
     """Solve for the contact pressure p ≥ 0: zero gap under pressure, zero pressure at a gap.
 
@@ -57,7 +57,7 @@ def solve_normal(
     tolerance : float
         Convergence threshold: root-mean-square gap inside the contact, relative to the largest
         overlap.
-    most_iterations : int
+    max_iterations : int
 
     References
     ----------
@@ -79,7 +79,7 @@ def solve_normal(
         p = p * (total_mpa / p.sum())
     direction, before, restart, approach = np.zeros_like(p), 1.0, True, 0.0
     iterations = 0
-    while iterations < most_iterations:
+    while iterations < max_iterations:
         iterations += 1
         gap = indentation(p) - overlap_mm
         touching = p > 0

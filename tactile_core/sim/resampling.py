@@ -74,13 +74,13 @@ class ImageSampler:
                 for part in (across, down)
             ]
             x, y = column - here[0], row - here[1]
-        found = np.stack([y, x]).astype(np.float64)
+        origins = np.stack([y, x]).astype(np.float64)
         for _ in range(INVERSION.exact_steps):
             moved = [
-                map_coordinates(part, found, order=1, mode="nearest") for part in (down, across)
+                map_coordinates(part, origins, order=1, mode="nearest") for part in (down, across)
             ]
-            found = np.stack([row - moved[0], column - moved[1]])
-        return found
+            origins = np.stack([row - moved[0], column - moved[1]])
+        return origins
 
     def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
         """(ny, nx) current values at the grid's nodes, of a field that moved with the surface."""

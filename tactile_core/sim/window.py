@@ -64,7 +64,7 @@ class Window:
         """Return a view of the window in an array whose last two axes are the grid's."""
         return field[..., self.rows, self.columns]
 
-    def holds(self, nodes: NDArray[np.bool_]) -> bool:
+    def contains(self, nodes: NDArray[np.bool_]) -> bool:
         """Whether all of these nodes are inside."""
         return bool(np.count_nonzero(nodes) == np.count_nonzero(self.of(nodes)))
 
@@ -88,7 +88,7 @@ class Window:
             or (right and inside[:, -1].any())
         )
 
-    def spread_out(self, part: Array, shape: tuple[int, int]) -> Array:
+    def embedded(self, part: Array, shape: tuple[int, int]) -> Array:
         """Embed a part in an array of the whole grid that is zero outside the window."""
         whole = np.zeros((*part.shape[:-2], *shape), part.dtype)
         self.of(whole)[...] = part

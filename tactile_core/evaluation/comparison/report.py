@@ -13,6 +13,10 @@ from tactile_core.views import html
 from tactile_core.views.maps import Over, deviation, relief
 
 NOTHING = "–"
+"""Cell of a score that does not exist."""
+
+_ERROR_PERCENTILE = 99.5
+"""Percentile of the absolute height error at which the colour scale ends. Chosen by hand."""
 
 _EXPLAINED = (
     "Normals: angle between measured and true normals, over all pixels and over the true contact. "
@@ -64,7 +68,7 @@ def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
     heights = [_map(a["height_mm"], mm_per_px) if "height_mm" in a else None for a in shown]
     errors = [np.abs(h.mm - true_map.mm) for h in heights if h is not None]
     # one scale for all figures; single pixels do not set it
-    most_mm = max((float(np.percentile(error, 99.5)) for error in errors), default=0.0)
+    most_mm = max((float(np.percentile(error, _ERROR_PERCENTILE)) for error in errors), default=0.0)
     figures = [html.figure(relief(true_map, _contact(truth)), "truth")]
     for variant, height, arrays in zip(comparison.variants, heights, shown, strict=True):
         figures.append(html.heading(variant.name))

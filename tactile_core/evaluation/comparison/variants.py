@@ -129,12 +129,12 @@ def parse_swap(words: str) -> tuple[str, str]:
 
 
 def _check_step(step: str, profile: Profile) -> None:
-    known = [*profile.estimators, CALIBRATION]
-    if step in known:
+    steps = [*profile.estimators, CALIBRATION]
+    if step in steps:
         return
-    near = get_close_matches(step, known, 1)
+    near = get_close_matches(step, steps, 1)
     hint = f"did you mean {near[0]!r}? " if near else ""
-    raise InputError(f"{profile.name} has no step {step!r}; {hint}There are {', '.join(known)}")
+    raise InputError(f"{profile.name} has no step {step!r}; {hint}There are {', '.join(steps)}")
 
 
 def _bundle_folder(use: str) -> Path:

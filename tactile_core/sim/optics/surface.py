@@ -160,7 +160,7 @@ class Membrane:
         compiled: ModuleType | None = None,
     ) -> Surface:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
-        textures = self._carried(displacement_mm)
+        textures = self._moved(displacement_mm)
         reflectance = None if self._print is None else _plane(textures, self._print)
         if self.markers is not None and markers_px is not None:
             reflectance = self._printed(self.markers, markers_px, compiled)
@@ -184,7 +184,7 @@ class Membrane:
     def _inked(self, cover: Float32) -> Float32:
         return np.asarray(1 - (1 - self._ink) * cover, np.float32)
 
-    def _carried(self, displacement_mm: Float32 | None) -> tuple[Float32, ...]:
+    def _moved(self, displacement_mm: Float32 | None) -> tuple[Float32, ...]:
         """Every texture, moved by the displacement."""
         rows, columns = self._shape
         m = self._margin
@@ -195,11 +195,11 @@ class Membrane:
         y = displacement_mm[..., 1] * px
         x += np.arange(columns, dtype=np.float32) + m
         y += (np.arange(rows, dtype=np.float32) + m)[:, None]
-        carried = (
+        moved = (
             cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
             for texture in self._textures
         )
-        return tuple(np.asarray(np.atleast_3d(texture), np.float32) for texture in carried)
+        return tuple(np.asarray(np.atleast_3d(texture), np.float32) for texture in moved)
 
 
 def _plane(textures: tuple[Float32, ...], number: int) -> Float32:

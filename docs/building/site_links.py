@@ -33,7 +33,7 @@ _CODE = re.compile(r"(^```.*?^```$|`[^`\n]+`(?!\]))", re.MULTILINE | re.DOTALL)
 
 
 def origin(page: str) -> str:
-    """Return the path in the repository of a page's file."""
+    """Return the repository path of a page's file."""
     return ELSEWHERE.get(page) or MADE.get(page) or f"docs/{page}"
 
 
@@ -126,5 +126,5 @@ def decisions() -> str:
 
 
 def decision_files() -> list[Path]:
-    """Return the files of the decisions, in order."""
+    """Return the files of the decision records, in order."""
     return sorted((ROOT / "docs" / "adr").glob("[0-9]*.md"))

@@ -1,4 +1,4 @@
-"""Draw the curves of virtual-gel.md: python docs/building/virtual_skin_curves.py."""
+"""Draw the curves of docs/virtual-gel.md: python docs/building/virtual_gel_curves.py."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def sheared(kind: str) -> np.ndarray:
 
 
 def stepped() -> tuple[np.ndarray, np.ndarray]:
-    """Time since a step of 0.1 mm in shear, s, and the force, N."""
+    """Time after a shear step of 0.1 mm, s, and shear force, N."""
     surface = pressed("plate")
     surface.shear(dy_mm=0.45, steps=9)
     times, forces = [0.0], [surface.wrench[1]]
@@ -57,8 +57,8 @@ def stepped() -> tuple[np.ndarray, np.ndarray]:
     return np.array(times), np.array(forces)
 
 
-def turned(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
-    """Distance from the middle, mm, and by how much of the plate's turn the skin follows there."""
+def twisted(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distance from the middle, mm, and rotation of the gel surface relative to the plate's."""
     surface = pressed("plate")
     markers = np.stack([np.linspace(0.6, 8.6, 60), np.zeros(60)], 1)
     before = surface.carried(markers)
@@ -69,26 +69,27 @@ def turned(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def main() -> None:
-    """Draw all."""
+    """Draw all panels."""
     runs = {kind: sheared(kind) for kind in PRESSES}
-    moved = ("object has moved, mm", 0.0, 1.0)
-    force = Panel("Shear force", moved, ("share of the largest", 0.0, 1.1))
-    mean = Panel("Mean displacement, visible", ("force, share", 0.0, 1.1), ("mm", 0.0, 0.8))
-    most = Panel("Largest displacement", moved, ("mm", 0.0, 1.0))
+    moved = ("object displacement, mm", 0.0, 1.0)
+    force = Panel("Shear force", moved, ("force / maximum", 0.0, 1.1))
+    mean = Panel("Mean visible displacement", ("force / maximum", 0.0, 1.1), ("mm", 0.0, 0.8))
+    most = Panel("Maximum displacement", moved, ("mm", 0.0, 1.0))
     bands = [(4.5, 6.0, COLOURS["plate"])]
-    entropy = Panel("Entropy, and the paper's incipient band", moved, ("bits", 0.0, 8.0), bands)
+    entropy = Panel("Entropy, with the incipient band", moved, ("bits", 0.0, 8.0), bands)
     for kind, run in runs.items():
         share = run[:, 1] / run[:, 1].max()
         force.curves.append(Curve(kind, COLOURS[kind], run[:, 0], share))
         mean.curves.append(Curve(kind, COLOURS[kind], share, run[:, 2]))
         most.curves.append(Curve(kind, COLOURS[kind], run[:, 0], run[:, 3]))
         entropy.curves.append(Curve(kind, COLOURS[kind], run[:, 0], run[:, 4]))
-    step = Panel("After a step of 0.1 mm", ("s", 0.0, 60.0), ("N", 18.0, 26.0))
+    step = Panel("Shear force after a step of 0.1 mm", ("s", 0.0, 60.0), ("N", 18.0, 26.0))
     step.curves.append(Curve("plate", COLOURS["plate"], *stepped()))
-    turn = Panel("Skin's turn over the plate's", ("mm from the middle", 0.0, 9.0), ("", 0.5, 1.1))
+    radius = ("mm from the middle", 0.0, 9.0)
+    twist = Panel("Rotation of the gel surface / plate", radius, ("", 0.5, 1.1))
     for angle, colour in ((0.6, COLOURS["ball"]), (4.5, COLOURS["cylinder"])):
-        turn.curves.append(Curve(f"{angle:g}°", colour, *turned(angle)))
-    panels = [force, mean, most, entropy, step, turn]
+        twist.curves.append(Curve(f"{angle:g}°", colour, *twisted(angle)))
+    panels = [force, mean, most, entropy, step, twist]
     write_sheet(OUT, panels, columns=3)
 
 

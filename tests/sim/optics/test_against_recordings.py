@@ -1,6 +1,6 @@
 """Virtual and recorded presses agree in statistics and shading within a quarter.
 
-docs/accuracy.md shows the same measurement.
+docs/reference/accuracy.md shows the same measurement.
 """
 
 from __future__ import annotations

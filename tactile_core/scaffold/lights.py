@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
-from tactile_core.calibration.fitting import AZIMUTH_TOLERANCE_DEG, channel_azimuths
+from tactile_core.calibration.fitting import AZIMUTHS, channel_azimuths
 from tactile_core.calibration.targets import balls
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.progress import Progress, Silent
@@ -112,4 +112,4 @@ def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis
 
 def _fit(seen_deg: np.ndarray, said_deg: np.ndarray) -> bool:
     off = np.abs((seen_deg - said_deg + 180) % 360 - 180)
-    return bool((off <= AZIMUTH_TOLERANCE_DEG).all())
+    return bool((off <= AZIMUTHS.tolerance_deg).all())

@@ -91,7 +91,7 @@ class MarkerTracking(Estimator):
                 f"gel in focus and evenly lit, or say 'gel.markers: null' for a gel without markers"
             )
         self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
-        self._reported = np.flatnonzero(~undeformed.cut)
+        self._reported = np.flatnonzero(~undeformed.truncated)
         self._zero_px = self._undeformed_px = self._places_px()
         self._contact_in_reference = shows_contact(undeformed.centres_px)
         return self._tracker

@@ -61,7 +61,7 @@ def points(picture: Rgb, at: Points, *, mm_per_px: float, scale: float = 1.0) ->
         was, spacing = at.from_px[keep], _spacing(at.from_px)
         words = _arrows(picture, was, now - was, spacing, mm_per_px, scale)
     radius = _MARKER_PX * unit_of(picture)
-    sure = np.ones(len(now), bool) if at.sure is None else at.sure[keep]
+    sure = np.ones(len(now), bool) if at.reliable is None else at.reliable[keep]
     for place, is_sure in zip(_pixels(now, scale), sure, strict=True):
         _dot(picture, place, radius, hollow=not is_sure)
     return words

@@ -90,7 +90,8 @@ def marked(frame: Frame, points: Sequence[Points], *, title: str = "") -> Rgb:
     )
     arrows = Over(points=points).draw(picture, mm_per_px=frame.mm_per_px, scale=scale)
     counts = [
-        f"{len(at.px) if at.sure is None else int(at.sure.sum())} of {len(at.px)} {at.title} seen"
+        f"{len(at.px) if at.reliable is None else int(at.reliable.sum())} of {len(at.px)} "
+        f"{at.title} seen"
         for at in points
     ]
     return side_by_side([picture], [listed([title, *counts, arrows])])

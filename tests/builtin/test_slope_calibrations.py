@@ -273,7 +273,7 @@ def test_a_size_that_no_image_has_is_refused(
 def test_a_press_of_another_size_is_refused(bench: Bench) -> None:
     press = bench.samples()[0]
     frame = replace(press.frame, pixels=press.frame.pixels[:50])
-    with pytest.raises(CalibrationError, match="record both alike"):
+    with pytest.raises(CalibrationError, match="record both at the same size"):
         by_default(PolynomialCalibrator).fit([replace(press, frame=frame)], bench.reference)
 
 

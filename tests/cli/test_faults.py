@@ -73,8 +73,8 @@ def test_an_interrupt_that_nobody_pressed_is_reported(
         ("array", "ndarray instead of the HeightMap that it declares"),
         ("integers", "HeightMap.mm is int32 where it must be float32"),
         ("half", "HeightMap.mm has the shape (3, 8) where the image has (6, 8)"),
-        ("nan", "HeightMap.mm holds values that are no numbers"),
-        ("infinity", "HeightMap.mm holds values that are no numbers"),
+        ("nan", "HeightMap.mm holds values that are not finite"),
+        ("infinity", "HeightMap.mm holds values that are not finite"),
     ],
 )
 def test_what_a_step_returns_is_refused_unless_it_is_what_it_declares(
@@ -91,7 +91,7 @@ def test_what_a_step_returns_is_refused_unless_it_is_what_it_declares(
         ("camera", "value at open", "the camera (unruly.camera, from tactile-unruly 0.1) failed"),
         ("camera", "exit at read", "the camera (unruly.camera, from tactile-unruly 0.1) failed"),
         ("camera", "end of file at read", "the camera (unruly.camera, from"),
-        ("camera", "floats at read", "returned pixels that are float64"),
+        ("camera", "floats at read", "returned pixels of type float64"),
         ("camera", "a list at read", "returned list instead of an Image"),
         ("lights", "key at made", "the lights (unruly.lights, from tactile-unruly 0.1) failed"),
         ("camera", "nothing at arm", "returned NoneType from arm() instead of a Trigger"),
@@ -106,7 +106,7 @@ def test_what_a_step_returns_is_refused_unless_it_is_what_it_declares(
         ("calibration", "exit at from_lights", "the calibration (unruly.calibration, from"),
         ("calibration", "key at measure", "the calibration (unruly.calibration, from"),
         ("calibration", "a list at measure", "returned list instead of Gradients or a HeightMap"),
-        ("calibration", "nan at measure", "Gradients.x holds values that are no numbers"),
+        ("calibration", "nan at measure", "Gradients.x holds values that are not finite"),
         ("step", "value at made", "step 'height' (unruly.step, from tactile-unruly 0.1) failed"),
     ],
 )

@@ -147,7 +147,7 @@ def test_a_light_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: P
 def test_lights_in_each_others_place_tell_the_order(rig: HeightLab, tmp_path: Path) -> None:
     profile = turned(rig, tmp_path, {"lamp0": 90, "lamp3": -90})
     (note,) = notes(rig, profile)
-    assert "fit in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
+    assert "match in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
 
 
 def test_the_command_says_the_note_and_still_calibrates(rig: HeightLab, tmp_path: Path) -> None:
@@ -158,5 +158,5 @@ def test_the_command_says_the_note_and_still_calibrates(rig: HeightLab, tmp_path
         "--json",
     )
     assert done.returncode == 0, done.stderr
-    assert "note: lights shine from elsewhere than the profile says: lamp1" in done.stderr
+    assert "note: light directions differ from the profile: lamp1" in done.stderr
     assert json.loads(done.stdout)["bundle"]

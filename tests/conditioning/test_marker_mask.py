@@ -37,5 +37,5 @@ def test_the_mask_covers_what_was_printed_and_little_else() -> None:
     assert marked.marker_mask is not None
     assert marked.marker_mask[printed].all()
     assert marked.marker_mask.mean() < 2 * printed.mean()
-    whole = ~found.detect(marked).cut
+    whole = ~found.detect(marked).truncated
     assert np.count_nonzero(whole) == 4 * 6

@@ -11,9 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("algorithms", "calibration", "sim")
-MODULES = sorted(
-    path for room in ROOMS for path in (ROOT / "tactile_core" / room).rglob("*.py")
-)
+MODULES = sorted(path for room in ROOMS for path in (ROOT / "tactile_core" / room).rglob("*.py"))
 CLASSES = sorted(
     path
     for folder in ("tactile_core", "plugins")

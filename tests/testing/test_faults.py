@@ -86,7 +86,7 @@ CALIBRATIONS: Mapping[str, tuple[str, str]] = {
     "unfittable": ("fit", "too few presses"),
     "unseeded": ("fit", "two fits on the same presses measure differently"),
     "doubles": ("measurement", "Gradients.x is float64 where it must be float32"),
-    "gaps": ("measurement", "values that are no numbers"),
+    "gaps": ("measurement", "values that are not finite"),
     "dented": ("sense", "∂z/∂x has the opposite sign"),
     "exchanged": ("sense", "∂z/∂x and ∂z/∂y are exchanged"),
     "degrees": ("sense", "times the ball's; slopes are mm per mm"),

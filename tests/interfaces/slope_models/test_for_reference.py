@@ -1,4 +1,4 @@
-"""What is prepared for a reference is prepared once, and does not travel."""
+"""An object is prepared once for each reference, and is not pickled."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_it_is_prepared_once_for_each_reference_that_comes() -> None:
     assert [each is one for each in prepared] == [True, False, True]
 
 
-def test_a_pickle_prepares_anew() -> None:
+def test_a_pickle_prepares_again() -> None:
     field, one = ForReference(prepare), reference(1)
     field(one)
     again = pickle.loads(pickle.dumps(field))

@@ -40,18 +40,25 @@ class Entry:
 @cache
 def module_of(name: str) -> ast.Module:
     """Parse a module of the package by its full name."""
-    path = ROOT / Path(*name.split("."))
+    path = _path(name)
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def modules_below(name: str) -> list[str]:
     """Return the full names of a package and its modules, or of a module, in order."""
-    folder = ROOT / Path(*name.split("."))
+    folder = _path(name)
     if not folder.is_dir():
         return [name]
     below = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
     return [name, *(f"{name}.{module}" for module in below)]
+
+
+def _path(name: str) -> Path:
+    """Return the folder of a package, or the path of a module without its ending."""
+    package, *rest = name.split(".")
+    distribution = ROOT / "plugins" / package.replace("_", "-")
+    return (ROOT if package == PACKAGE else distribution) / Path(package, *rest)
 
 
 def public_names() -> list[str]:

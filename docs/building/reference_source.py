@@ -46,11 +46,15 @@ def module_of(name: str) -> ast.Module:
 
 
 def modules_below(name: str) -> list[str]:
-    """Return the full names of a package and its modules, or of a module, in order."""
+    """Return the full names of a package and its modules, or of a module, in order.
+
+    Compiled kernels repeat functions of other modules and are left out.
+    """
     folder = _path(name)
     if not folder.is_dir():
         return [name]
-    below = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+    silent = {"__init__", "kernels"}
+    below = sorted(path.stem for path in folder.glob("*.py") if path.stem not in silent)
     return [name, *(f"{name}.{module}" for module in below)]
 
 

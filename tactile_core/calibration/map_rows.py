@@ -20,7 +20,7 @@ class MapRowParameters:
     """Parameters of sampling a height map. Nothing sets them from outside.
 
     They balance the few steep pixels of a map against the many level ones; see
-    ``docs/adr/0014-a-known-height-map-as-target.md``.
+    ``docs/adr/0014``.
 
     Attributes
     ----------

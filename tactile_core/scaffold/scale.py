@@ -30,7 +30,7 @@ class ScaleParameters:
     tolerance : float, ratio
         Scales from different sources may differ by this share.
         Source: chosen by hand as the accuracy of printed markers
-        (``docs/adr/0017-the-scale-is-told-not-guessed-from-a-ball.md``).
+        (``docs/adr/0017``).
     """
 
     tolerance: float = 0.03

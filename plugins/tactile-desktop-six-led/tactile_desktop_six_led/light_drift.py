@@ -24,7 +24,7 @@ class DriftParameters:
     least_sine, largest_sine : float, sine of the slope angle
         Pixels with slopes in between are used. On level gel a brighter light is indistinguishable
         from a tilt; steep slopes are in shadow.
-        Source: chosen by hand on two grids of balls (``docs/adr/0010``).
+        Source: chosen by hand; no script derives it.
     structure_order : int, order
         Order of the polynomial of the residual at calibration.
         Source: chosen by hand; no script derives it.

@@ -27,7 +27,7 @@ class LightFitParameters:
     gain_sigma : float, ratio
         Standard deviation of a common gain that is applied to a copy of each pixel, so that the fit
         does not depend on the albedo.
-        Source: chosen by hand on two grids of balls (``docs/adr/0015``).
+        Source: chosen by hand; no script derives it. See ``docs/adr/0015``.
     rounds : int, count
         Evaluations of the objective, at most.
         Source: chosen by hand; no script derives it.

@@ -52,7 +52,7 @@ class AzimuthParameters:
     tolerance_deg : float, degrees
         A light whose learned azimuth differs from the profile's by more is reported.
         Source: chosen by hand; no script derives it. See
-        ``docs/adr/0017-scale-from-a-known-length.md``.
+        ADR 17.
     """
 
     tolerance_deg: float = 25.0

@@ -20,7 +20,7 @@ class MapRowParameters:
     """Parameters of sampling a height map. Nothing sets them from outside.
 
     They balance the few steep pixels of a map against the many level ones; see
-    ``docs/adr/0014-height-map-as-calibration-target.md``.
+    ADR 14.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class MapRowParameters:
     undeformed_pixels : int, count
         Pixels of the reference that join the training samples. They keep the model level where the
         rows leave the image out.
-        Source: chosen on a real grooved part (``docs/adr/0014``); thousands flatten narrow grooves.
+        Source: chosen on a real grooved part (ADR 14); thousands flatten narrow grooves.
     """
 
     most_bands: int = 5

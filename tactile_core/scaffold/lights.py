@@ -28,7 +28,7 @@ class ContactParameters:
     widest_contact : float, ball radii
         A larger median contact radius indicates that the scale is too large.
         Source: 0.73 to 0.88 on recordings of three real sensors, and 0.97 at a scale a quarter too
-        large (``docs/adr/0017-scale-from-a-known-length.md``).
+        large (ADR 17).
     """
 
     widest_contact: float = 0.95

@@ -30,7 +30,7 @@ class ScaleParameters:
     tolerance : float, ratio
         Scales from different sources may differ by this share.
         Source: chosen by hand as the accuracy of printed markers
-        (``docs/adr/0017-scale-from-a-known-length.md``).
+        (ADR 17).
     """
 
     tolerance: float = 0.03

@@ -176,7 +176,7 @@ def test_a_named_file_that_is_gone_or_changed_is_refused(copy: Path, name: str, 
 
 
 def test_an_additional_file_does_not_damage_a_bundle(copy: Path) -> None:
-    (copy / "ball.npz").write_bytes(b"somebody's results")
+    (copy / "ball.npz").write_bytes(b"other results")
     Bundle.load(copy)
 
 

@@ -109,13 +109,13 @@ def test_a_file_that_is_added_while_a_bundle_is_replaced_is_kept(
 ) -> None:
     change_places = folders._change_places
 
-    def somebody_saves(one: Path, other: Path) -> None:
+    def concurrent_save(one: Path, other: Path) -> None:
         monkeypatch.undo()
         (other / "notes.txt").write_text("mine")
         change_places(one, other)
 
     bundle = Bundle.load(lab.bundle)
-    monkeypatch.setattr(folders, "_change_places", somebody_saves)
+    monkeypatch.setattr(folders, "_change_places", concurrent_save)
     with pytest.raises(InputError, match=r"holds notes\.txt"):
         bundle.save(copy)
     assert (copy / "notes.txt").read_text() == "mine"

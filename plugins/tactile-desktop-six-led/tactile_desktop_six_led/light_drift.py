@@ -20,11 +20,11 @@ class DriftParameters:
     ----------
     largest_change : float, relative change of the linear response
         Larger changes are not drift and are limited to this one.
-        Source: as for the drift of the other models (``docs/adr/0010``).
+        Source: as for the drift of the other models (ADR 10).
     least_sine, largest_sine : float, sine of the slope angle
         Pixels with slopes in between are used. On level gel a brighter light is indistinguishable
         from a tilt; steep slopes are in shadow.
-        Source: chosen by hand on two grids of balls (``docs/adr/0010``).
+        Source: chosen by hand; no script derives it.
     structure_order : int, order
         Order of the polynomial of the residual at calibration.
         Source: chosen by hand; no script derives it.

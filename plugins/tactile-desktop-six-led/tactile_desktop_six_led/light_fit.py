@@ -27,7 +27,7 @@ class LightFitParameters:
     gain_sigma : float, ratio
         Standard deviation of a common gain that is applied to a copy of each pixel, so that the fit
         does not depend on the albedo.
-        Source: chosen by hand on two grids of balls (``docs/adr/0015``).
+        Source: chosen by hand; no script derives it. See ADR 15.
     rounds : int, count
         Evaluations of the objective, at most.
         Source: chosen by hand; no script derives it.
@@ -40,7 +40,7 @@ class LightFitParameters:
     exponent_ridge : float, weight
         The same for exponents. It is stronger, for exponents and directions are correlated over the
         slopes of a ball.
-        Source: chosen by hand (``docs/adr/0015``); no script derives it.
+        Source: chosen by hand (ADR 15); no script derives it.
     start_ridge : float, weight per sample
         Ridge penalty of the linear start.
         Source: chosen by hand; keeps the equations regular.

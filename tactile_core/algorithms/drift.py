@@ -13,7 +13,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.levels import LEVELS
 
 _ROWS, _COLUMNS = 24, 32
 _FEWEST = 100
@@ -59,7 +59,7 @@ class ReferenceLevels:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
         seen = self._few(pixels)
         good = (seen.min(axis=0) > _DARK * self._full_scale) & self._bright
-        good &= seen.max(axis=0) < CEILING * self._full_scale
+        good &= seen.max(axis=0) < LEVELS.saturation_share * self._full_scale
         if marker_mask is not None:
             good &= self._few(marker_mask.view(np.uint8)[..., None])[0] == 0
         if np.count_nonzero(good) < _FEWEST:
@@ -136,7 +136,7 @@ def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
 
 def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
     steady = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
-    return np.where(levels < CEILING * full_scale, steady, np.float32(full_scale))
+    return np.where(levels < LEVELS.saturation_share * full_scale, steady, np.float32(full_scale))
 
 
 def _rest_gain(logs: Array) -> tuple[Array, float]:

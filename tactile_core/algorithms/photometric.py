@@ -15,9 +15,7 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
-
-DARK_FRACTION = 0.04
-"""Intensities below this fraction of full scale are too dark to divide by."""
+from tactile_core.algorithms.levels import LEVELS
 
 
 _FINEST = 6
@@ -160,7 +158,9 @@ def around_markers(marker_mask: NDArray[np.bool_] | None) -> int:
     return int(np.median(sides.max(axis=1))) * 2 + 1
 
 
-def relative_change(smoothed: NDArray[Any], base: Float32, *, full_scale: float = 255.0) -> Float32:
+def relative_change(
+    smoothed: NDArray[Any], base: Float32, *, full_scale: float = LEVELS.full_scale_8_bit
+) -> Float32:
     """(I − I₀) / I₀ of each channel.
 
     A ratio does not depend on how brightly each lamp lights each place, which the plain difference
@@ -180,7 +180,7 @@ def relative_change(smoothed: NDArray[Any], base: Float32, *, full_scale: float 
     (..., K) float32
         0 where nothing changed, −1 where all light is gone.
     """
-    floor = np.float32(DARK_FRACTION * full_scale)
+    floor = np.float32(LEVELS.least_divisor_share * full_scale)
     return np.asarray(smoothed / np.maximum(base, floor) - np.float32(1), np.float32)
 
 

@@ -20,9 +20,9 @@ from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.normal_xy import STEEPEST_SINE, planes_to_gradient, to_gradient
 from tactile_core.algorithms.photometric import (
-    DARK_FRACTION,
     Smoothing,
     place,
     relative_change,
@@ -71,7 +71,7 @@ class SlopeField:
         reference: Float32,
         reference_markers: Bool | None = None,
         *,
-        full_scale: float = 255.0,
+        full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
         compiled: bool = False,
     ) -> None:
@@ -90,7 +90,7 @@ class SlopeField:
         base = np.asarray(self._sampling.smooth(reference, reference_markers), np.float32)
         self._base = self._averaged(base)
         self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
-        self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
+        self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
 
@@ -196,7 +196,7 @@ class Sampler:
         reference: Float32,
         reference_markers: Bool | None = None,
         *,
-        full_scale: float = 255.0,
+        full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
     ) -> None:
         self._smoothing = Smoothing.of(reference_markers, blur_px)

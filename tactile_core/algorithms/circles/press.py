@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float64
-from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.levels import LEVELS
 
 BALL_RADIUS_PX = 25.0
 """Larger balls are shrunk to this radius: centres are as good and the work is bounded."""
@@ -37,7 +37,7 @@ class PressImage:
 
     pixels: NDArray[Any]
     reference: NDArray[Any]
-    full_scale: float = 255.0
+    full_scale: float = LEVELS.full_scale_8_bit
     marker_mask: Bool | None = None
 
     @classmethod
@@ -46,7 +46,7 @@ class PressImage:
         pixels: NDArray[Any],
         reference: NDArray[Any],
         *,
-        full_scale: float = 255.0,
+        full_scale: float = LEVELS.full_scale_8_bit,
         marker_mask: Bool | None = None,
         reference_markers: Bool | None = None,
     ) -> Self:
@@ -131,7 +131,7 @@ def change_of(press: PressImage, scale: float) -> Change:
         size = columns, rows
         share = cv2.resize(press.marker_mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
         weight[share > 0.1] = 0
-    full = frame >= CEILING * 255
+    full = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
         weight[_folded(full[..., k], frame[..., k])] = 0
     change = _masked_blur(frame - reference, weight)
@@ -141,7 +141,7 @@ def change_of(press: PressImage, scale: float) -> Change:
 
 
 def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
-    image = pixels.astype(np.float32) * np.float32(255 / full_scale)
+    image = pixels.astype(np.float32) * np.float32(LEVELS.full_scale_8_bit / full_scale)
     h, w = image.shape[:2]
     if scale == 1:
         return image.astype(np.float64)
@@ -155,7 +155,7 @@ def _folded(full: Bool, plane: Float64) -> Bool:
         return np.zeros_like(full)
     kernel = np.ones((5, 5), np.uint8)
     closed = cv2.morphologyEx(full.astype(np.uint8), cv2.MORPH_CLOSE, kernel, iterations=2)
-    hole = ((closed > 0) & (plane < DARK_IN_BRIGHT * 255)).astype(np.uint8)
+    hole = ((closed > 0) & (plane < DARK_IN_BRIGHT * LEVELS.full_scale_8_bit)).astype(np.uint8)
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 
 

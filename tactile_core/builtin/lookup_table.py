@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
-from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
+from tactile_core.algorithms.colour_table import TABLE, Axis, ColourTable, as_complex
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -31,7 +31,7 @@ FILLED_WEIGHT = 1e-3
 class LookupTableOptions(SlopeOptions):
     """Options of ``core.lookup_table``."""
 
-    bins: int = Field(default=BINS, ge=8, le=128, description="Entries per channel.")
+    bins: int = Field(default=TABLE.bins, ge=8, le=128, description="Entries per channel.")
 
 
 @dataclass(frozen=True, eq=False)

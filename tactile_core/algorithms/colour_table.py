@@ -21,7 +21,7 @@ class TableParameters:
     ----------
     bins : int, count
         Default number of entries per channel.
-        Source: [1]_, 80 × 80 × 80 entries.
+        Source: [1]_, section 3.5: 80 × 80 × 80 entries.
     low_percentile, high_percentile : float, percent
         Range of the changes that the axis covers.
         Source: chosen by hand; no script derives it.
@@ -41,7 +41,7 @@ class TableParameters:
     References
     ----------
     .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
-       estimating geometry and force", Sensors 17(12), 2017, section 3.3.
+       estimating geometry and force", Sensors 17(12), 2017, sections 3.3 and 3.5.
     """
 
     bins: int = 80
@@ -122,7 +122,7 @@ class ColourTable:
     References
     ----------
     .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
-       estimating geometry and force", Sensors 17(12), 2017, section 3.3.
+       estimating geometry and force", Sensors 17(12), 2017, sections 3.3 and 3.5.
     """
 
     axis: Axis

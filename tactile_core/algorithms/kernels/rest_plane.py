@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN
 from tactile_core.algorithms.kernels.options import LOOP
 from tactile_core.algorithms.rest_surface import REST
 
 _HALF_WIDTH_SIGMAS = REST.half_width_sigmas
 _RIDGE = REST.ridge
+_SIGMA_PER_MEDIAN = SIGMA_PER_MEDIAN
 
 
 @njit(**LOOP)
@@ -115,7 +117,7 @@ def _robust_plane(
         _above(plane, x, y, z, residual)
         for i in range(count):
             residual[i] = abs(residual[i])
-        sigma = 1.4826 * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
+        sigma = _SIGMA_PER_MEDIAN * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
         _above(plane, x, y, z, residual)
 
 

@@ -294,7 +294,7 @@ class Pipeline:
         """The chain, and the steps left out of it since the gel carries no markers."""
         image, gel = self.profile.image, self.profile.gel
         if self.conditioning.finder is not None:
-            gel = self.conditioning.finder.told(gel, image.mm_per_px)
+            gel = self.conditioning.finder.with_markers(gel, image.mm_per_px)
         context = SensorContext(image, gel, self.compiled)
         steps = {}
         for name, component in self.profile.estimators.items():

@@ -91,7 +91,7 @@ def contact_mask(
     does. It ends where the surface leaves the object and the slope decreases: at half the depth for
     a ball with a small contact (Hertz [1]_), and lower for contacts that are wide compared with the
     thickness of the gel. So the border follows from the contour of the region that is steepest on
-    average. The wall of a flat-ended object is steep, so its border hardly depends on the fraction.
+    average. The wall of a flat-ended object is steep, so its border barely depends on the fraction.
     Parts less deep than the border of their own region are missed, such as the high side of a
     strongly tilted plate.
 

@@ -153,8 +153,8 @@ def rest_plane(
     step = max(1, int(np.sqrt(rows * columns / REST.samples)))
     loops = kernels.chosen(compiled)
     if loops is not None:
-        regression = REST.rounds, REST.biweight_sigmas, REST.least_sigma_mm
-        levels = REST.bulge_ratio, REST.least_below_share
+        regression = REST.rounds, REST.biweight_sigmas, REST.least_sigma_mm, REST.ridge
+        levels = REST.bulge_ratio, REST.least_below_share, REST.half_width_sigmas
         images = height_mm, gx, gy
         least_calm = REST.least_calm_share
         return RestPlane(

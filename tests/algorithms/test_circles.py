@@ -167,8 +167,8 @@ def test_a_grid_is_refined_from_approximate_centres(
 def test_a_ball_outside_the_frame_is_excluded_from_the_grid(bench: Bench) -> None:
     spots = np.array([(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 60.0, 90.0, 120.0)])
     frame = grid_of(bench, spots, 0.5 * BALL_MM)
-    told = np.concatenate([spots, [(400.0, 50.0)]])
-    (*circles, absent), _ = refine_grid(frame, told, 0.5 * bench.ball_px)
+    given = np.concatenate([spots, [(400.0, 50.0)]])
+    (*circles, absent), _ = refine_grid(frame, given, 0.5 * bench.ball_px)
     assert all(circle.used for circle in circles)
     assert not absent.used
     assert "outside" in absent.why

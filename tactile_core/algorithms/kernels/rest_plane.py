@@ -9,15 +9,12 @@ from numba import njit
 
 from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN
 from tactile_core.algorithms.kernels.options import LOOP
-from tactile_core.algorithms.rest_surface import REST
 
-_HALF_WIDTH_SIGMAS = REST.half_width_sigmas
-_RIDGE = REST.ridge
 _SIGMA_PER_MEDIAN = SIGMA_PER_MEDIAN
 
 
 @njit(**LOOP)
-def _mode(values: Any) -> tuple[float, float]:
+def _mode(values: Any, half_width_sigmas: float) -> tuple[float, float]:
     ordered = np.sort(values)
     half = (len(ordered) + 1) // 2
     first, shortest = 0, np.inf
@@ -28,7 +25,7 @@ def _mode(values: Any) -> tuple[float, float]:
     total = 0.0
     for i in range(first, first + half):
         total += ordered[i]
-    return total / half, shortest / _HALF_WIDTH_SIGMAS
+    return total / half, shortest / half_width_sigmas
 
 
 @njit(**LOOP)
@@ -45,13 +42,14 @@ def _up_to(bound: float, sizes: Any, values: Any) -> Any:
 
 @njit(**LOOP)
 def _lower_level(
-    flat: Any, calm: Any, apart: float, least_below: float, biweight_sigmas: float
+    flat: Any, calm: Any, apart: float, levels: tuple[float, float, float], biweight_sigmas: float
 ) -> tuple[float, float]:
     """Mode of the flat values, or of the calm ones that are ``apart`` below it if enough are."""
-    level, spread = _mode(flat)
+    _, least_below, half_width_sigmas = levels
+    level, spread = _mode(flat, half_width_sigmas)
     below = _up_to(np.nextafter(level - apart, -np.inf), calm, calm)
     if len(below) >= least_below * len(calm):
-        level, spread = _mode(below)
+        level, spread = _mode(below, half_width_sigmas)
     return level, min(spread, apart / biweight_sigmas)
 
 
@@ -84,10 +82,10 @@ def _robust_plane(
     calm: Any,
     plane: Any,
     sigma: float,
-    regression: tuple[int, float, float],
+    regression: tuple[int, float, float, float],
 ) -> None:
     """Tukey's biweight regression of the calm samples; updates ``plane``."""
-    rounds, biweight_sigmas, least_sigma = regression
+    rounds, biweight_sigmas, least_sigma, ridge = regression
     count = len(z)
     residual = np.empty(count)
     near = np.empty(count)
@@ -101,7 +99,7 @@ def _robust_plane(
         pull = np.zeros(3)
         bound = biweight_sigmas * max(sigma, least_sigma)
         for a in range(3):
-            normal[a, a] = _RIDGE * samples
+            normal[a, a] = ridge * samples
         for i in range(count):
             near[i] = abs(residual[i]) / bound if calm[i] else np.inf
             if near[i] < 1:
@@ -137,8 +135,8 @@ def rest_plane(
     mm_per_px: float,
     drift_slope: float,
     least_calm: float,
-    levels: tuple[float, float],
-    regression: tuple[int, float, float],
+    levels: tuple[float, float, float],
+    regression: tuple[int, float, float, float],
 ) -> tuple[float, float, float]:
     """Level and slopes of the undeformed gel surface.
 
@@ -152,9 +150,10 @@ def rest_plane(
         See :func:`tactile_core.algorithms.rest_surface.rest_plane`.
     least_calm : float
         Share of calm samples from which a tilt counts as drift.
-    levels : (bulge ratio, least share)
+    levels : (bulge ratio, least share, half width)
         A lower level counts if it is further below than the bulge and has this share of samples.
-    regression : (rounds, biweight sigmas, least sigma)
+        The half width is the length of the shortest half of a normal distribution.
+    regression : (rounds, biweight sigmas, least sigma, ridge)
         Parameters of Tukey's biweight.
 
     Returns
@@ -181,15 +180,14 @@ def rest_plane(
     if calm_count < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
         for i in range(count):
             size[i] = np.hypot(p[i], q[i])
-        return _mode(_up_to(np.median(size), size, z))[0], 0.0, 0.0
+        return _mode(_up_to(np.median(size), size, z), levels[2])[0], 0.0, 0.0
     levelled = np.empty(count)
     plane = np.zeros(3)
     plane[1], plane[2] = tilt_x, tilt_y
     _above(plane, x, y, z, levelled)
     flat = _up_to(np.median(size), size, levelled)
-    bulge_ratio, least_below = levels
-    apart = bulge_ratio * (levelled.max() - levelled.min())
-    level, spread = _lower_level(flat, levelled[calm], apart, least_below, regression[1])
+    apart = levels[0] * (levelled.max() - levelled.min())
+    level, spread = _lower_level(flat, levelled[calm], apart, levels, regression[1])
     plane[0] = level
     _robust_plane(x, y, z, calm, plane, spread, regression)
     if np.hypot(plane[1], plane[2]) > drift_slope:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.quantities.quantity import Quantity
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class Frame(Quantity):
     pixels: Pixels
     channels: tuple[str, ...]
     mm_per_px: float
-    full_scale: float = 255.0
+    full_scale: float = LEVELS.full_scale_8_bit
     marker_mask: Bool | None = None
     timestamp_s: float = 0.0
     wall_time_s: float = 0.0
@@ -102,17 +102,17 @@ class Frame(Quantity):
     @cached_property
     def saturated(self) -> Bool:
         """(H, W, K) bool: the intensity is saturated, so that it is only a lower bound."""
-        return np.asarray(self.pixels >= CEILING * self.full_scale)
+        return np.asarray(self.pixels >= LEVELS.saturation_share * self.full_scale)
 
     @cached_property
     def saturated_share(self) -> float:
         """Share of saturated intensities, estimated from some rows."""
-        return _share(_some(self.pixels) >= CEILING * self.full_scale)
+        return _share(_some(self.pixels) >= LEVELS.saturation_share * self.full_scale)
 
     @cached_property
     def too_dark_share(self) -> float:
         """Share of intensities too dark to measure, estimated from some rows."""
-        return _share(_some(self.pixels) <= FLOOR * self.full_scale)
+        return _share(_some(self.pixels) <= LEVELS.dark_share * self.full_scale)
 
     def summary(self) -> Mapping[str, Any]:
         """Return sequence number, timestamp and source."""
@@ -147,7 +147,7 @@ class Reference(Quantity):
 
     pixels: Float32
     channels: tuple[str, ...]
-    full_scale: float = 255.0
+    full_scale: float = LEVELS.full_scale_8_bit
     marker_mask: Bool | None = None
     noise: float = 0.0
     frames: int = 1

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.normal_xy import planes_to_gradient
-from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
+from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 Bool = NDArray[np.bool_]
 
@@ -80,7 +81,7 @@ class HueField:
         factors, offsets = decoder.to_entries
         h, w = light.base.shape[:2]
         terms = regression.terms(place((h, w)).reshape(-1, 2), 2).reshape(h, w, -1)
-        floor = np.float32(DARK_FRACTION * light.full_scale)
+        floor = np.float32(LEVELS.least_divisor_share * light.full_scale)
         per_intensity = 1 / np.maximum(light.base, floor)
         self._weights: list[list[Float32]] = []
         self._offsets: list[Float32] = []

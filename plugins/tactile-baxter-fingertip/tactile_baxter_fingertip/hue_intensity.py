@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
-from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -197,10 +197,10 @@ def _valid(frame: Frame) -> Bool:
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
     # The extremes are rarely out of range, and found ten times faster than a mask is built.
     darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
-    if brightest >= CEILING * frame.full_scale:
+    if brightest >= LEVELS.saturation_share * frame.full_scale:
         valid &= ~frame.saturated.any(axis=2)
-    if darkest <= FLOOR * frame.full_scale:
-        valid &= (frame.pixels > FLOOR * frame.full_scale).any(axis=2)
+    if darkest <= LEVELS.dark_share * frame.full_scale:
+        valid &= (frame.pixels > LEVELS.dark_share * frame.full_scale).any(axis=2)
     if frame.marker_mask is not None:
         valid &= ~frame.marker_mask
     return valid

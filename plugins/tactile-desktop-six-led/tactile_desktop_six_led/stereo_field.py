@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
-from tactile_core.algorithms.photometric import DARK_FRACTION, place
+from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
 from tactile_desktop_six_led.light_drift import LightDrift
 from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
@@ -85,7 +86,9 @@ class StereoField:
         self._place = place((height, width)).reshape(-1, 2)
         # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, where the second factor is the same for all frames.
         exponents = field.exponents[:, None, None]
-        self._undeformed = np.maximum(base, np.float32(DARK_FRACTION * full_scale)) ** -exponents
+        self._undeformed = (
+            np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale)) ** -exponents
+        )
         self._rows = field.rows(self._place).reshape(3, lights, height, width)
         positions = self._place.reshape(height, width, 2)
         self._columns = positions[:, 0, 1].copy(), field.along_columns(positions[0, :, 0])

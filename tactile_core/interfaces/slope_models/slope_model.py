@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.validity import two_within
@@ -140,7 +140,11 @@ def slopes_of(frame: Frame, gx: Float32, gy: Float32, reliable: Bool | None = No
     reliable : (H, W) bool, optional
         The model's own estimate of where its slopes are reliable; by default everywhere.
     """
-    valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
+    valid = two_within(
+        frame.pixels,
+        LEVELS.dark_share * frame.full_scale,
+        LEVELS.saturation_share * frame.full_scale,
+    )
     if frame.marker_mask is not None:
         valid &= bare_mask(frame.marker_mask)
     measurable: Bool = valid.view(np.bool_)

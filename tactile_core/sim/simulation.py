@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.folders import fresh_folder, led_to, move_in
+from tactile_core.formats.folders import fresh_folder, move_in, resolved
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.progress import Progress, Silent
@@ -54,7 +54,7 @@ def simulate(
         The disk is full or refuses; nothing is left.
     """
     progress = progress or Silent()
-    place = led_to(Path(out))
+    place = resolved(Path(out))
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
         raise _taken(out)
     progress.stage("simulating", 1.0)

@@ -163,7 +163,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
 
 def test_a_path_in_nobody_s_home_is_refused_at_its_line(tmp_path: Path) -> None:
     text = f"{PROFILE}camera: {{use: core.replay, path: ~no_such_user/x.png}}\n"
-    assert said(tmp_path, text).startswith("10:1: camera: ~no_such_user/x.png: there is no such")
+    assert said(tmp_path, text).startswith("10:1: camera: ~no_such_user/x.png: this user has")
 
 
 def test_what_a_terminal_obeys_is_escaped_in_keys_and_values(tmp_path: Path) -> None:

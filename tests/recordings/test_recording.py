@@ -170,8 +170,8 @@ def test_images_of_different_kinds_are_refused_with_both_names(tmp_path: Path) -
 
 def test_mixed_images_are_noticed_before_any_is_read(tmp_path: Path) -> None:
     picture(tmp_path / "a.png")
-    (tmp_path / "b.png").write_text("this is no image")
-    with pytest.raises(InputError, match="no image"):
+    (tmp_path / "b.png").write_text("this is not an image")
+    with pytest.raises(InputError, match="not a readable image"):
         open_recording(tmp_path)
 
 
@@ -190,7 +190,7 @@ def test_nothing_to_read_is_said_with_what_there_is_instead(tmp_path: Path, vide
     assert "presses" in refusal(tmp_path / "above")
     (tmp_path / "empty" / "notes.txt").write_text("hello")
     assert "notes.txt" in refusal(tmp_path / "empty")
-    assert "no image" in refusal(tmp_path / "empty" / "notes.txt")
+    assert "not a readable image" in refusal(tmp_path / "empty" / "notes.txt")
 
 
 def test_a_scan_names_the_image_that_it_misses(tmp_path: Path) -> None:
@@ -232,7 +232,7 @@ def test_an_image_outside_the_scan_s_folder_is_refused(tmp_path: Path) -> None:
     picture(tmp_path / "x.png")
     folder = scan(tmp_path / "scan", 1)
     (folder / "scan.yaml").write_text("images: ['../x.png']\n")
-    assert "leads out" in refusal(folder)
+    assert "is outside it" in refusal(folder)
 
 
 def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:

@@ -110,7 +110,7 @@ def read_start(path: Path, count: int) -> bytes:
 
 
 def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
-    """Return a text file's content without its byte order mark.
+    """Return a text file's content; a leading BOM is dropped.
 
     Raises
     ------

@@ -18,7 +18,7 @@ INK: Colour = (38, 46, 54)
 """R, G, B of text and of the scale bar."""
 
 FAINT: Colour = (120, 128, 136)
-"""R, G, B of secondary text and of tick marks."""
+"""R, G, B of secondary text and of ticks."""
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _TEXT_SCALE = 0.5

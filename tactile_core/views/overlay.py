@@ -40,8 +40,8 @@ class OverlayParameters:
     shortest_arrow : float, sheet px
         Shorter arrows are left out. Source: chosen by hand.
     smallest_mm : float, mm
-        A field whose largest displacement is smaller has no arrows. Source: chosen by hand; it
-        only avoids a division by zero.
+        A field whose largest displacement is smaller has no arrows. Source: chosen by hand, to
+        avoid a division by zero.
     arrows_across : int, count
         Arrows along the width of a field. Source: chosen by hand.
     longest_spacings : float, ratio

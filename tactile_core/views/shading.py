@@ -1,9 +1,4 @@
-"""Colour maps and relief shading in OKLab, a perceptually uniform colour space.
-
-References
-----------
-.. [1] B. Ottosson, "A perceptual color space for image processing", 2020.
-"""
+"""Colour maps and relief shading in OKLab, a perceptually uniform colour space."""
 
 from __future__ import annotations
 

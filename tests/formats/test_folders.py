@@ -22,7 +22,7 @@ from tactile_core.formats.folders import (
 
 
 def files_of(folder: Path) -> list[Path]:
-    """Allow to replace every file except one called 'mine'."""
+    """Return the files if none is called 'mine', which must not be replaced."""
     files = list(folder.iterdir()) if folder.is_dir() else []
     if folder / "mine" in files:
         raise InputError(f"{folder} contains mine")

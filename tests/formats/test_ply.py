@@ -45,7 +45,7 @@ def test_vertices_are_on_the_gel_surface(tmp_path: Path) -> None:
     assert vertices[6, 1] - vertices[0, 1] == pytest.approx(0.5)
 
 
-def test_triangles_cover_the_map_once_and_face_the_camera_side(tmp_path: Path) -> None:
+def test_triangles_cover_the_map_once_and_face_the_camera(tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", points(np.zeros((4, 6), np.float32)))
     vertices, faces = parse(tmp_path / "a.ply")
     a, b, c = (vertices[faces[:, i]] for i in range(3))

@@ -73,7 +73,7 @@ def test_the_markers_of_the_wedge_match_its_profile(recordings: Path) -> None:
     assert isinstance(markers, Markers)
     diameter_mm, pitch_mm = np.multiply(found, wedge.image.mm_per_px)
     assert pitch_mm == pytest.approx(markers.pitch_mm, rel=0.02)
-    # the diameter is measured at half contrast; the profile includes the blurred rim of one pixel
+    # measured at half contrast; the profile's diameter includes a blurred rim of a pixel per side
     assert diameter_mm < markers.diameter_mm < diameter_mm + 2 * wedge.image.mm_per_px
 
 

@@ -29,7 +29,7 @@ def markers(size_px: float = 0.0, *, seen: bool = True) -> Points:
     return Points(at + np.float32([size_px, 0]), "markers", at, np.full(len(at), seen))
 
 
-def shear(picture: Rgb, points: Points) -> str:
+def draw_points(picture: Rgb, points: Points) -> str:
     return overlay.points(picture, points, mm_per_px=SCALE_MM)
 
 
@@ -43,7 +43,7 @@ def red(picture: np.ndarray) -> np.ndarray:
 
 def test_arrows_point_in_the_direction_of_displacement() -> None:
     picture = canvas()
-    shear(picture, Points(np.float32([[240, 100]]), from_px=np.float32([[200, 100]])))
+    draw_points(picture, Points(np.float32([[240, 100]]), from_px=np.float32([[200, 100]])))
     drawn = np.argwhere(red(picture))
     assert abs(drawn[:, 0].mean() - 100) < 2
     assert drawn[:, 1].min() > 195
@@ -54,19 +54,19 @@ def test_arrows_point_in_the_direction_of_displacement() -> None:
 def test_small_displacements_are_magnified_by_a_reported_round_number(
     size_px: float, words: str
 ) -> None:
-    assert shear(canvas(), markers(size_px)).endswith(words)
+    assert draw_points(canvas(), markers(size_px)).endswith(words)
 
 
 def test_marker_noise_draws_no_arrows() -> None:
     picture = canvas()
-    assert shear(picture, markers(0.1)) == ""
+    assert draw_points(picture, markers(0.1)) == ""
     assert not red(picture).any()
 
 
 def test_unseen_markers_are_hollow() -> None:
     seen, unseen = canvas(), canvas()
-    shear(seen, markers())
-    shear(unseen, markers(seen=False))
+    draw_points(seen, markers())
+    draw_points(unseen, markers(seen=False))
     assert seen[20, 20].max() < 70
     assert unseen[20, 20].min() > 200
 

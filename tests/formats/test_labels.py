@@ -56,7 +56,7 @@ def test_recorded_labels_are_read(recordings: Path) -> None:
     circles = read_labels(recordings / "three_colour/objectfolder/presses.csv")
     assert len(circles) == 20
     widest = max(circle.contact_radius_px for circle in circles.values())
-    assert widest < WIDEST_LABEL * 2.0 / 0.1245  # the ball has a diameter of 4 mm
+    assert widest < WIDEST_LABEL * 2.0 / 0.1245  # they are drawn around a ball of 4 mm
     assert tuple(circles["press_01"].centre_px) == (74.5, 99.0)
 
 

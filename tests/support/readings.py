@@ -1,4 +1,4 @@
-"""Small synthetic readings, and a helper that saves them with the core's sinks."""
+"""Small synthetic readings, and the files that the core's sinks write for them."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def shear() -> DisplacementField:
     return DisplacementField(np.full((*SHAPE, 2), 0.1, np.float32), ONES, 0.1)
 
 
-def saved(result: Reading, folder: OutputFolder | Path, names: Collection[str]) -> list[Path]:
-    """Write a reading with sinks; return the files that are new or were replaced."""
+def saved(taken: Reading, folder: OutputFolder | Path, names: Collection[str]) -> list[Path]:
+    """Let sinks write a reading; return the files that are new or changed."""
     out = folder if isinstance(folder, OutputFolder) else OutputFolder(folder)
     before = _stamps(out.path)
     pipeline = Pipeline(load_profile("hex_fingertip"))
     with Sinks(pipeline.profile, names).open(pipeline, out) as sinks:
-        sinks.write(result)
+        sinks.write(taken)
     hidden = {path for path in out.path.iterdir() if path.name.startswith(".")}
     return sorted(
         p for p, stamp in _stamps(out.path).items() if before.get(p) != stamp and p not in hidden

@@ -1,4 +1,4 @@
-"""Values that are prepared once per reference and not pickled."""
+"""An object is prepared once for each reference, and is not pickled."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_value_is_prepared_again_only_for_a_new_reference() -> None:
     assert [each is one for each in prepared] == [True, False, True]
 
 
-def test_a_pickle_does_not_contain_the_prepared_value() -> None:
+def test_a_pickle_prepares_again() -> None:
     field, one = ForReference(prepare), reference(1)
     field(one)
     again = pickle.loads(pickle.dumps(field))

@@ -1,6 +1,7 @@
 """Recorded presses beside virtual ones: python docs/building/real_beside_virtual.py [DATA].
 
-Measures both, writes the table of docs/accuracy.md and the curves of docs/real-beside-virtual.md,
+Measures both, writes the table of docs/reference/accuracy.md and the curves of
+docs/explanation/real-and-virtual-images.md,
 and draws the images side by side into out/, which is not committed: the recordings are not ours to
 publish.
 """
@@ -25,7 +26,7 @@ from tactile_core.sim.optics import RigOptics
 from tactile_core.sim.stage import VirtualStage
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "accuracy.md"
+PAGE = ROOT / "docs" / "reference" / "accuracy.md"
 CURVES = ROOT / "docs" / "images" / "real_beside_virtual.svg"
 PICTURES = ROOT / "out"
 BEGIN, END = "<!-- measured: -->\n", "<!-- end -->\n"

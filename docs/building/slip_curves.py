@@ -1,4 +1,4 @@
-"""Draw the curves of docs/slip.md: python docs/building/slip_curves.py."""
+"""Draw the curves of slip.md: python docs/building/slip_curves.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw the curves of docs/virtual-gel.md: python docs/building/virtual_skin_curves.py."""
+"""Draw the curves of virtual-gel.md: python docs/building/virtual_skin_curves.py."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Slip(Estimator):
         imprint_lost: PositiveFloat = Field(
             default=SLIP_SHARE,
             description="Share of the imprint that leaves its place on the gel surface in gross "
-            "slip; chosen on recorded lifts (docs/accuracy.md).",
+            "slip; chosen on recorded lifts (docs/reference/accuracy.md).",
         )
 
     stateful = True

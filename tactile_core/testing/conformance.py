@@ -30,7 +30,7 @@ class PluginConformance(
     SinkChecks,
     ProfileChecks,
 ):
-    """Every check, for everything that a plugin registers; see docs/conformance.md.
+    """Every check, for everything that a plugin registers; see docs/how-to/test-a-plugin.md.
 
     Subclass it in a test module, with ``plugin`` and, where there are any, ``expected_failures``
     and ``options``.

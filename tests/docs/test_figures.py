@@ -18,7 +18,7 @@ FACTS: dict[str, dict[str, list[str]]] = YAML(typ="safe").load(
 )
 PAGES = sorted(
     path.relative_to(ROOT).as_posix()
-    for pattern in ("*.md", "docs/*.md", "docs/adr/*.md", "plugins/**/*.md", "examples/**/*.md")
+    for pattern in ("*.md", "docs/*.md", "docs/*/*.md", "plugins/**/*.md", "examples/**/*.md")
     for path in ROOT.glob(pattern)
     if path.name != "CHANGELOG.md"
 )
@@ -81,7 +81,7 @@ def test_the_page_of_accuracy_states_what_the_benchmark_has_measured(row: dict[s
 
 @pytest.mark.parametrize("page", EVIDENCE)
 def test_every_section_of_measurements_says_by_what_command(page: str) -> None:
-    silent = {"Limits", "Recordings that are not at hand"}
+    silent = {"Limits", "Recordings that were not available"}
     figures = {heading: text for heading, text in parts(page).items() if stated(text)}
     assert [h for h in figures if h not in silent and "ommand" not in figures[h]] == []
 
@@ -93,14 +93,16 @@ def test_every_file_that_a_command_names_exists(page: str) -> None:
     assert [path for path in named if not (ROOT / path).exists()] == []
 
 
-def judged(text: str, page: str = "docs/rigs.md", facts: tuple[str, ...] = ()) -> list[str]:
+def judged(
+    text: str, page: str = "docs/reference/rigs.md", facts: tuple[str, ...] = ()
+) -> list[str]:
     """What is wrong with a text, where :data:`ACCURACY` is the page of accuracy."""
     return unbacked(page, text, facts, {EVIDENCE[0]: ACCURACY}.__getitem__)
 
 
 def test_a_figure_that_links_to_the_section_that_holds_it_is_backed() -> None:
     assert judged("Wrong by [1.39°](accuracy.md#six-leds).") == []
-    assert judged("[1.39°](docs/accuracy.md#six-leds)", page="README.md") == []
+    assert judged("[1.39°](docs/reference/accuracy.md#six-leds)", page="README.md") == []
     assert judged("Slips: [14 of the 14](accuracy.md#grooves).") == []
 
 

@@ -12,7 +12,7 @@ DOCS = ROOT / "docs"
 
 
 def test_each_way_to_calibrate_works_and_says_what_the_page_says(tmp_path: Path) -> None:
-    Reader(tmp_path).follow(DOCS / "recording.md")
+    Reader(tmp_path).follow(DOCS / "how-to" / "calibrate.md")
     assert not (tmp_path / "wrong").exists()
 
 
@@ -28,5 +28,5 @@ def test_an_estimator_of_ones_own_measures_and_conforms(lab: VirtualLab, tmp_pat
     shutil.copytree(lab.bundle, tmp_path / "bundle")
     lab.save(tmp_path / "recording" / "marble.png", BallPress((90.0, 55.0), 6.0, 0.7))
     reader = Reader(tmp_path)
-    reader.follow(DOCS / "first-estimator.md")
+    reader.follow(DOCS / "tutorials" / "first-estimator.md")
     assert "passed" in reader.printed

@@ -22,7 +22,7 @@ SLIP_SHARE = 0.4
 
 Chosen on recorded lifts, between those that held and those that slipped. Virtual contacts of which
 half or more sticks lose up to 0.466 (``benchmarks/slip_imprint_threshold.py``); at 0.5 slips are
-missed. Margin and control: ``docs/accuracy.md``.
+missed. Margin and control: ``docs/reference/accuracy.md``.
 """
 
 _MEMORY_S = 1.0

@@ -1,6 +1,6 @@
 """The twin of a recorded press beside the recording: statistics and shading, within a quarter.
 
-Measured as docs/accuracy.md shows it.
+Measured as docs/reference/accuracy.md shows it.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from tactile_core.bundles.manifest import (
     write_manifest,
 )
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
-from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
+from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
@@ -224,7 +224,7 @@ def check_place(directory: Path) -> Path:
     InputError
         It holds anything but a bundle.
     """
-    directory = led_to(Path(directory))
+    directory = resolved(Path(directory))
     bundle_files(directory)
     return directory
 

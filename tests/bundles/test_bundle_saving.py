@@ -107,15 +107,15 @@ def test_when_writing_fails_the_previous_bundle_survives(lab: VirtualLab, copy: 
 def test_a_file_that_is_added_while_a_bundle_is_replaced_is_kept(
     lab: VirtualLab, copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    change_places = folders._change_places
+    exchange = folders._exchange
 
     def concurrent_save(one: Path, other: Path) -> None:
         monkeypatch.undo()
         (other / "notes.txt").write_text("mine")
-        change_places(one, other)
+        exchange(one, other)
 
     bundle = Bundle.load(lab.bundle)
-    monkeypatch.setattr(folders, "_change_places", concurrent_save)
+    monkeypatch.setattr(folders, "_exchange", concurrent_save)
     with pytest.raises(InputError, match=r"holds notes\.txt"):
         bundle.save(copy)
     assert (copy / "notes.txt").read_text() == "mine"

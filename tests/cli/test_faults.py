@@ -132,7 +132,7 @@ def test_lights_that_give_no_exposures_are_named_while_a_recording_is_opened(
 @pytest.mark.parametrize(
     ("does", "cause"),
     [
-        ("summary", "TypeError: a float32 is nothing that JSON can hold"),
+        ("summary", "TypeError: JSON cannot represent a float32"),
         ("arrays", "ZeroDivisionError: division by zero"),
         ("warnings", "ZeroDivisionError: division by zero"),
     ],

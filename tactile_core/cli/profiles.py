@@ -115,11 +115,11 @@ def doctor(
 
     if sim and profile is None:
         raise InputError("--sim opens the virtual sensor of a profile; name a profile")
-    sound = True
+    healthy = True
     for plugin in list_plugins(import_components=True):
         print_data(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
         for problem in plugin.problems:
-            sound = False
+            healthy = False
             print_data(f"         {problem}")
     if profile is not None:
         check_steps(load_profile(profile))
@@ -128,5 +128,5 @@ def doctor(
         with open_sensor(profile, sim=True) as sensor:
             height, width, channels = sensor.read().frame.pixels.shape
         print_data(f"{'ok':<9}virtual sensor of {profile}: {width} × {height}, {channels} channels")
-    if not sound:
+    if not healthy:
         raise typer.Exit(2)

@@ -130,7 +130,7 @@ class CameraChecks(Suite):
                 raise Fault(
                     part,
                     found,
-                    why="the Trigger tells acquisition whether software or the camera advances the "
+                    why="the Trigger defines whether the software or the camera advances the "
                     "lights; device_id distinguishes two cameras of the same model",
                     do="return Trigger.SOFTWARE or Trigger.CAMERA from _arm and a string from "
                     "device_id, or define neither",

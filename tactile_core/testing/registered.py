@@ -141,11 +141,11 @@ class Registered:
         paths = [file.path for file in self.profiles()]
         if self.name == "core":
             paths += sorted(set(sensor_profiles.DIRECTORY.glob("*.yaml")) - set(paths))
-        sound = []
+        valid = []
         for path in paths:
             with suppress(TactileError):
-                sound.append(load_profile(path))
-        return sound
+                valid.append(load_profile(path))
+        return valid
 
     def class_of(self, part: Part) -> Any:
         """Return the component's class.

@@ -13,7 +13,7 @@ from tactile_core.sim.analytic_ball import BallPress
 
 @pytest.fixture(scope="module")
 def ran(lab: VirtualLab, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results of one run over two unseen images."""
+    """Run the command on two held-out images; return the folder with its results."""
     folder = tmp_path_factory.mktemp("ran")
     lab.save(folder / "in" / "ball.png", BallPress((70.0, 62.0), BALL_MM, 0.8))
     lab.save(folder / "in" / "rest.png", None)

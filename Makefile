@@ -6,7 +6,7 @@ FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell p
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-oldest test-pythons headline lint soak fuzz mutants bench docs wheels try-wheels clean
+.PHONY: demo test test-oldest test-pythons headline lint soak fuzz mutants bench docs reference wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -59,7 +59,13 @@ bench: .venv/installed
 
 # The site, in site/; open site/index.html.
 docs: .venv/docs-installed
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	$(BIN)/python docs/building/stage_site.py
+	$(BIN)/zensical build --strict --clean --config-file build/docs/mkdocs.yml
+	rm -rf site && mv build/docs/site site
+
+# The Python reference below docs/reference/python/, from the docstrings.
+reference: .venv/installed
+	$(BIN)/python docs/building/reference_pages.py
 
 wheels: .venv/installed
 	rm -rf dist

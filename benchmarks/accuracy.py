@@ -1,8 +1,7 @@
 """Accuracy on real recordings: ``python benchmarks/accuracy.py [DATA] [--only ROW] [--json FILE]``.
 
-One table of every figure, with what it was measured on, both directions and the worse of them, and
-what knowing nothing scores. ``--model`` puts another calibration in place of the profiles' own, for
-presses of a ball.
+Prints one table of all figures: the recording, both directions of a split and the worse of them,
+and the score of a trivial baseline. ``--model`` replaces the profiles' calibrator for ball presses.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ def main() -> None:
 
 
 def measures(model: str | None) -> dict[str, Measure]:
-    """What can be measured, by name."""
+    """Measurements by name."""
     known: dict[str, Measure] = {
         each.name: partial(grids.rows, grids=each) for each in (grids.SIX, grids.FOUR)
     }

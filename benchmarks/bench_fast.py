@@ -1,8 +1,8 @@
-"""What the extra ``fast`` saves: ``python benchmarks/bench_fast.py [PROFILE …] [--size 640x480]``.
+"""Speed-up by the extra ``fast``: ``python benchmarks/bench_fast.py [PROFILE …] [--size 640x480]``.
 
-Streams the same frames with the compiled kernels and without, in two processes that take turns, and
-prints the median processor time of a whole frame, which neighbours on the machine change little,
-and the median ratio.
+Streams the same frames with and without compiled kernels, in two processes that alternate. Prints
+the median processor time of a whole frame, which other load on the machine barely affects, and the
+median ratio.
 """
 
 from __future__ import annotations
@@ -21,20 +21,21 @@ from tactile_core.profiles.loader import load_profile
 
 PROFILES = ("hex_fingertip", "hex_fingertip_unmarked", "desktop_six_led")
 TURNS, FRAMES, WARM_UP = 12, 10, 4
+"""Alternations, frames per turn, and frames before timing starts (counts)."""
 
 
 def main() -> None:
-    """Print a row for each profile and size."""
+    """Print a row per profile and size."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("profiles", nargs="*", default=PROFILES)
-    parser.add_argument("--size", action="append", help="640x480 if none is given")
+    parser.add_argument("--size", action="append", help="default: 640x480")
     given = parser.parse_args()
     print(f"{'ms of a whole frame':24}{'size':>12}{'fast':>8}{'without':>9}{'ratio':>7}")
     for name in given.profiles:
         for size in given.size or ("640x480",):
             width, height = (int(side) for side in size.split("x"))
             unit = virtual_unit(load_profile(name), size_px=(width, height))
-            fast, plain = in_turn(unit)
+            fast, plain = alternated(unit)
             ratio = np.median(np.median(fast, axis=1) / np.median(plain, axis=1))
             print(
                 f"{name:24}{size:>12}{np.median(fast):8.2f}{np.median(plain):9.2f}{ratio:7.2f}",
@@ -42,8 +43,8 @@ def main() -> None:
             )
 
 
-def in_turn(unit: VirtualUnit) -> tuple[list[list[float]], list[list[float]]]:
-    """Processor time in ms of each frame of each turn, with the kernels and without."""
+def alternated(unit: VirtualUnit) -> tuple[list[list[float]], list[list[float]]]:
+    """Processor time in ms of each frame of each turn, with and without the kernels."""
     fast, plain = [], []
     with FreshProcess(streamed, unit, True) as one, FreshProcess(streamed, unit, False) as other:
         one.receive()
@@ -55,7 +56,7 @@ def in_turn(unit: VirtualUnit) -> tuple[list[list[float]], list[list[float]]]:
 
 
 def streamed(unit: VirtualUnit, fast: bool) -> Generator[list[float], int, None]:
-    """Process as many frames as are asked for, and say what each took."""
+    """Process the requested number of frames and yield their times in ms."""
     os.environ["TACTILE_FAST"] = "1" if fast else "0"
     with one_thread():
         stream = Stream(unit)
@@ -72,7 +73,7 @@ def frame_ms(stream: Stream) -> float:
 
 
 if __name__ == "__main__":
-    # by its name, so that a process of its own finds what to run
+    # imported by name, so that a separate process can unpickle its functions
     from bench_fast import main
 
     main()

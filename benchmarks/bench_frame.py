@@ -1,4 +1,4 @@
-"""From RGB to height and contact, and its parts: ``make bench``."""
+"""Time from an RGB frame to height and contact, and of its parts: ``make bench``."""
 
 import cv2
 import pytest
@@ -12,7 +12,7 @@ STEREO_PROFILE, STEREO = "desktop_six_led_portable", "desktop_six_led.photometri
 
 
 def pipeline(name: str, use: str, size: tuple[int, int]) -> tuple[Pipeline, tuple[Frame, ...]]:
-    """A virtual unit, calibrated at known circles, and frames of it."""
+    """A virtual unit, calibrated with ground-truth circles, and its frames."""
     cv2.setNumThreads(1)
     unit = virtual_unit(load_profile(name), size_px=size, model=use)
     return Pipeline(unit.profile, unit.bundle), unit.frames

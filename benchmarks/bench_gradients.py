@@ -1,4 +1,4 @@
-"""Fitting, loading and the parts of the way from RGB to slopes: ``make bench``."""
+"""Time of fitting, loading and the parts of the step from RGB to slopes: ``make bench``."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ sizes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[1]}x{s[0]}")
 
 
 def unit(shape: tuple[int, int]) -> tuple[list[Press], Reference]:
-    """Presses of a ball under three lamps that fade over the gel."""
+    """Presses of a ball under three lights whose intensity varies over the gel."""
     cv2.setNumThreads(1)
     rng = np.random.default_rng(0)
     y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
@@ -45,8 +45,8 @@ def unit(shape: tuple[int, int]) -> tuple[list[Press], Reference]:
         normal_xy = [np.where(inside, (centre - p) / radius, 0) for p, centre in ((x, cx), (y, cy))]
         frame = Frame(light(*normal_xy), CHANNELS, 0.05)
         rows, columns = np.nonzero(inside)
-        known = np.stack([s[inside] for s in normal_xy], 1)
-        slopes = known / np.sqrt(1 - (known**2).sum(1, keepdims=True))
+        targets = np.stack([s[inside] for s in normal_xy], 1)
+        slopes = targets / np.sqrt(1 - (targets**2).sum(1, keepdims=True))
         pixels = rows.astype(np.int32), columns.astype(np.int32)
         presses.append(Press(frame, *pixels, slopes.astype(np.float32)))
     level = np.zeros(shape, np.float32)

@@ -1,6 +1,6 @@
-"""Cost of the steps from slopes to height and contact: ``pytest benchmarks --benchmark-only``.
+"""Time of the steps from slopes to height and contact: ``pytest benchmarks --benchmark-only``.
 
-Set OMP_NUM_THREADS=1 to compare with figures of one core.
+Set OMP_NUM_THREADS=1 to compare with single-core figures.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def press(shape: tuple[int, int]) -> Array:
-    """A ball in the middle, with a skirt, as float32 height in mm."""
+    """Height map of a ball press in the middle, float32, mm."""
     y, x = np.mgrid[: shape[0], : shape[1]] * MM_PER_PX
     r = np.hypot(x - x.mean(), y - y.mean())
     inside = np.sqrt(np.maximum(4 - r**2, 0)) - np.sqrt(4 - 1.4**2) + 0.5

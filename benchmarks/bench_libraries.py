@@ -1,7 +1,7 @@
-"""What is written here beside what a library has: ``python benchmarks/bench_libraries.py``.
+"""Own implementations against library functions: ``python benchmarks/bench_libraries.py``.
 
-A row for each: milliseconds at 640 × 480, and the largest difference of the results as a share of
-the largest value. Ours are by numpy, without compiled loops.
+One row per function: milliseconds at 640 × 480, and the largest difference of the results relative
+to the largest value. The own implementations use numpy, without compiled loops.
 """
 
 from __future__ import annotations
@@ -37,33 +37,34 @@ Row = tuple[str, Callable[[], Any], Callable[[], Any]]
 
 SHAPE = 480, 640
 TURNS = 7
+"""Calls per function; the median is printed."""
 RNG = np.random.default_rng(0)
 
 
 def main() -> None:
     """Print the table."""
     cv2.setNumThreads(1)
-    print(f"{'thing: ours | library':64}{'ours ms':>9}{'lib ms':>9}{'difference':>12}")
+    print(f"{'task: ours | library':64}{'ours ms':>9}{'lib ms':>9}{'difference':>12}")
     for rows in (spots, regions, gaps, samples, integration, fields, tracking, fits):
-        for thing, ours, library in rows():
+        for task, ours, library in rows():
             one, other = np.asarray(ours(), float), np.asarray(library(), float)
-            apart = np.abs(one - other).max() / np.abs(one).max()
-            took = f"{median_ms(ours):9.3f}{median_ms(library):9.3f}"
-            print(f"{thing:64}{took}{apart:12.1e}", flush=True)
+            difference = np.abs(one - other).max() / np.abs(one).max()
+            times = f"{median_ms(ours):9.3f}{median_ms(library):9.3f}"
+            print(f"{task:64}{times}{difference:12.1e}", flush=True)
 
 
 def median_ms(call: Callable[[], Any]) -> float:
     """Median time of a few calls."""
-    took = []
+    times_s = []
     for _ in range(TURNS):
-        begun = time.perf_counter()
+        start = time.perf_counter()
         call()
-        took.append(time.perf_counter() - begun)
-    return float(1e3 * np.median(took))
+        times_s.append(time.perf_counter() - start)
+    return float(1e3 * np.median(times_s))
 
 
 def dots() -> NDArray[np.uint8]:
-    """A print of 336 dots."""
+    """Image of 336 printed dots."""
     image = np.zeros(SHAPE, np.uint8)
     image[20::30, 20::30] = 255
     image = np.asarray(cv2.dilate(image, morphology.disk(6)), np.uint8)
@@ -71,14 +72,14 @@ def dots() -> NDArray[np.uint8]:
 
 
 def smooth(sigma: float, *channels: int) -> NDArray[np.float32]:
-    """Noise of unit size that changes over so many pixels."""
+    """Gaussian noise of unit standard deviation, smoothed with this sigma in px."""
     noise = RNG.standard_normal((*SHAPE, *channels), np.float32)
     image = np.asarray(cv2.GaussianBlur(noise, (0, 0), sigma), np.float32)
     return np.asarray(image / image.std(), np.float32)
 
 
 def spots() -> Iterator[Row]:
-    """Centres of the spots of a print, at half the size, as they are detected."""
+    """Centroids of printed markers at half resolution, as in marker detection."""
     size = SHAPE[1] // 2, SHAPE[0] // 2
     weight = np.asarray(cv2.resize(dots(), size, interpolation=cv2.INTER_AREA), np.uint8)
     count, found = cv2.connectedComponents((weight > 60).view(np.uint8), ltype=cv2.CV_16U)
@@ -96,7 +97,7 @@ def spots() -> Iterator[Row]:
 
 
 def regions() -> Iterator[Row]:
-    """Parts of a mask of the size at which contacts are looked for."""
+    """Connected components of a mask, at the resolution of contact detection."""
     mask = np.asarray(cv2.resize(smooth(4), (160, 120))) > 1
     dotted, square = dots(), np.ones((9, 9), np.uint8)
 
@@ -122,29 +123,29 @@ def regions() -> Iterator[Row]:
 
 
 def gaps() -> Iterator[Row]:
-    """Holes of the size of markers."""
+    """Inpainting of holes of marker size."""
     image, hidden = smooth(20), dots() > 60
-    known, holes = np.argwhere(~hidden)[::7], np.argwhere(hidden)
+    given, holes = np.argwhere(~hidden)[::7], np.argwhere(hidden)
 
     def by_triangles() -> Array:
         result = image.copy()
-        result[hidden] = np.nan_to_num(LinearNDInterpolator(known, image[tuple(known.T)])(holes))
+        result[hidden] = np.nan_to_num(LinearNDInterpolator(given, image[tuple(given.T)])(holes))
         return result
 
     def by_skimage() -> Array:
         return np.asarray(restoration.inpaint_biharmonic(image, hidden, split_into_regions=True))
 
-    yield "gaps: ever coarser | inpaint_biharmonic", lambda: filled(image, ~hidden), by_skimage
-    yield "gaps: ever coarser | LinearNDInterpolator", lambda: filled(image, ~hidden), by_triangles
+    yield "gaps: multigrid | inpaint_biharmonic", lambda: filled(image, ~hidden), by_skimage
+    yield "gaps: multigrid | LinearNDInterpolator", lambda: filled(image, ~hidden), by_triangles
     yield (
-        "markers: mean around | cv2.inpaint",
+        "markers: local mean | cv2.inpaint",
         lambda: fill_markers(image[..., None], hidden, 27)[..., 0],
         lambda: cv2.inpaint(image, hidden.view(np.uint8), 3, cv2.INPAINT_TELEA),
     )
 
 
 def samples() -> Iterator[Row]:
-    """What is called many times a frame, or on every intensity."""
+    """Functions called many times per frame, or on every pixel."""
     few = RNG.standard_normal(600)
     pixels = RNG.integers(0, 256, (*SHAPE, 3)).astype(np.uint8)
     yield (
@@ -160,7 +161,7 @@ def samples() -> Iterator[Row]:
 
 
 def integration() -> Iterator[Row]:
-    """The Laplacian's inverse, in float32."""
+    """Inverse of the Laplacian in float32."""
     rhs = smooth(3)
     rhs -= rhs.mean()
     dft, dct = DftLaplacian(SHAPE), FftLaplacian(SHAPE)
@@ -205,7 +206,7 @@ def fields() -> Iterator[Row]:
 
 
 def tracking() -> Iterator[Row]:
-    """Markers from frame to frame."""
+    """Marker tracking from frame to frame."""
     expected = 30.0 * np.argwhere(np.ones((16, 22)))
     found = expected + RNG.normal(0, 2, expected.shape)
     votes = np.asarray(cv2.blur(RNG.poisson(2, (18, 18)).astype(float), (3, 3)))
@@ -216,7 +217,7 @@ def tracking() -> Iterator[Row]:
         mutual = np.asarray(back)[forth] == np.arange(len(expected))
         return np.where(mutual & (np.asarray(distance) <= 10), forth, -1)
 
-    def in_turn() -> Array:
+    def one_by_one() -> Array:
         left, peaks = votes.copy(), []
         for _ in range(3):
             x, y = np.unravel_index(int(left.argmax()), left.shape)
@@ -230,14 +231,14 @@ def tracking() -> Iterator[Row]:
         by_trees,
     )
     yield (
-        "three peaks of votes: highest left | peak_local_max",
-        in_turn,
+        "three peaks of votes: one by one | peak_local_max",
+        one_by_one,
         lambda: feature.peak_local_max(votes, min_distance=2, num_peaks=3, exclude_border=False),
     )
 
 
 def fits() -> Iterator[Row]:
-    """What a calibration needs."""
+    """Fits of a calibration."""
     features = RNG.standard_normal((20_000, 5)).astype(np.float32)
     targets = RNG.standard_normal((20_000, 2)).astype(np.float32)
     y, x = np.mgrid[:240, :320] - np.array([118.4, 161.7])[:, None, None]
@@ -251,9 +252,9 @@ def fits() -> Iterator[Row]:
     def by_lstsq() -> Array:
         mean, std = scaling(features)
         a = terms(((features - mean) / std).astype(float), 2)
-        held = np.sqrt(1e-3 * len(a)) * np.eye(a.shape[1])
+        ridge = np.sqrt(1e-3 * len(a)) * np.eye(a.shape[1])
         right = np.concatenate([targets, np.zeros((a.shape[1], 2))])
-        return np.asarray(np.linalg.lstsq(np.concatenate([a, held]), right, rcond=None)[0])
+        return np.asarray(np.linalg.lstsq(np.concatenate([a, ridge]), right, rcond=None)[0])
 
     def by_light() -> tuple[float, float, float]:
         (circle,) = find_circles([Start.of(image, 40.0)])
@@ -270,7 +271,7 @@ def fits() -> Iterator[Row]:
         lambda: fit_polynomial(features, targets).coefficients,
         by_lstsq,
     )
-    yield "circle of a ball: its light | ransac, CircleModel", by_light, by_edge
+    yield "circle of a ball: shading | ransac, CircleModel", by_light, by_edge
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""What peers do against ours, taking turns in one run.
+"""Methods of other projects against those of this one, alternating in one run.
 
 ``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/bench_peers.py [--size 640x480]``
 
-Prints medians in ms and the median of the rounds' ratios. The peers' ways are in ``peers.py``.
-Ours do more than they do: light that drifts is followed, noise smoothed, lamps differ from place to
-place, and "RGB to height" is all of ``Pipeline.process``, the contact included.
+Prints medians in ms and the median of the rounds' ratios. The other projects' methods are in
+``peers.py``. Ours include more work: compensation of illumination drift, smoothing, and lights
+whose direction varies over the image. "RGB to height" is all of ``Pipeline.process``, including
+contact detection.
 """
 
 from __future__ import annotations
@@ -39,23 +40,23 @@ FITTED_PIXELS = 20_000
 
 @dataclass(frozen=True)
 class Pair:
-    """One piece of work, done both ways."""
+    """One task, done both ways."""
 
-    what: str
+    task: str
     peer: Callable[[], Any]
     ours: Callable[[], Any]
     costly: bool = False
-    """Seconds rather than milliseconds, so it is done a few times only."""
+    """It takes seconds rather than milliseconds, so it is repeated only a few times."""
 
 
 def reading_of(unit: VirtualUnit) -> Callable[[], Reading]:
-    """What this project does from colour to height and contact."""
+    """This project's processing from an RGB frame to height and contact."""
     pipeline = Pipeline(unit.profile, unit.bundle)
     return lambda: pipeline.process(unit.frames[1])
 
 
 def ball(shape: tuple[int, int]) -> tuple[Array, Array, Array]:
-    """Height in px and slopes of a smooth bump, by formula."""
+    """Height in px and slopes of a smooth bump in closed form."""
     y, x = (np.arange(n) - n / 2 for n in shape)
     width = min(shape) / 8
     height = 0.3 * width * np.exp(-(x**2 + y[:, None] ** 2) / (2 * width**2))
@@ -63,7 +64,7 @@ def ball(shape: tuple[int, int]) -> tuple[Array, Array, Array]:
 
 
 def pairs(size: tuple[int, int]) -> list[Pair]:
-    """Everything that is compared, at one size."""
+    """All comparisons at one image size."""
     shape = (size[1], size[0])
     unmarked = load_profile("hex_fingertip_unmarked")
     by_network = virtual_unit(unmarked, size_px=size, model="core.mlp")
@@ -73,7 +74,7 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
     image = by_network.frames[1].pixels
     network = PerPixelNetwork(reference)
 
-    presses, changes, slopes = known_pixels(by_table)
+    presses, changes, slopes = target_pixels(by_table)
     table = Table(changes, slopes)
     calibrator = calibrator_of(Component(use="core.lookup_table"))
     lights = make_lights(six.profile).lights
@@ -88,12 +89,12 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
         assert np.abs(error - error.mean()).max() < 0.02 * height.max(), solve.__name__
     return [
         Pair(
-            "Poisson, free border",
+            "Poisson, Neumann",
             lambda: poisson_by_cosines(gx, gy),
             lambda: free.solve(gx32, gy32),
         ),
         Pair(
-            "Poisson, border held", lambda: poisson_by_sines(gx, gy), lambda: held.solve(gx32, gy32)
+            "Poisson, Dirichlet", lambda: poisson_by_sines(gx, gy), lambda: held.solve(gx32, gy32)
         ),
         Pair("RGB to height, network", lambda: network.height(image), reading_of(by_network)),
         Pair("RGB to height, table", lambda: table.height(image, reference), reading_of(by_table)),
@@ -111,8 +112,8 @@ def pairs(size: tuple[int, int]) -> list[Pair]:
     ]
 
 
-def known_pixels(unit: VirtualUnit) -> tuple[list[Press], Array, Array]:
-    """Pixels whose slope is known: as presses, and as colour changes with slopes."""
+def target_pixels(unit: VirtualUnit) -> tuple[list[Press], Array, Array]:
+    """Pixels with ground-truth slopes: as presses, and as colour changes with slopes."""
     rng, reference = np.random.default_rng(0), unit.bundle.reference.pixels
     presses, changes, slopes = [], [], []
     for frame in unit.frames:
@@ -120,10 +121,10 @@ def known_pixels(unit: VirtualUnit) -> tuple[list[Press], Array, Array]:
         assert isinstance(measured, Gradients)
         rows = rng.integers(0, reference.shape[0], FITTED_PIXELS // len(unit.frames))
         columns = rng.integers(0, reference.shape[1], len(rows))
-        known = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
-        presses.append(Press(frame, rows.astype(np.int32), columns.astype(np.int32), known))
+        targets = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
+        presses.append(Press(frame, rows.astype(np.int32), columns.astype(np.int32), targets))
         changes.append(frame.pixels[rows, columns].astype(float) - reference[rows, columns])
-        slopes.append(known)
+        slopes.append(targets)
     return presses, np.concatenate(changes), np.concatenate(slopes)
 
 
@@ -156,12 +157,12 @@ def main() -> None:
             both = measured_ms(pair.peer), measured_ms(pair.ours)
             if turn > 0:  # the first one prepares tables
                 taken.append(both)
-    print(f"{width} × {height}; ms, median; peers' ways as written in peers.py")
+    print(f"{width} × {height}; ms, median; peers' methods as in peers.py")
     print(f"{'':<26}{'peers':>10}{'ours':>10}{'ratio':>8}")
     for pair, taken in zip(every, times, strict=True):
         peer, ours = np.median(taken, axis=0)
         ratio = np.median([theirs / mine for theirs, mine in taken])
-        print(f"{pair.what:<26}{peer:>10.2f}{ours:>10.2f}{ratio:>8.1f}")
+        print(f"{pair.task:<26}{peer:>10.2f}{ours:>10.2f}{ratio:>8.1f}")
 
 
 if __name__ == "__main__":

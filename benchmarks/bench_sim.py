@@ -1,8 +1,8 @@
 """Frames per second of virtual rigs while a ball slides: ``python benchmarks/bench_sim.py``.
 
-Prints the processor time of each part of a frame, which neighbours on the machine change little,
-and how many whole frames come in a second on the clock, JPEG of what a camera sends included: of
-one rig, and of as many at once as there are ``--processes``.
+Prints the processor time of each part of a frame, which other load on the machine barely affects,
+and the throughput in wall-clock frames per second, including JPEG compression: of one rig, and of
+``--processes`` rigs at once.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from concurrent.futures import ProcessPoolExecutor
 
 PROFILES = ("hex_fingertip", "baxter_fingertip", "desktop_six_led")
 STRIDE_MM, STRIDES = 0.1, 30
+"""Shear displacement per frame in mm, and number of frames in one direction."""
 WARM_UP = 5
+"""Frames before timing starts."""
 
 
 def main() -> None:
@@ -27,7 +29,7 @@ def main() -> None:
     given = parser.parse_args()
     if given.plain:
         os.environ["TACTILE_FAST"] = "0"
-    print("median ms of mechanics, skin at the pixels, optics, JPEG, all; frames per second")
+    print("median ms of mechanics, resampling, optics, JPEG, total; frames per second")
     for name in given.profiles:
         spent = parts_ms(name, given.frames)
         parts = " ".join(f"{ms:6.1f}" for ms in [*spent, sum(spent)])
@@ -72,7 +74,7 @@ def parts_ms(name: str, frames: int) -> list[float]:
 
 
 def frames_per_second(name: str, seed: int, frames: int) -> float:
-    """Whole frames in a second on the wall clock, from the median of their times."""
+    """Wall-clock frames per second, from the median time of a whole frame."""
     import numpy as np
 
     from tactile_core.sim import VirtualStage
@@ -91,7 +93,7 @@ def frames_per_second(name: str, seed: int, frames: int) -> float:
 
 
 def strides() -> Iterator[float]:
-    """To and fro."""
+    """Shear displacements in mm: back and forth."""
     while True:
         for sign in (1, -1):
             yield from [sign * STRIDE_MM] * STRIDES

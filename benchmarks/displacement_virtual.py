@@ -1,9 +1,9 @@
-"""The dense field on rendered frames: ``python benchmarks/displacement_virtual.py [--objects N]``.
+"""Dense displacement on rendered frames: ``python benchmarks/displacement_virtual.py``.
 
-Presses unseen virtual objects on ``hex_fingertip``, whose markers are 1.1 mm apart, drags or turns
-them, and compares the field that the profile's whole chain measures with the truth at every pixel,
-as RMS of the error over the image in % of the largest true displacement. Three times: with the true
-contact, with the contact that ``core.contact`` sees with a calibration, and with none.
+Presses unseen virtual objects on ``hex_fingertip``, whose markers are 1.1 mm apart, and shears or
+twists them. Compares the displacement field of the profile's whole chain with the ground truth at
+every pixel: RMS error over the image in % of the largest true displacement. There are three
+variants: with the true contact area, with that of a calibrated ``core.contact``, and with none.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from tactile_core.sim import VirtualStage
 from tactile_core.sim.truth import TrueState
 
 LOOKS, STEPS = 4, 6
-"""Frames that are compared, and movements before each."""
+"""Frames to compare, and moves before each (counts)."""
 
 WAYS = ("true contact", "core.contact", "no contact")
 
 
 class Row(NamedTuple):
-    """One frame: the errors in %, in the order of :data:`WAYS`, and how well contact is seen."""
+    """One frame: errors in % in the order of :data:`WAYS`, and accuracy of the contact area."""
 
     kind: str
     percent: tuple[float, ...]
@@ -44,7 +44,7 @@ class Row(NamedTuple):
 
 
 def frames(plan: Plan) -> Iterator[tuple[Frame, TrueState]]:
-    """Take the untouched skin, then frames while the object is dragged or turned."""
+    """Take a frame of the undeformed surface, then frames while the object shears or twists it."""
     stage = VirtualStage(PROFILE, UNIT, overrides={"gel": {"friction": plan.friction}})
     yield stage.frame(), stage.truth()
     x, y = plan.place_mm
@@ -61,7 +61,7 @@ def frames(plan: Plan) -> Iterator[tuple[Frame, TrueState]]:
 
 
 def percent(measured_mm: NDArray[np.float32], truth: TrueState) -> float:
-    """RMS over the image, of the largest true displacement."""
+    """RMS error over the image, in % of the largest true displacement."""
     true_mm = truth.displacement_mm
     error_mm = np.linalg.norm(measured_mm - true_mm, axis=-1)
     return float(100 * np.sqrt(np.mean(error_mm**2)) / np.linalg.norm(true_mm, axis=-1).max())
@@ -102,8 +102,8 @@ def measured(plan: Plan, bundle: Path) -> list[Row]:
 
 
 def report(rows: list[Row]) -> None:
-    """Print a table: median, what nine of ten are below, worst."""
-    print(f"{len(rows)} frames; RMS in % of the peak: median / nine of ten below / worst")
+    """Print a table: median, 90th percentile, maximum."""
+    print(f"{len(rows)} frames; RMS in % of the peak: median / 90th percentile / maximum")
     print(f"{'':12}" + "".join(f"{way:>20}" for way in WAYS) + "   contact: IoU, area")
     for kind in ("all", *dict.fromkeys(row.kind for row in rows)):
         some = [row for row in rows if kind in ("all", row.kind)]

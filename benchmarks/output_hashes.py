@@ -1,17 +1,17 @@
-"""Hashes of every command's outputs, to show that a restructuring changes no byte of them.
+"""Hashes of every command's outputs, to show that a refactoring changes no byte of them.
 
-Run it with the interpreter of the version in question, once before and once after:
+Run it with the interpreter of each version, once before and once after the change:
 
 ``python benchmarks/output_hashes.py --out before``
-    runs the command lines of ``output_cases.yaml`` with the ``tactile`` beside the interpreter, in
-    a fresh folder, and writes ``before/hashes.json`` (case, output, SHA-256) and the outputs
-    themselves, as they were hashed. Recordings come from ``TACTILE_TEST_DATA``, by default
-    ``../shared/data`` beside this checkout.
+    runs the command lines of ``output_cases.yaml`` in a fresh folder with the ``tactile`` of the
+    same installation. It writes ``before/hashes.json`` (case, output, SHA-256) and the hashed
+    outputs. Recordings come from ``TACTILE_TEST_DATA``; the default is ``shared/data`` in the
+    parent folder of this checkout.
 ``python benchmarks/output_hashes.py --compare before after``
-    says what differs, by how much at most, and exits with 1 if anything does.
+    lists all differences with their largest value, and exits with 1 if there are any.
 
-Only public names are used: commands, files, and the few names in Python that scripts rely on.
-Binary files are hashed as they are. Of texts, what has to vary is taken out first: see `UNSTEADY`,
+Only the public interface is used: commands, files, and the few Python names that scripts rely on.
+Binary files are hashed unchanged. Varying parts of texts are removed first: see `UNSTEADY`,
 `TIMED_TABLE`, `UNSTEADY_KEYS`, `SLOW`, `IMPORT` and `ONLY_KEYS`, each with its reason.
 """
 
@@ -47,32 +47,32 @@ UNSTEADY = {
     r"\b[\d.]+(?= ?MiB\b)": "MEMORY",
     r"[\d.]+ / [\d.]+(\s+|</td><td>)\d+(?=$|</td></tr>)": "TIME MEMORY",
 }
-"""How long a frame took and how much memory the process used; the last two columns of a table."""
+"""Processing time of a frame and memory of the process; the last two columns of a table."""
 
 TIMED_TABLE = "time, ms (median / p90)"
-"""Head of a table whose columns are as wide as its times."""
+"""Header of a table whose column widths depend on its times."""
 
 UNSTEADY_KEYS = {
-    "latency_ms",  # how long a frame took
-    "timed_frames",  # how many frames were measured in a fixed time
+    "latency_ms",  # processing time of a frame
+    "timed_frames",  # number of frames in a fixed time
     "peak_memory_mib",  # of the process
     "created",  # when a bundle was written
     "versions",  # of the software that wrote it
-    "machine",  # where a bench ran
+    "machine",  # on which a bench ran
     "content_hash",  # of a manifest, with its date
     "mtime_ns",  # when a result was written, in the folder's list of results
-    "size",  # in the same list, of a report with times in it; every file is hashed anyway
+    "size",  # in the same list, of a report that contains times; every file is hashed anyway
 }
-"""Keys of JSON objects whose values are of the moment or of the machine."""
+"""Keys of JSON objects whose values depend on the time or the machine."""
 
 SLOW = re.compile(r"^.*this frame took \d+ s, .*compiled its kernels.*\n?", re.MULTILINE)
-"""A warning that comes with slow frames: the first of an installation, or on a busy machine."""
+"""A warning about slow frames: the first one of an installation, or on a busy machine."""
 
 IMPORT = re.compile(r"^\s*(from|import) tactile_core.*\n", re.MULTILINE)
-"""Lines of a scaffold that name modules of the core, which is what a restructuring moves."""
+"""Lines of a scaffold that import modules of the core, which a refactoring may move."""
 
 ONLY_KEYS = {"bench"}
-"""Cases whose JSON is nothing but measured times: only its keys and texts count."""
+"""Cases whose JSON contains only measured times: only its keys and texts are compared."""
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 STEADY_ENVIRONMENT = {
@@ -92,7 +92,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, metavar="DIR", help="run all cases and write hashes")
     parser.add_argument("--compare", type=Path, nargs=2, metavar=("BEFORE", "AFTER"))
-    parser.add_argument("--only", action="append", metavar="CASE", help="with what it builds on")
+    parser.add_argument(
+        "--only", action="append", metavar="CASE", help="with the cases that it depends on"
+    )
     options = parser.parse_args()
     if bool(options.out) == bool(options.compare):
         parser.error("give either --out or --compare")
@@ -117,8 +119,8 @@ def write(out: Path, only: list[str] | None = None) -> None:
             start = time.monotonic()
             exits = [run(work, case, number, line) for number, line in enumerate(lines)]
             hashes[case] = collect(work, case, out / case)
-            told = f"{len(hashes[case])} outputs, exit {' '.join(map(str, exits))}"
-            print(f"{time.monotonic() - start:6.1f} s  {case}: {told}", flush=True)
+            summary = f"{len(hashes[case])} outputs, exit {' '.join(map(str, exits))}"
+            print(f"{time.monotonic() - start:6.1f} s  {case}: {summary}", flush=True)
     text = json.dumps(hashes, indent=1, sort_keys=True, ensure_ascii=False)
     (out / HASHES).write_text(text + "\n", encoding="utf-8")
     total = sum(map(len, hashes.values()))
@@ -126,7 +128,7 @@ def write(out: Path, only: list[str] | None = None) -> None:
 
 
 def prepare(work: Path, plan: dict[str, Any]) -> None:
-    """Lay out what the command lines name."""
+    """Create the files and folders that the command lines use."""
     (work / "data").symlink_to(DATA)
     (work / "home").mkdir()
     for name, text in plan["files"].items():
@@ -140,17 +142,17 @@ def prepare(work: Path, plan: dict[str, Any]) -> None:
 
 
 def cases(listed: dict[str, Any]) -> Iterator[tuple[str, list[str]]]:
-    """Each case's name and command lines, with ``each`` spelled out."""
-    for name, said in listed.items():
-        if isinstance(said, list):
-            yield name, said
+    """Each case's name and command lines, with ``each`` expanded."""
+    for name, entry in listed.items():
+        if isinstance(entry, list):
+            yield name, entry
             continue
-        for value in said["each"]:
-            yield f"{name}_{value}", [line.replace("{each}", value) for line in said["run"]]
+        for value in entry["each"]:
+            yield f"{name}_{value}", [line.replace("{each}", value) for line in entry["run"]]
 
 
 def run(work: Path, case: str, number: int, line: str) -> int:
-    """Run one command line and keep what it printed beside its files."""
+    """Run one command line, and keep its printed output with its files."""
     out = work / case
     out.mkdir(exist_ok=True)
     words = shlex.split(line.format(data="data", out=case))
@@ -173,7 +175,7 @@ def run(work: Path, case: str, number: int, line: str) -> int:
 
 
 def collect(work: Path, case: str, into: Path) -> dict[str, str]:
-    """Keep a case's outputs as they are hashed, and hash them."""
+    """Hash a case's outputs, and keep them in the form that is hashed."""
     hashes = {}
     for path in sorted(path for path in (work / case).rglob("*") if path.is_file()):
         name = path.relative_to(work / case).as_posix()
@@ -192,9 +194,9 @@ def is_text(name: str) -> bool:
 
 
 def steady(text: str, work: Path, *, only_keys: bool = False) -> str:
-    """Take out of a text what varies from run to run, or with where the software lies."""
-    for place, word in ((work, "WORK"), (DATA, "DATA"), (_installed(), "CODE")):
-        text = text.replace(str(place), word)
+    """Replace the parts of a text that vary between runs or installations."""
+    for folder, word in ((work, "WORK"), (DATA, "DATA"), (_installed(), "CODE")):
+        text = text.replace(str(folder), word)
     try:
         objects = [json.loads(text)]
     except ValueError:
@@ -230,7 +232,7 @@ def _steady_json(value: Any, only_keys: bool) -> Any:
 
 
 def compare(before: Path, after: Path) -> int:
-    """Print what differs between two folders of outputs; 1 if anything does, else 0."""
+    """Print the differences between two folders of outputs; return 1 if there are any, else 0."""
     old, new = (_flat(json.loads((each / HASHES).read_text("utf-8"))) for each in (before, after))
     both = old.keys() & new.keys()
     differing = sorted(name for name in both if old[name] != new[name])
@@ -250,7 +252,7 @@ def _flat(hashes: Hashes) -> dict[str, str]:
 
 
 def difference(before: Path, after: Path) -> str:
-    """In words, by how much two outputs differ at most."""
+    """Describe the largest difference of two outputs."""
     if before.suffix == ".npz":
         return _of_arrays(_arrays(before), _arrays(after))
     if before.suffix == ".png":
@@ -265,7 +267,7 @@ def difference(before: Path, after: Path) -> str:
         values = [np.array(NUMBER.findall(text), float) for text in (old_text, new_text)]
         return f"only numbers, by {_largest(*values)}"
     pairs = zip(old_text.splitlines(), new_text.splitlines(), strict=False)
-    first = next(((a, b) for a, b in pairs if a != b), ("one ends", "before the other"))
+    first = next(((a, b) for a, b in pairs if a != b), ("one is", "longer than the other"))
     return " | ".join(line.strip()[:120] for line in first)
 
 
@@ -275,14 +277,14 @@ def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def _of_arrays(old: dict[str, np.ndarray[Any, Any]], new: dict[str, np.ndarray[Any, Any]]) -> str:
-    told = [f"{name} only in one" for name in sorted(old.keys() ^ new.keys())]
+    notes = [f"{name} only in one" for name in sorted(old.keys() ^ new.keys())]
     for name in sorted(old.keys() & new.keys()):
         a, b = old[name], new[name]
         if (a.shape, a.dtype) != (b.shape, b.dtype):
-            told.append(f"{name} {a.dtype}{a.shape} and {b.dtype}{b.shape}")
+            notes.append(f"{name} {a.dtype}{a.shape} and {b.dtype}{b.shape}")
         elif a.tobytes() != b.tobytes():
-            told.append(f"{name} {'differs' if a.dtype.kind in 'USO' else _largest(a, b)}")
-    return ", ".join(told) or "equal arrays in other bytes"
+            notes.append(f"{name} {'differs' if a.dtype.kind in 'USO' else _largest(a, b)}")
+    return ", ".join(notes) or "equal arrays in different files"
 
 
 def _largest(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> str:

@@ -1,7 +1,7 @@
-"""What peers do from images to slopes and heights, for :mod:`bench_peers`.
+"""Methods of other projects from images to slopes and heights, for :mod:`bench_peers`.
 
-Written here from their published descriptions, plainly and vectorised, in numpy and scipy. It is no
-peer's code; a peer's own may be slower (a loop, PyTorch on a processor) or faster.
+Vectorised numpy and scipy implementations from the published descriptions. None of this is another
+project's code, which may be slower (a loop, PyTorch on a processor) or faster.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ BINS = 80
 
 
 def divergence(gx: Array, gy: Array) -> Array:
-    """Central differences of a field of slopes, repeated at the border."""
+    """Divergence of a slope field by central differences, replicated at the border."""
     x = np.pad(gx, ((0, 0), (1, 1)), "edge")
     y = np.pad(gy, ((1, 1), (0, 0)), "edge")
     return np.asarray((x[:, 2:] - x[:, :-2] + y[2:] - y[:-2]) / 2)
 
 
 def eigenvalues(shape: tuple[int, int], first: int, period: tuple[int, int]) -> Array:
-    """Of the five-point Laplacian, one for each pair of frequencies."""
+    """Eigenvalues of the five-point Laplacian, one per pair of frequencies."""
     rows, columns = (
         2 * np.cos(np.pi * np.arange(first, first + n) / p) - 2
         for n, p in zip(shape, period, strict=True)
@@ -37,7 +37,7 @@ def eigenvalues(shape: tuple[int, int], first: int, period: tuple[int, int]) -> 
 
 
 def poisson_by_cosines(gx: Array, gy: Array) -> Array:
-    """Free border: cosine transforms both ways, eigenvalues made anew (the gs_sdk kind)."""
+    """Neumann boundary: cosine transforms, eigenvalues computed in every call (as in gs_sdk)."""
     spectrum = dctn(divergence(gx, gy), type=2)
     values = eigenvalues(gx.shape, 0, gx.shape)
     values[0, 0] = 1
@@ -47,7 +47,7 @@ def poisson_by_cosines(gx: Array, gy: Array) -> Array:
 
 
 def poisson_by_sines(gx: Array, gy: Array) -> Array:
-    """Border held at 0: sine transforms of columns, then of rows (the "fast Poisson" of 2006)."""
+    """Dirichlet boundary: sine transforms of columns, then of rows ("fast Poisson", 2006)."""
     inner = divergence(gx, gy)[1:-1, 1:-1]
     period = (inner.shape[0] + 1, inner.shape[1] + 1)
     spectrum = dst(dst(inner, type=1, axis=0), type=1, axis=1)
@@ -58,7 +58,7 @@ def poisson_by_sines(gx: Array, gy: Array) -> Array:
 
 
 class PerPixelNetwork:
-    """Colour and place of each pixel to two angles (gs_sdk); the weights do not matter for time."""
+    """Network from colour and position of a pixel to two angles (gs_sdk), with random weights."""
 
     def __init__(self, reference: Array) -> None:
         rng = np.random.default_rng(0)
@@ -70,7 +70,7 @@ class PerPixelNetwork:
         self.level = self.angles(reference)
 
     def angles(self, image: Array) -> Array:
-        """(H, W, 2)."""
+        """(H, W, 2) angles of the gradient."""
         height, width = image.shape[:2]
         y, x = np.mgrid[:height, :width].astype(np.float32)
         place = np.stack([x / width, y / height], 2)
@@ -83,13 +83,13 @@ class PerPixelNetwork:
         return np.asarray((values @ weights + bias).reshape(height, width, 2))
 
     def height(self, image: Array) -> Array:
-        """Slopes are tangents of the angles, less those of the untouched skin."""
+        """(H, W) height; slopes are tangents of the angles, minus those of the reference."""
         slopes = np.tan(self.angles(image)) - np.tan(self.level)
         return poisson_by_cosines(slopes[..., 0], slopes[..., 1])
 
 
 class Table:
-    """Colour change to slope by bins; averaged over presses, empty bins by the nearest filled."""
+    """Lookup table from colour change to slope: mean per bin, empty bins by nearest neighbour."""
 
     def __init__(self, changes: Array, slopes: Array) -> None:
         places = self.bins(changes)
@@ -97,25 +97,25 @@ class Table:
         np.add.at(sums, tuple(places.T), slopes)
         np.add.at(counts, tuple(places.T), 1)
         filled = counts > 0
-        known = sums[filled] / counts[filled, None]
+        means = sums[filled] / counts[filled, None]
         self.table = sums
-        self.table[filled] = known
-        self.table[~filled] = griddata(np.argwhere(filled), known, np.argwhere(~filled), "nearest")
+        self.table[filled] = means
+        self.table[~filled] = griddata(np.argwhere(filled), means, np.argwhere(~filled), "nearest")
 
     @staticmethod
     def bins(changes: Array) -> Array:
-        """Of changes from −127 to 127."""
+        """Bin indices of changes from −127 to 127."""
         return np.clip((changes + 127) * (BINS / 255), 0, BINS - 1).astype(int)
 
     def height(self, image: Array, reference: Array) -> Array:
-        """Look up every pixel, then integrate with the border held."""
+        """Look up every pixel, then integrate with a Dirichlet boundary."""
         at = self.bins(image.astype(float) - reference)
         slopes = self.table[at[..., 0], at[..., 1], at[..., 2]]
         return poisson_by_sines(slopes[..., 0], slopes[..., 1])
 
 
 def stereo(images: Array, lights: Array) -> Array:
-    """(H, W, 3) albedo times normal of K images: least squares over all pixels at once."""
+    """(H, W, 3) albedo times normal from K images: least squares for all pixels at once."""
     flat = images.reshape(-1, images.shape[2]).T.astype(float)
     solved, *_ = np.linalg.lstsq(lights, flat, rcond=None)
     return np.asarray(solved.T.reshape(*images.shape[:2], 3))

@@ -1,4 +1,4 @@
-"""The public names in Python on small inputs: ``python public_names.py OUT``.
+"""Results of the public Python API on small inputs: ``python public_names.py OUT``.
 
 It runs in the folder of ``output_hashes.py``, after the cases whose results it reads.
 """
@@ -22,7 +22,7 @@ Arrays = dict[str, Any]
 
 
 def solved() -> Arrays:
-    """Heights of one slope field, for each boundary, whole and in a mask."""
+    """Heights of one slope field, for each boundary condition, with and without a mask."""
     y, x = np.mgrid[0:48, 0:64] / 8
     gx, gy = np.cos(x) * np.sin(y), np.sin(x) * np.cos(y)
     masks = {"whole": None, "masked": (x - 4) ** 2 + (y - 3) ** 2 < 8}
@@ -33,7 +33,7 @@ def solved() -> Arrays:
 
 
 def staged(kind: str, options: dict[str, Any], seed: int) -> Arrays:
-    """Frame and truth of a shape that was pressed, sheared, turned and held."""
+    """Frame and ground truth of a shape that is pressed, sheared, twisted and held."""
     overrides = {"gel": {"friction": 0.4}}
     stage = VirtualStage("hex_fingertip", seed=seed, mode="fast", overrides=overrides)
     stage.indenter(kind, x_mm=0.5, **options)
@@ -47,7 +47,7 @@ def staged(kind: str, options: dict[str, Any], seed: int) -> Arrays:
 
 
 def main() -> None:
-    """Write what each name gives."""
+    """Write the results of each public name."""
     heights = solved()
     np.savez(OUT / "integrate.npz", **heights)
     shapes: dict[str, dict[str, Any]] = {

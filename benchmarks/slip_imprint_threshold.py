@@ -1,9 +1,9 @@
-"""What virtual imprints lose while they stick: ``python benchmarks/slip_imprint_threshold.py``.
+"""Loss of virtual imprints during stick: ``python benchmarks/slip_imprint_threshold.py``.
 
-Objects are pressed, dragged and turned on the virtual fingertip. What an imprint loses while at
-least half of its contact sticks comes of the skin's own strain and of the camera's noise. The most
-that any of them loses would be a threshold that no recording enters; the one in use is lower, for
-it was chosen on recorded lifts, some of which this one would miss.
+Objects are pressed, sheared and twisted on the virtual fingertip. The loss of an imprint while at
+least half of its contact sticks is due to strain of the gel surface and camera noise. The largest
+such loss would be a threshold without any recording. The threshold in use is lower: it is chosen on
+recorded lifts, some of which the larger one would miss.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactile_core.algorithms.markers import find_marker_diameter
-from tactile_core.algorithms.slip.imprint import SLIP_SHARE, ImprintFollower
+from tactile_core.algorithms.slip.imprint import IMPRINT, ImprintTracker
 from tactile_core.sim.stage import VirtualStage
 
 PROFILE = "hex_fingertip"
@@ -27,24 +27,25 @@ OBJECTS = {
 }
 FRICTIONS = (0.3, 0.6, 1.2, 3.0)
 SHEAR_MM, TURN_DEG, INCREMENTS = 0.05, 1.0, 16
+"""Shear in mm and rotation in degrees per frame, and number of such frames."""
 RATE_HZ = 30
 
 
 def main() -> None:
-    """Print every sequence, and the most that any loses."""
-    most = 0.0
-    for number, (kind, friction, turned) in enumerate(_cases()):
-        told = np.array(list(_sequence(kind, friction, turned, number)))
-        sticking, lost = told[told[:, 0] >= 0.5], told[:, 1]
-        here = float(sticking[:, 1].max(initial=0.0))
-        most = max(most, here)
+    """Print every sequence, and the largest loss of all."""
+    largest = 0.0
+    for number, (kind, friction, twisted) in enumerate(_cases()):
+        values = np.array(list(_sequence(kind, friction, twisted, number)))
+        sticking, lost = values[values[:, 0] >= 0.5], values[:, 1]
+        loss = float(sticking[:, 1].max(initial=0.0))
+        largest = max(largest, loss)
         print(
-            f"{kind:10s} friction {friction:.1f} {'turned' if turned else 'sheared':8s}"
-            f" sticks at the end {told[-1, 0]:.2f}, lost {lost[-1]:.2f};"
-            f" lost while half or more of it stuck {here:.3f}",
+            f"{kind:10s} friction {friction:.1f} {'twisted' if twisted else 'sheared':8s}"
+            f" final stick share {values[-1, 0]:.2f}, final loss {lost[-1]:.2f};"
+            f" largest loss while at least half sticks {loss:.3f}",
             flush=True,
         )
-    print(f"most while sticking {most:.3f}, to one digit {most:.1f}; in use {SLIP_SHARE}")
+    print(f"largest loss {largest:.3f}, to one digit {largest:.1f}; in use {IMPRINT.slip_share}")
 
 
 def _cases() -> Iterator[tuple[str, float, bool]]:
@@ -54,26 +55,28 @@ def _cases() -> Iterator[tuple[str, float, bool]]:
             yield kind, friction, True
 
 
-def _sequence(kind: str, friction: float, turned: bool, seed: int) -> Iterator[tuple[float, float]]:
-    """Share of the contact that sticks, and of the imprint that is lost, in every frame."""
+def _sequence(
+    kind: str, friction: float, twisted: bool, seed: int
+) -> Iterator[tuple[float, float]]:
+    """Stick share of the contact and lost share of the imprint in every frame."""
     stage = VirtualStage(PROFILE, seed=seed, overrides={"gel": {"friction": friction}})
     pixels, markers_px = stage.frame().pixels, stage.truth().markers_px
     found = find_marker_diameter(pixels)
     if found is None:
         raise SystemExit(f"{PROFILE} shows no markers")
-    follower = ImprintFollower(pixels, markers_px, found[0])
+    follower = ImprintTracker(pixels, markers_px, found[0])
     depth_mm, options = OBJECTS[kind]
     stage.indenter(kind, **options)
     for number in range(4 + INCREMENTS):
         if number < 4:
             stage.press(depth_mm * (number + 1) / 4)
-        elif turned:
+        elif twisted:
             stage.twist(TURN_DEG)
         else:
             stage.shear(0.8 * SHEAR_MM, 0.6 * SHEAR_MM)
         truth = stage.truth()
         motion = follower.update(stage.frame().pixels, truth.markers_px, number / RATE_HZ)
-        # while it is pressed, what is new always sticks to where it came down
+        # during the press, new contact always sticks where it first touches
         stick = float(truth.stick[truth.contact].mean()) if number >= 4 else 1.0
         yield stick, motion.lost
 

@@ -1,9 +1,10 @@
 """Slip on real recordings: ``python benchmarks/slip_recordings.py [DATA] [--only N] [--run P]``.
 
 Scores the degree of slip against the labels of ``slip/grasp_lift`` and ``slip/gripper_pair``, which
-nothing else sees. The control is how faint the first imprint is: whoever is held weakly will slip,
-so a cue that only knows this has seen no slip. Without ``--run`` the imprint is followed along
-markers that are associated from frame to frame; with it, a profile's whole chain tells the degree.
+nothing else uses. The control is the weakness of the first imprint: a weak grasp often slips, so a
+cue that only measures its strength would score well without any slip. Without ``--run`` the imprint
+is tracked along markers that are associated from frame to frame; with it, the degree comes from a
+profile's whole chain.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def main() -> None:
-    """Print a table for each set of recordings."""
+    """Print a table per set of recordings."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--only", choices=["grasp_lift", "gripper_pair"])
@@ -40,18 +41,18 @@ def main() -> None:
 
 
 def grasp_lift(folder: Path, profile: str | None) -> None:
-    """Print how well slip is told, how early, and that nothing is told before the lift."""
+    """Print the accuracy and lead time of slip detection, and false alarms before the lift."""
     trials = lifts(folder, profile)
     slipped = np.array([trial.slipped for trial in trials])
     objects = np.array([trial.object for trial in trials])
     degrees = np.array([trial.degrees for trial in trials])
     print(f"grasp_lift: {len(trials)} lifts, {slipped.sum()} slips")
-    for name, told in (
+    for name, scores in (
         ("degree", degrees),
         ("largest yet", np.maximum.accumulate(degrees, axis=1)),
     ):
         for frame in (LIFT_FRAME, 9, 10, degrees.shape[1] - 1):
-            _print_areas(f"{name}, frame {frame}", slipped, told[:, frame], objects)
+            _print_areas(f"{name}, frame {frame}", slipped, scores[:, frame], objects)
     _print_areas("control", slipped, np.array([trial.weakness for trial in trials]), objects)
     alarms = np.array([trial.alarms for trial in trials])
     first = np.where(alarms.any(axis=1), alarms.argmax(axis=1), degrees.shape[1])
@@ -60,7 +61,7 @@ def grasp_lift(folder: Path, profile: str | None) -> None:
         of_slips = first[here & slipped]
         before_end = degrees.shape[1] - 1 - np.median(of_slips)
         print(
-            f"  {name}: slips told {(of_slips < degrees.shape[1]).sum()} of {of_slips.size},"
+            f"  {name}: slips detected {(of_slips < degrees.shape[1]).sum()} of {of_slips.size},"
             f" false {(first[here & ~slipped] < degrees.shape[1]).sum()} of"
             f" {(here & ~slipped).sum()}, {before_end:.0f} frames before the end (median),"
             f" before the lift {(first[here] <= LIFT_FRAME).sum()}"
@@ -68,27 +69,27 @@ def grasp_lift(folder: Path, profile: str | None) -> None:
 
 
 def gripper_pair(folder: Path, profile: str | None) -> None:
-    """Print how well slip is told by either finger."""
+    """Print the accuracy of slip detection by two fingers."""
     pairs = grasps(folder, profile)
     slipped = np.array([pair[0].slipped for pair in pairs])
     objects = np.array([pair[0].object for pair in pairs])
     print(f"gripper_pair, frames {WINDOW.start}-{WINDOW.stop}: {slipped.size} grasps,", end=" ")
     print(f"{slipped.sum()} slips")
-    told = np.array([[trial.degrees.max() for trial in pair] for pair in pairs])
+    degrees = np.array([[trial.degrees.max() for trial in pair] for pair in pairs])
     weakness = np.array([[trial.weakness for trial in pair] for pair in pairs])
-    _print_areas("larger of two fingers", slipped, told.max(axis=1), objects)
-    _print_areas("mean of two fingers", slipped, told.mean(axis=1), objects)
+    _print_areas("larger of two fingers", slipped, degrees.max(axis=1), objects)
+    _print_areas("mean of two fingers", slipped, degrees.mean(axis=1), objects)
     _print_areas("control", slipped, weakness.max(axis=1), objects)
 
 
 def _print_areas(
     name: str,
     slipped: NDArray[np.bool_],
-    told: NDArray[np.float64],
+    scores: NDArray[np.float64],
     objects: NDArray[np.str_],
 ) -> None:
-    within = area_within(slipped, told, objects)
-    print(f"  {name:24s} AUC {area(slipped, told):.3f}, within objects {within:.3f}")
+    within = area_within(slipped, scores, objects)
+    print(f"  {name:24s} AUC {area(slipped, scores):.3f}, within objects {within:.3f}")
 
 
 if __name__ == "__main__":

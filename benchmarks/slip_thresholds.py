@@ -1,10 +1,10 @@
-"""Choose the thresholds of ``core.slip`` on virtual sequences, and judge them on unseen ones.
+"""Choose the thresholds of ``core.slip`` on virtual sequences, and score them on unseen ones.
 
     python benchmarks/slip_thresholds.py            # some minutes on two cores
     python benchmarks/slip_thresholds.py --quick    # a tenth of the sequences
-    python benchmarks/slip_thresholds.py --seed 9   # other sequences, by the thresholds shipped
+    python benchmarks/slip_thresholds.py --seed 9   # other sequences, with the shipped thresholds
 
-The numbers that it prints first are the defaults of ``tactile_core.builtin.slip.Slip.Options``.
+The first line of the output gives the defaults of ``tactile_core.builtin.slip.Slip.Options``.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ from tactile_core.builtin.slip import Slip
 Array = NDArray[np.float64]
 
 TRAINING, UNSEEN = 1, 2
-"""Seeds; nothing is chosen on the second, but faults of ``slip_virtual.py`` were seen on it."""
+"""Seeds. Nothing is chosen on the second, but ``slip_virtual.py`` was debugged on it."""
 
 TRAINED, JUDGED = (42, 24), (36, 18)
-"""Sequences in which the object is sheared, and in which it is turned."""
+"""Numbers of sequences with shear and with twist."""
 
 FALSE_ALARMS = 0.015
+"""Share of the frames with at least half stick that may raise an alarm. Chosen by hand."""
 QUICK_MM_S = 0.3
-"""Above, the skin of the virtual gel, whose friction doubles at 0.4 mm/s, is dragged on in slip."""
+"""Above this speed, gross slip continues to shear the gel, whose friction doubles at 0.4 mm/s."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """How well slip is told on some sequences; NaN where there is nothing to tell."""
+    """Accuracy of slip detection on some sequences; NaN where it is undefined."""
 
     sequences: int
     incipient_auc: float
@@ -52,7 +53,7 @@ class Score:
 
 
 def auc(score: Array, truth: NDArray[np.bool_]) -> float:
-    """Area under the ROC curve: how often a true one scores above a false one."""
+    """Area under the ROC curve: probability that a positive scores above a negative."""
     from scipy.stats import rankdata
 
     positive, negative = int(truth.sum()), int((~truth).sum())
@@ -65,9 +66,9 @@ def auc(score: Array, truth: NDArray[np.bool_]) -> float:
 def choose(sequences: Sequence[Judged]) -> Thresholds:
     """Choose thresholds.
 
-    Incipient slip begins at the degree that so few frames in which most of the contact sticks
-    reach; gross slip at that which splits best. Both end lower by what the degree of a sticking
-    contact may jump from frame to frame.
+    Incipient slip starts at the degree that gives the allowed share of false alarms, gross slip at
+    the degree that separates it best. Both end lower by the 95th percentile of the change of degree
+    between frames of a sticking contact (hysteresis).
     """
     degree = np.concatenate([one.degree for one in sequences])
     stick = np.concatenate([one.stick_share for one in sequences])
@@ -87,7 +88,7 @@ def choose(sequences: Sequence[Judged]) -> Thresholds:
 
 
 def score(sequences: Sequence[Judged], thresholds: Thresholds) -> Score:
-    """Judge the degree, and the alarm that these thresholds make of it."""
+    """Score the degree, and the alarms that these thresholds raise."""
     degree = np.concatenate([one.degree for one in sequences])
     stick = np.concatenate([one.stick_share for one in sequences])
     false, sticking, warned = 0, 0, []
@@ -127,7 +128,7 @@ def shipped() -> Thresholds:
 
 
 def run(seed: int, share: float = 1.0, processes: int = 2) -> list[Judged]:
-    """Simulate and judge the sequences of a seed."""
+    """Simulate and score the sequences of a seed."""
     counts = TRAINED if seed == TRAINING else JUDGED
     sheared, turned = (max(6, round(share * count)) for count in counts)
     wanted = plans(sheared, seed, turned=False) + plans(turned, seed, turned=True)
@@ -146,19 +147,19 @@ def _quasi_static(one: Judged) -> bool:
 GROUPS: dict[str, Callable[[Judged], bool]] = {
     "all": lambda one: True,
     "not above 0.3 mm/s": lambda one: not _quick(one),
-    "dragged": lambda one: not one.plan.turned,
-    "dragged, border in view": lambda one: not one.plan.turned and one.plan.kind != "plate",
-    "turned": lambda one: one.plan.turned,
-    "dragged, quasi-static": lambda one: not one.plan.turned and _quasi_static(one),
-    "dragged, to 0.3 mm/s": lambda one: (
+    "sheared": lambda one: not one.plan.turned,
+    "sheared, border in view": lambda one: not one.plan.turned and one.plan.kind != "plate",
+    "twisted": lambda one: one.plan.turned,
+    "sheared, quasi-static": lambda one: not one.plan.turned and _quasi_static(one),
+    "sheared, to 0.3 mm/s": lambda one: (
         not one.plan.turned and not _quasi_static(one) and not _quick(one)
     ),
-    "dragged, 0.3 to 1 mm/s": lambda one: not one.plan.turned and _quick(one),
-    "turned, quasi-static": lambda one: one.plan.turned and _quasi_static(one),
-    "turned, to 0.3 mm/s": lambda one: (
+    "sheared, 0.3 to 1 mm/s": lambda one: not one.plan.turned and _quick(one),
+    "twisted, quasi-static": lambda one: one.plan.turned and _quasi_static(one),
+    "twisted, to 0.3 mm/s": lambda one: (
         one.plan.turned and not _quasi_static(one) and not _quick(one)
     ),
-    "turned, 0.3 to 1 mm/s": lambda one: one.plan.turned and _quick(one),
+    "twisted, 0.3 to 1 mm/s": lambda one: one.plan.turned and _quick(one),
     **{
         kind: (lambda one, kind=kind: one.plan.kind == kind)
         for kind in ("sphere", "cylinder", "rectangle", "disc", "plate")
@@ -180,15 +181,17 @@ def report(sequences: Sequence[Judged], thresholds: Thresholds) -> None:
         for state in one.states
         if state.state in ("incipient", "slip")
     ]
-    print(f"kind of a turned object's slip: rotation in {100 * np.mean(kinds):.1f} % of frames")
+    print(
+        f"slip of twisted objects classified as rotation in {100 * np.mean(kinds):.1f} % of frames"
+    )
 
 
 def main() -> None:
-    """Choose and judge."""
+    """Choose and score thresholds."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a tenth of the sequences")
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--seed", type=int, help="judge the thresholds shipped on other sequences")
+    parser.add_argument("--seed", type=int, help="score the shipped thresholds on other sequences")
     given = parser.parse_args()
     share = 0.1 if given.quick else 1.0
     chosen = shipped() if given.seed else choose(run(TRAINING, share, given.processes))

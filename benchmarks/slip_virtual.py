@@ -1,9 +1,9 @@
 """Slip from rendered frames: ``python benchmarks/slip_virtual.py [--sequences N] [--seed S]``.
 
-Presses unseen virtual objects on ``hex_fingertip`` and drags or turns them until they slip,
-measures every frame by the profile's whole chain, and compares the degree and the state with the
-share of the contact that truly sticks. Once with a calibration, which virtual presses of a ball
-make, and once with none. Half of the sequences are quasi-static, half at 0.03 to 1 mm/s.
+Presses unseen virtual objects on ``hex_fingertip`` and shears or twists them until they slip.
+Measures every frame by the profile's whole chain, and compares degree and state with the true stick
+share of the contact: once with a calibration from virtual ball presses, and once without. Half of
+the sequences are quasi-static, half at 0.03 to 1 mm/s.
 """
 
 from __future__ import annotations
@@ -28,24 +28,26 @@ from tactile_core.sim import VirtualStage
 
 PROFILE = "hex_fingertip"
 UNIT = 0
-"""Seed of the virtual unit that is calibrated and then measured with."""
+"""Seed of the virtual unit, for calibration and measurement."""
 
 TURNS, PRESSES = 3, 14
-"""Every third object is turned; so many presses calibrate."""
+"""Every third object is twisted; number of calibration presses."""
 
 _MOST_STEPS, _AFTER_GROSS, _LEVER_MM = 60, 8, 4.0
+"""Frames at most, frames after gross slip, and the lever in mm that turns twist into speed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A rendered frame and the truth.
+    """A rendered frame and its ground truth.
 
     Attributes
     ----------
+    frame : Frame
     moving : bool
-        False while the object is pressed only.
+        False during the press.
     stick_share : float
-        Of the visible contact.
+        Sticking share of the visible contact.
     """
 
     frame: Frame
@@ -54,7 +56,7 @@ class Shot:
 
 
 def shots(plan: Plan) -> Iterator[Shot]:
-    """Take the untouched skin, a press, and frames until all has slipped for a while."""
+    """Take frames of the undeformed surface, of a press, and of shear until after gross slip."""
     stage = VirtualStage(PROFILE, UNIT, overrides={"gel": {"friction": plan.friction}})
     yield Shot(stage.frame(), False, 1.0)
     x, y = plan.place_mm
@@ -86,12 +88,12 @@ def _shot(stage: VirtualStage, *, moving: bool) -> Shot:
 
 
 def undeformed(frame: Frame) -> Reference:
-    """Make a reference of one frame."""
+    """Make a reference from one frame."""
     return Reference(frame.pixels.astype(np.float32), frame.channels, frame.full_scale)
 
 
 def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Judged]:
-    """Measure one sequence, with each of some bundles or with none."""
+    """Measure one sequence with each of several bundles; None measures without a bundle."""
     taken = shots(plan)
     reference = undeformed(next(taken).frame)
     loaded = [None if folder is None else Bundle.load(folder) for folder in bundles]
@@ -102,19 +104,19 @@ def measured(plan: Plan, bundles: Sequence[Path | None]) -> list[Judged]:
         slips = [pipeline.process(shot.frame)[SlipState] for pipeline in pipelines]
         if shot.moving:
             shares.append(shot.stick_share)
-            for told, slip in zip(states, slips, strict=True):
-                told.append(slip)
-    return [Judged(plan, np.array(shares), tuple(told)) for told in states]
+            for collected, slip in zip(states, slips, strict=True):
+                collected.append(slip)
+    return [Judged(plan, np.array(shares), tuple(collected)) for collected in states]
 
 
 def drawn(count: int, seed: int) -> list[Plan]:
-    """Draw objects; a turned one after every two that are dragged."""
+    """Draw objects at random; one is twisted for every two that are sheared."""
     turned = count // TURNS
     return plans(count - turned, seed, turned=False) + plans(turned, seed, turned=True)
 
 
 def calibrated(folder: Path) -> Path:
-    """Press a ball on the unit, and calibrate by that."""
+    """Calibrate the unit on ball presses."""
     draw, out = Draw(load_profile(PROFILE), UNIT), folder / "presses"
     simulated(PROFILE, draw.calibrating(PRESSES), out, UNIT)
     command(
@@ -126,7 +128,7 @@ def calibrated(folder: Path) -> Path:
 
 
 def row(name: str, sequences: Sequence[Judged]) -> str:
-    """Score some sequences; what has nothing to score is a dash."""
+    """Score some sequences."""
     stick = np.concatenate([one.stick_share for one in sequences])
     degree = np.concatenate([one.degree for one in sequences])
     held = np.concatenate([one.alarm for one in sequences])[stick >= HALF]
@@ -146,8 +148,8 @@ def report(sequences: Sequence[Judged]) -> None:
     turned = [one for one in sequences if one.plan.turned]
     groups = {"all": list(sequences)}
     for verb, some in (
-        ("dragged", [s for s in sequences if not s.plan.turned]),
-        ("turned", turned),
+        ("sheared", [s for s in sequences if not s.plan.turned]),
+        ("twisted", turned),
     ):
         groups[verb] = some
         groups[f"{verb}, border in view"] = [s for s in some if s.plan.kind != "plate"]
@@ -166,12 +168,13 @@ def report(sequences: Sequence[Judged]) -> None:
     kinds = [state.kind == "rotation" for one in turned for state in one.states if state.kind]
     if kinds:
         print(
-            f"a turned object's slip is told as rotation in {100 * np.mean(kinds):.1f} % of frames"
+            f"slip of twisted objects classified as rotation in {100 * np.mean(kinds):.1f} % of "
+            f"frames"
         )
 
 
 def main() -> None:
-    """Measure, and print a table with a calibration and one without."""
+    """Print one table with a calibration and one without."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sequences", type=int, default=36)
     parser.add_argument("--seed", type=int, default=2)
@@ -184,7 +187,7 @@ def main() -> None:
             found = list(pool.map(partial(measured, bundles=bundles), wanted))
     for number, title in enumerate(("calibrated", "no calibration")):
         print(f"\n{title}")
-        report([told[number] for told in found])
+        report([judged[number] for judged in found])
 
 
 if __name__ == "__main__":

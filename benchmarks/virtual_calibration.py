@@ -1,10 +1,9 @@
-"""Calibrate on virtual presses, measure other things: ``python benchmarks/virtual_calibration.py``.
+"""Accuracy on unseen virtual objects: ``python benchmarks/virtual_calibration.py``.
 
-Every step is a command that anybody can type: ``tactile simulate`` makes the presses of a ball and
-then those of other objects on the same unit, ``tactile calibrate`` fits, ``tactile run`` measures,
-and what it writes is compared with the truth beside the frames. Places, depths and turns are drawn
-from ``--seed``, which also makes the unit. Prints one row per object, and a summary with what is
-asked of each rig.
+Every step is a command of the public CLI. ``tactile simulate`` renders presses of a ball and of
+other objects on the same unit, ``tactile calibrate`` fits, and ``tactile run`` measures. The
+results are compared with the ground truth. ``--seed`` determines positions, depths, rotations and
+the unit. Prints one row per object, and a summary with the target of each rig.
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 
 BALL_SHARE = 0.22
-"""Diameter of the calibrating ball, of the width of the view."""
+"""Diameter of the calibration ball, in view widths."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """One rig with one model, and what it has to reach."""
+class Target:
+    """Accuracy that one rig with one model has to reach."""
 
     profile: str
     model: str
@@ -43,40 +42,42 @@ class Asked:
     depth_um: float
 
 
-ASKED = (
-    Asked("hex_fingertip", "core.lookup_table", 5.5, 40),
-    Asked("hex_fingertip", "core.mlp", 3.5, 40),
-    Asked("baxter_fingertip", "baxter_fingertip.hue_intensity", 6.0, 40),
-    Asked("baxter_fingertip_marked", "baxter_fingertip.hue_intensity", 6.0, 40),
-    Asked("desktop_six_led", "desktop_six_led.photometric_stereo", 2.5, 15),
+TARGETS = (
+    Target("hex_fingertip", "core.lookup_table", 5.5, 40),
+    Target("hex_fingertip", "core.mlp", 3.5, 40),
+    Target("baxter_fingertip", "baxter_fingertip.hue_intensity", 6.0, 40),
+    Target("baxter_fingertip_marked", "baxter_fingertip.hue_intensity", 6.0, 40),
+    Target("desktop_six_led", "desktop_six_led.photometric_stereo", 2.5, 15),
 )
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One object pressed once: its name, and the steps of a script that end with its frame."""
+    """One press of one object: its name, and the steps of a script that end with its frame."""
 
     name: str
     steps: tuple[dict[str, Any], ...]
 
     @property
     def frames(self) -> int:
-        """How many frames the steps give."""
+        """Number of frames of the steps."""
         return len(self.steps) - 1
 
 
 @dataclass(frozen=True)
 class Score:
-    """How one object was measured.
+    """Accuracy for one object.
 
     Attributes
     ----------
     normals_deg : float
-        Mean angle over the contact, border and hidden skin under markers included.
+        Mean angular error over the contact, including its border and markers.
     inner_normals_deg : float
         The same without the outer fifth, as ``tactile calibrate`` scores.
-    depth_um, inside_um, image_um : float
-        RMS of the height over the contact, less the mean error there; as it is; and over the image.
+    depth_um : float
+        RMS of the height error over the contact, after subtraction of its mean.
+    inside_um, image_um : float
+        RMS of the height error over the contact, and over the image.
     """
 
     name: str
@@ -88,7 +89,7 @@ class Score:
 
 
 class Draw:
-    """Objects at random places, as large as a calibrating ball of this rig is."""
+    """Draws objects and positions at random; sizes are relative to the rig's calibration ball."""
 
     def __init__(self, profile: Profile, seed: int) -> None:
         image = profile.image
@@ -100,14 +101,14 @@ class Draw:
     def pressed(
         self, name: str, depths: tuple[float, float], *then: dict[str, Any], **shape: Any
     ) -> Trial:
-        """Press something; lengths of the shape and depths are in diameters of the ball."""
+        """Press an object; its lengths and depths are in ball diameters."""
         x, y = self._rng.uniform(-0.3, 0.3, 2) * self._size_mm
         kind = {"kind": shape.pop("kind"), "x_mm": float(x), "y_mm": float(y)}
-        turn = {"angle_deg": float(self._rng.uniform(0, 180))}
+        rotation = {"angle_deg": float(self._rng.uniform(0, 180))}
         sizes = {k: self._in_mm(v) if k.endswith("_mm") else v for k, v in shape.items()}
         depth = float(self._rng.uniform(*depths)) * self.ball_mm
-        steps = ({"indenter": kind | turn | sizes}, {"press": {"depth_mm": depth, "frames": 1}})
-        return Trial(name, (*steps, *then))
+        take = {"indenter": kind | rotation | sizes}
+        return Trial(name, (take, {"press": {"depth_mm": depth, "frames": 1}}, *then))
 
     def _in_mm(self, value: Any) -> Any:
         if isinstance(value, tuple):
@@ -115,11 +116,11 @@ class Draw:
         return round(value * self.ball_mm, 3)
 
     def calibrating(self, count: int) -> list[Trial]:
-        """Presses of the ball."""
+        """Presses of the calibration ball."""
         return [self.pressed("", (0.1, 0.2), kind="sphere", diameter_mm=1.0) for _ in range(count)]
 
     def others(self, repeats: int) -> Iterator[Trial]:
-        """Things that no calibration has seen, the ball itself first."""
+        """The calibration ball at new positions, then objects that no calibration has seen."""
         shear = {"shear": {"dx_mm": 0.08 * self.ball_mm, "dy_mm": 0.05 * self.ball_mm, "frames": 1}}
         for _ in range(repeats):
             yield self.pressed("same ball", (0.1, 0.2), kind="sphere", diameter_mm=1.0)
@@ -134,20 +135,20 @@ class Draw:
 
 
 def command(*words: str) -> str:
-    """Type ``tactile WORDS``; return what it prints."""
-    printed, said = StringIO(), StringIO()
-    with redirect_stdout(printed), redirect_stderr(said):
+    """Run ``tactile WORDS``; return its standard output."""
+    printed, errors = StringIO(), StringIO()
+    with redirect_stdout(printed), redirect_stderr(errors):
         try:
             tactile(list(words))
         except SystemExit as end:
             code = end.code
     if code:
-        sys.exit(f"tactile {' '.join(words)}: {said.getvalue()}")
+        sys.exit(f"tactile {' '.join(words)}: {errors.getvalue()}")
     return printed.getvalue()
 
 
 def simulated(profile: str, trials: list[Trial], out: Path, seed: int) -> None:
-    """Play trials one after another, the object taken away between them."""
+    """Play trials in sequence; the object is released after each."""
     steps = [step for trial in trials for step in (*trial.steps, {"release": {}})]
     script = out.with_suffix(".yaml")
     script.write_text(json.dumps({"steps": steps}))
@@ -155,17 +156,18 @@ def simulated(profile: str, trials: list[Trial], out: Path, seed: int) -> None:
 
 
 def compared(name: str, result: Path, truth: Path) -> Score:
-    """Score one frame's results."""
+    """Score the results of one frame."""
     from scipy.ndimage import distance_transform_edt
 
-    found, true = read_npz(result), read_npz(truth)
+    measured_arrays, true = read_npz(result), read_npz(truth)
     contact = true["contact"]
     depth = distance_transform_edt(contact)
     inner = depth > (1 - SCORED_CONTACT_FRACTION) * depth.max()
-    error_um = 1e3 * (found["height_mm"] - true["height_mm"])
+    error_um = 1e3 * (measured_arrays["height_mm"] - true["height_mm"])
+    gradients = measured_arrays["gradients"]
 
     def normals(mask: NDArray[np.bool_]) -> float:
-        return float(angles_deg(found["gradients"][mask], true["gradients"][mask]).mean())
+        return float(angles_deg(gradients[mask], true["gradients"][mask]).mean())
 
     def rms(values: NDArray[Any]) -> float:
         return float(np.sqrt(np.mean(values**2)))
@@ -176,28 +178,28 @@ def compared(name: str, result: Path, truth: Path) -> Score:
     )
 
 
-def measured(asked: Asked, folder: Path, presses: int, repeats: int, seed: int) -> list[Score]:
-    """Calibrate one model of one rig and measure everything."""
-    draw = Draw(load_profile(asked.profile), seed)
-    ball, other = folder / f"{asked.profile}_ball", folder / f"{asked.profile}_other"
+def measured(target: Target, folder: Path, presses: int, repeats: int, seed: int) -> list[Score]:
+    """Calibrate one model of one rig, and measure all objects."""
+    draw = Draw(load_profile(target.profile), seed)
+    ball, other = folder / f"{target.profile}_ball", folder / f"{target.profile}_other"
     trained, trials = draw.calibrating(presses), list(draw.others(repeats))
     if not ball.exists():
-        simulated(asked.profile, trained, ball, seed)
-        simulated(asked.profile, trials, other, seed)
-    bundle, results = folder / f"{asked.model}_bundle", folder / f"{asked.model}_results"
+        simulated(target.profile, trained, ball, seed)
+        simulated(target.profile, trials, other, seed)
+    bundle, results = folder / f"{target.model}_bundle", folder / f"{target.model}_results"
     reference = ("--reference", str(ball / "reference"))
-    said = command(
-        *("calibrate", asked.profile, "--presses", str(ball / "frames"), *reference),
-        *("--ball-diameter-mm", str(draw.ball_mm), "--model", asked.model),
+    printed = command(
+        *("calibrate", target.profile, "--presses", str(ball / "frames"), *reference),
+        *("--ball-diameter-mm", str(draw.ball_mm), "--model", target.model),
         *("--out", str(bundle), "--json"),
     )
-    told = json.loads(said)
-    used = sum(press["used"] for press in told["presses"])
-    held_out = told["held_out"]["normal_error_deg"]["mean"]
-    print(f"{asked.profile} {asked.model}: {used} presses used of {presses} and the frames between")
-    print(f"  held out by 'tactile calibrate': {held_out:.2f}°")
+    report = json.loads(printed)
+    used = sum(press["used"] for press in report["presses"])
+    held_out = report["held_out"]["normal_error_deg"]["mean"]
+    print(f"{target.profile} {target.model}: used {used} frames; there are {presses} presses")
+    print(f"  held-out error by 'tactile calibrate': {held_out:.2f}°")
     command(
-        *("run", asked.profile, "--input", str(other / "frames"), *reference),
+        *("run", target.profile, "--input", str(other / "frames"), *reference),
         *("--bundle", str(bundle), "--out", str(results)),
     )
     scores, number = [], 0
@@ -218,7 +220,7 @@ def averaged(scores: list[Score]) -> Iterator[Score]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rig", choices=sorted({asked.profile for asked in ASKED}))
+    parser.add_argument("--rig", choices=sorted({target.profile for target in TARGETS}))
     parser.add_argument("--presses", type=int, default=18)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
@@ -226,11 +228,11 @@ def main() -> None:
     head = f"  {'':14}{'normals':>9}{'inner':>8}{'depth':>9}{'in contact':>12}{'image':>9}"
     summary = []
     with TemporaryDirectory(prefix="virtual-calibration-") as name:
-        for asked in ASKED:
-            if options.rig not in (None, asked.profile):
+        for target in TARGETS:
+            if options.rig not in (None, target.profile):
                 continue
             count = (options.presses, options.repeats, options.seed)
-            scores = list(averaged(measured(asked, Path(name), *count)))
+            scores = list(averaged(measured(target, Path(name), *count)))
             print(head)
             for s in scores:
                 print(
@@ -240,10 +242,11 @@ def main() -> None:
                 )
             mean = np.mean([[s.normals_deg, s.inside_um] for s in scores], axis=0)
             summary.append(
-                f"{asked.profile:25}{asked.model:36}"
-                f"{mean[0]:6.2f}° of {asked.normals_deg:g}°{mean[1]:8.0f} of {asked.depth_um:g} µm"
+                f"{target.profile:25}{target.model:36}"
+                f"{mean[0]:6.2f}° of {target.normals_deg:g}°"
+                f"{mean[1]:8.0f} of {target.depth_um:g} µm"
             )
-    print("\n".join(["", "mean over objects, whole contact, found of asked:", *summary]))
+    print("\n".join(["", "mean over objects, whole contact; measured of target:", *summary]))
 
 
 if __name__ == "__main__":

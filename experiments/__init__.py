@@ -1,4 +1,4 @@
-"""What is measured on recordings and on virtual sensors: benchmarks print it, tests assert on it.
+"""Experiments on recordings and virtual sensors, shared by benchmarks (print) and tests (assert).
 
-Imports the package and its plugins, and neither tests nor benchmarks.
+Imports the package and its plugins, but neither tests nor benchmarks.
 """

@@ -1,4 +1,4 @@
-"""An object under lights that are given: no calibration, and no gel."""
+"""Photometric stereo of an object under given lights, without calibration or gel."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ illumination: {use: core.sequential, lights: [
 
 
 def rows(data: Path) -> list[Row]:
-    """Measure an object under lights that are given, with no calibration."""
+    """Measure an object under given lights, without calibration."""
     folder = data / "six_led" / "diligent_bear"
     with tempfile.TemporaryDirectory() as place:
         profile = record_object(folder, Path(place))
@@ -60,7 +60,7 @@ def rows(data: Path) -> list[Row]:
 
 
 def record_object(folder: Path, into: Path) -> Path:
-    """Write a data set's exposures in grey, over their lamps' strengths, and the rig's profile."""
+    """Write a data set's exposures as grey images, normalised by light intensity, and a profile."""
     exposures, lights = _exposures(folder)
     brightest = max(exposure.max() for exposure in exposures)
     (into / "bear").mkdir()
@@ -90,10 +90,11 @@ def _exposures(folder: Path) -> tuple[list[Array], Array]:
 
 def _least_squares_deg(folder: Path, where: Array, true: Array) -> float:
     exposures, lights = _exposures(folder)
-    seen = np.stack([exposure[where] for exposure in exposures], axis=1)
-    return _angle_deg(np.linalg.lstsq(lights, seen.T, rcond=None)[0].T, true)
+    intensities = np.stack([exposure[where] for exposure in exposures], axis=1)
+    return _angle_deg(np.linalg.lstsq(lights, intensities.T, rcond=None)[0].T, true)
 
 
-def _angle_deg(found: Array, true: Array) -> float:
-    found = found / np.linalg.norm(found, axis=1, keepdims=True)
-    return float(np.degrees(np.arccos(np.clip((found * true).sum(axis=1), -1, 1))).mean())
+def _angle_deg(vectors: Array, true: Array) -> float:
+    """Mean angle between vectors and true unit normals, degrees."""
+    normals = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return float(np.degrees(np.arccos(np.clip((normals * true).sum(axis=1), -1, 1))).mean())

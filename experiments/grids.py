@@ -1,4 +1,4 @@
-"""Normals of the balls of a grid that was not fitted on, in both directions."""
+"""Normals on a held-out ball grid, in both directions of the split."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tactile_core.quantities import Gradients
 
 ROOT = Path(__file__).resolve().parents[1]
 WITHIN = 0.8
-"""Of a ball's radius: beyond, lamps fall into the ball's own shadow."""
+"""Scored radius in ball radii; further out, the ball shadows itself."""
 
 
 @dataclass(frozen=True)
 class Grids:
-    """Recordings of two grids of one device; ``{}`` stands for a grid's number."""
+    """Recordings of two grids on one device; ``{}`` is replaced by a grid's number."""
 
     name: str
     profile: str | Path
@@ -40,7 +40,7 @@ SIX = Grids(
     "BGA-{}",
     "BGA-{}/bgatarget.yaml",
     "Flat-001",
-    "six lamps in turn",
+    "six sequential lights",
 )
 FOUR = Grids(
     "four_colour_grid",
@@ -49,7 +49,7 @@ FOUR = Grids(
     "BGA-{}.png",
     "BGA-{}_bgatarget.yaml",
     "Flat-001.png",
-    "four colours at once, an arithmetic mixture of exposures under single LEDs",
+    "four simultaneous colours, a linear combination of exposures under single LEDs",
 )
 
 
@@ -81,7 +81,7 @@ def rows(data: Path, grids: Grids) -> list[Row]:
 def errors_deg(
     folder: Path, grids: Grids, seen: str, unseen: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Errors on the balls of the unseen grid, those of saying flat, and how many balls."""
+    """Errors on the balls of the held-out grid, errors of a flat prediction, number of balls."""
     made = calibrate(
         grids.profile,
         folder / grids.press.format(seen),
@@ -99,13 +99,13 @@ def errors_deg(
 
 
 def on_balls(measured: Gradients, grid: BallGrid) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) angles between measured and true normals on the balls, where somebody drew them; flat's.
+    """(N,) angular errors on the balls of a target, and those of a flat prediction, degrees.
 
     Parameters
     ----------
     measured : Gradients
     grid : BallGrid
-        Its centres in pixels of the measured image.
+        Centres in pixels of the measured image.
     """
     height, width = measured.x.shape
     radius_px = grid.radius_mm / measured.mm_per_px

@@ -1,4 +1,4 @@
-"""Markers of recordings, detected and tracked from the first frame on."""
+"""Marker detection and tracking on recordings, from the first frame on."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ LABELS_LAG = 9
 
 
 def followed(source: Path, size: tuple[int, int]) -> list[MarkerField]:
-    """The markers of every frame."""
+    """Tracked markers of every frame."""
     return [reading[MarkerField] for reading in read(source, size)]
 
 
 def read(source: Path, size: tuple[int, int]) -> list[Reading]:
-    """Every frame as a profile's chain tells it, the first being the reference."""
+    """Readings of every frame by a profile's chain; the first frame is the reference."""
     with tempfile.TemporaryDirectory() as folder:
         profile = Path(folder) / "marked.yaml"
         profile.write_text(PROFILE.format(*size), encoding="utf-8")
@@ -48,40 +48,40 @@ def read(source: Path, size: tuple[int, int]) -> list[Reading]:
 
 
 def through(fields: list[MarkerField]) -> NDArray[np.bool_]:
-    """Which markers are seen in all frames."""
+    """(N,) markers that are detected in all frames."""
     return np.asarray(np.all([field.seen for field in fields], axis=0))
 
 
 def against_labels(data: Path, fields: list[MarkerField]) -> tuple[Array, int]:
-    """(T, N) distances from the labels, px, and how many markers are nearer to another's."""
-    labels = _labels(data / "markers" / "mini" / "markers.csv")
-    told = {number + LABELS_LAG: places for number, places in labels.items()}
-    images = [number for number in sorted(told) if number < len(fields)]
-    ids = KDTree(fields[images[0]].px).query(told[images[0]])[1]
-    places = [fields[number].px[ids] for number in images]
-    off_px = np.array([np.hypot(*(p - told[k]).T) for p, k in zip(places, images, strict=True)])
-    nearest = [KDTree(told[k]).query(p)[1] for p, k in zip(places, images, strict=True)]
+    """(T, N) distances from the labels, px, and number of markers closer to another's label."""
+    frames = _labels(data / "markers" / "mini" / "markers.csv")
+    labels = {number + LABELS_LAG: positions for number, positions in frames.items()}
+    images = [number for number in sorted(labels) if number < len(fields)]
+    ids = KDTree(fields[images[0]].px).query(labels[images[0]])[1]
+    tracked = [fields[number].px[ids] for number in images]
+    off_px = np.array([np.hypot(*(p - labels[k]).T) for p, k in zip(tracked, images, strict=True)])
+    nearest = [KDTree(labels[k]).query(p)[1] for p, k in zip(tracked, images, strict=True)]
     return off_px, int(np.count_nonzero(np.array(nearest) != np.arange(len(ids))))
 
 
 def thinned(
     fields: list[MarkerField], missing: float, rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Follow what is left of the markers of each frame: (T, N, 2) places, (T, N) whether seen."""
+    """Track markers with random missing detections: (T, N, 2) positions, (T, N) detected."""
     tracker = MarkerTracker(fields[0].px)
-    places, seen = [], []
+    positions, seen = [], []
     for field in fields:
-        tracker.follow(field.px[rng.random(len(field.px)) >= missing])
-        places.append(tracker.px.copy())
+        tracker.update(field.px[rng.random(len(field.px)) >= missing])
+        positions.append(tracker.px.copy())
         seen.append(tracker.seen.copy())
-    return np.array(places), np.array(seen)
+    return np.array(positions), np.array(seen)
 
 
 def _labels(path: Path) -> dict[int, Array]:
-    """Places (N, 2) that another tracker gave, by its frame."""
+    """(N, 2) marker positions of another tracker, by its frame number."""
     frames: dict[int, list[tuple[float, float]]] = {}
     with path.open() as rows:
         for row in csv.DictReader(rows):
-            place = float(row["x_px"]), float(row["y_px"])
-            frames.setdefault(int(row["frame"]), []).append(place)
-    return {number: np.array(places) for number, places in frames.items()}
+            position = float(row["x_px"]), float(row["y_px"])
+            frames.setdefault(int(row["frame"]), []).append(position)
+    return {number: np.array(positions) for number, positions in frames.items()}

@@ -1,4 +1,4 @@
-"""Printed markers, followed from the first frame on."""
+"""Accuracy of marker tracking on recordings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from experiments.table_row import Row, command
 
 
 def rows(data: Path) -> list[Row]:
-    """Follow markers from the first frame on."""
+    """Track markers from the first frame on."""
     fields = marker_recordings.followed(data / marker_recordings.MINI, marker_recordings.MINI_SIZE)
     off_px, swapped = marker_recordings.against_labels(data, fields)
     rest_px = np.hypot(*np.moveaxis(np.array([f.px - fields[0].px for f in fields]), -1, 0))
@@ -23,19 +23,19 @@ def rows(data: Path) -> list[Row]:
     return [
         Row(
             "markers_distance",
-            "95 % of markers are nearer to their labels than, px",
-            "markers/mini: a GelSight Mini; labels of another tracker, itself about 0.25 px",
+            "95th percentile of the distance between markers and labels, px",
+            "markers/mini: a GelSight Mini; labels of another tracker, accurate to about 0.25 px",
             f"{off_px.shape[1]} markers in {off_px.shape[0]} frames",
             "nothing is fitted",
             {"mini": float(np.percentile(off_px, 95))},
             float(np.percentile(off_px, 95)),
-            {"say that no marker moves": float(np.percentile(rest_px[-len(off_px) :], 95))},
+            {"predict no motion": float(np.percentile(rest_px[-len(off_px) :], 95))},
             command("markers"),
             {"mean, px": float(off_px.mean()), "swapped": float(swapped)},
         ),
         Row(
             "markers_kept",
-            "markers seen in every frame, %",
+            "markers detected in every frame, %",
             "markers/mini and markers/irregular_markers.avi",
             f"{len(fields[0].px)} and {len(irregular[0].px)} markers in {len(fields)} and "
             f"{len(irregular)} frames",

@@ -1,4 +1,4 @@
-"""Recordings of presses of a ball, one set for each sensor."""
+"""Recordings of ball presses, one set per sensor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ HERE = Path(__file__).resolve().parent / "profiles"
 
 @dataclass(frozen=True)
 class Presses:
-    """Recordings of presses of one ball on one sensor."""
+    """Recordings of one ball pressed on one sensor."""
 
     name: str
     profile: Path
@@ -30,7 +30,7 @@ SETS = (
         "presses/*.png",
         "reference.png",
         4.0,
-        "three colours at once, no markers",
+        "three simultaneous colours, no markers",
     ),
     Presses(
         "wedge",
@@ -39,7 +39,7 @@ SETS = (
         "ball-*.jpg",
         "bg-0.jpg",
         4.84,
-        "three colours at once, markers",
+        "three simultaneous colours, markers",
     ),
     Presses(
         "gelsight_mini",
@@ -48,7 +48,7 @@ SETS = (
         "press_*.png",
         "background.png",
         6.31,
-        "three colours at once, no markers",
+        "three simultaneous colours, no markers",
     ),
     Presses(
         "hex_fingertip",
@@ -57,6 +57,6 @@ SETS = (
         "Im_*.jpg",
         "frame0.jpg",
         3.96,
-        "three colours at once, markers",
+        "three simultaneous colours, markers",
     ),
 )

@@ -1,4 +1,4 @@
-"""Presses of a ball: one half is calibrated on and the other measured, and the other way round."""
+"""Ball presses: two-fold split into calibration and held-out presses, in both directions."""
 
 from __future__ import annotations
 
@@ -30,16 +30,19 @@ from tactile_core.quantities import Gradients, HeightMap
 
 @dataclass(frozen=True)
 class Half:
-    """What was measured on presses by a calibration on the others."""
+    """Errors on held-out presses."""
 
     errors_deg: NDArray[np.float64]
     flat_deg: NDArray[np.float64]
     sphere: NDArray[np.float64]
-    """Radius of the sphere through the height map of each press, over the ball's."""
+    """Radius of a sphere fitted to each press's height map, relative to the ball's radius."""
 
 
 def rows(data: Path, chosen: Presses, *, folds: bool = True, model: str | None = None) -> list[Row]:
-    """Measure each half of the presses by the other; with ``folds`` cross-validate on all, too."""
+    """Measure each half of the presses with a calibration on the other half.
+
+    ``folds`` adds five-fold cross-validation over all presses.
+    """
     folder = data / chosen.folder
     files = sorted(folder.glob(chosen.pattern))
     halves = {
@@ -70,7 +73,7 @@ def rows(data: Path, chosen: Presses, *, folds: bool = True, model: str | None =
 def half(
     folder: Path, chosen: Presses, seen: Sequence[Path], unseen: Sequence[Path], model: str | None
 ) -> Half:
-    """Calibrate on some presses, as a user would, and measure the others with the bundle."""
+    """Calibrate on some presses like a user, and measure the others with the bundle."""
     made = calibrated(folder, chosen, seen, model, scored=False)
     pipeline = Pipeline(chosen.profile, made.bundle)
     train = [press for press in made.presses if isinstance(press, FoundPress) and press.used]
@@ -92,7 +95,7 @@ def half(
 
 
 def folded_deg(folder: Path, chosen: Presses, files: Sequence[Path], model: str | None) -> float:
-    """Score that a calibration on all presses tells its user."""
+    """Cross-validation score that a calibration on all presses reports."""
     score = calibrated(folder, chosen, files, model, scored=True).score
     return float("nan") if score is None else score.mean_deg
 

@@ -1,4 +1,4 @@
-"""Markers on a virtual gel that is pressed, sheared, twisted and released: detected and tracked."""
+"""Marker tracking on a virtual gel that is pressed, sheared, twisted and released."""
 
 from __future__ import annotations
 
@@ -16,23 +16,27 @@ Array = NDArray[Any]
 
 SIZE_PX = np.array([640, 480])
 PITCH_PX = 1.1 / 0.0276
+"""Marker pitch of ``hex_fingertip``, px."""
 _BORDER_PX = 6
+"""Border of the image in which markers are not detected, px."""
 
 
 @dataclass(frozen=True)
 class Shear:
-    """How hard it is to follow markers, in pitches and shares of the markers.
+    """Difficulty of a tracking sequence, in pitches and shares of the markers.
 
     Attributes
     ----------
-    farthest, fastest : float
-        How far skin is dragged in all, and at most from one frame to the next.
+    farthest : float
+        Largest marker displacement, pitches.
+    fastest : float
+        Largest marker displacement between two frames, pitches.
     spurious : float
-        Detections that are no marker.
+        Spurious detections, as a share of the detected markers.
     missing : float
-        Markers that are not detected.
+        Share of the markers that are not detected.
     noise_px : float
-        Standard deviation of either coordinate.
+        Standard deviation of each coordinate.
     """
 
     farthest: float
@@ -44,17 +48,20 @@ class Shear:
 
 @dataclass
 class Tally:
-    """What became of the markers that a tracker says it sees.
+    """Counts and errors of a tracker, summed over frames.
 
     Attributes
     ----------
-    frames, offered, seen : int
-        ``offered`` are the detections of markers that are in the reference.
+    frames : int
+    offered : int
+        Detections of markers that are in the reference.
+    seen : int
+        Markers that the tracker reports as detected.
     swapped, specks : int
-        Seen markers whose detection shows another marker, or none.
+        Markers matched to the detection of another marker, or to a spurious detection.
     squares_px, squares_of_right_px : float
-        Squared distance from the truth, summed over all seen markers and over those at their own
-        detection.
+        Squared distance from the truth, summed over all detected markers and over those that are
+        matched correctly.
     """
 
     frames: int = 0
@@ -79,14 +86,14 @@ class Tally:
 
     def __str__(self) -> str:
         return (
-            f"{self.frames} frames, {self.seen} markers seen, {self.recall:.1%} of those offered: "
-            f"{self.swapped} swapped, {self.specks} at a speck, {self.rms_px:.3f} px RMS, without "
-            f"these {self.rms_of_right_px:.3f}"
+            f"{self.frames} frames, {self.seen} markers matched, recall {self.recall:.1%}: "
+            f"{self.swapped} swapped, {self.specks} spurious, {self.rms_px:.3f} px RMS, "
+            f"{self.rms_of_right_px:.3f} without these"
         )
 
 
 def counted(shear: Shear, frames: int, first_seed: int = 0) -> Tally:
-    """Follow stroke after stroke until so many frames are done."""
+    """Track virtual sequences until they have this number of frames."""
     tally, seed = Tally(), first_seed
     while tally.frames < frames:
         follow(strokes(seed, shear), shear, np.random.default_rng([seed, 0]), tally)
@@ -94,13 +101,13 @@ def counted(shear: Shear, frames: int, first_seed: int = 0) -> Tally:
     return tally
 
 
-def follow(places_px: Array, shear: Shear, rng: np.random.Generator, tally: Tally) -> None:
-    """Follow the markers of (T, N, 2) places from the first frame on, and add to the tally."""
-    markers = np.flatnonzero(visible(places_px[0]))
-    tracker = MarkerTracker(places_px[0][markers])
-    for truth in places_px:
+def follow(positions_px: Array, shear: Shear, rng: np.random.Generator, tally: Tally) -> None:
+    """Track the markers of (T, N, 2) positions from the first frame on, and add to the tally."""
+    markers = np.flatnonzero(visible(positions_px[0]))
+    tracker = MarkerTracker(positions_px[0][markers])
+    for truth in positions_px:
         found, whose = detected(truth, shear, rng)
-        tracker.follow(found)
+        tracker.update(found)
         seen = tracker.seen
         taken = whose[nearest(tracker.px[seen], found, 1)[1][:, 0]]
         squares = np.square(tracker.px - truth[markers])[seen].sum(axis=1)
@@ -115,12 +122,12 @@ def follow(places_px: Array, shear: Shear, rng: np.random.Generator, tally: Tall
 
 
 def strokes(seed: int, shear: Shear) -> Array:
-    """Press an object, drag it to and fro, twist it, drag it again, and lift it.
+    """Press an object, shear it back and forth, twist it, shear it again, and release it.
 
     Returns
     -------
     (T, N, 2) float64
-        Where every printed marker is, frame by frame; at rest in the first.
+        Positions of all printed markers in every frame; the surface is undeformed in the first.
     """
     rng = np.random.default_rng(seed)
     gel = {"friction": float(rng.uniform(0.5, 2)), "thickness_mm": float(rng.uniform(2, 3.5))}
@@ -142,7 +149,7 @@ def strokes(seed: int, shear: Shear) -> Array:
         return float(np.hypot(*(frames[-1] - frames[0]).T).max() / PITCH_PX)
 
     def take() -> None:
-        # between two states of the skin there are as many frames as its speed takes
+        # interpolate between two states with as many frames as the speed requires
         last, now = frames[-1], stage.truth().markers_px
         count = max(1, int(np.ceil(np.hypot(*(now - last).T).max() / fastest)))
         frames.extend(last + (now - last) * k / count for k in range(1, count + 1))
@@ -172,20 +179,21 @@ def strokes(seed: int, shear: Shear) -> Array:
     return np.array(frames)
 
 
-def visible(places_px: Array) -> NDArray[np.bool_]:
-    """Which places a detector can find, away from the image's border."""
-    inside = (places_px > _BORDER_PX) & (places_px < SIZE_PX - 1 - _BORDER_PX)
+def visible(positions_px: Array) -> NDArray[np.bool_]:
+    """(N,) markers that are far enough from the image border to be detected."""
+    inside = (positions_px > _BORDER_PX) & (positions_px < SIZE_PX - 1 - _BORDER_PX)
     return np.asarray(inside.all(axis=1))
 
 
 def detected(
-    places_px: Array, shear: Shear, rng: np.random.Generator
+    positions_px: Array, shear: Shear, rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Return shuffled detections, and the marker that each one shows; -1 for none."""
-    markers = np.flatnonzero(visible(places_px) & (rng.random(len(places_px)) >= shear.missing))
+    """Return shuffled detections, and the index of each one's marker; -1 for spurious ones."""
+    candidates = visible(positions_px) & (rng.random(len(positions_px)) >= shear.missing)
+    markers = np.flatnonzero(candidates)
     others = rng.uniform(0, 1, (rng.poisson(shear.spurious * len(markers)), 2)) * SIZE_PX
     noise_px = rng.normal(0, shear.noise_px, (len(markers), 2))
-    found = np.concatenate([places_px[markers] + noise_px, others])
+    found = np.concatenate([positions_px[markers] + noise_px, others])
     whose = np.concatenate([markers, np.full(len(others), -1)])
     order = rng.permutation(len(found))
     return found[order], whose[order]

@@ -1,4 +1,4 @@
-"""Slip through the whole chain: lifts by one finger, grasps by two."""
+"""Accuracy of slip detection by the whole chain: lifts by one finger, grasps by two."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from experiments.table_row import Row, command
 Bools = NDArray[np.bool_]
 
 OUT_OF_SAMPLE = ("object004", "object005")
-"""Nothing was chosen on their lifts."""
+"""Held-out objects: no parameter is chosen on their lifts."""
 
 GRIPPER = Path(__file__).resolve().parent / "profiles" / "gripper_finger.yaml"
 
 
 def lifts(data: Path) -> list[Row]:
-    """Slip of every lift through the whole chain."""
+    """Slip detection in every lift by the whole chain."""
     trials = slip_trials.lifts(data / "slip" / "grasp_lift", "hex_fingertip")
     slipped: Bools = np.array([trial.slipped for trial in trials], bool)
     objects = np.array([trial.object for trial in trials])
     degrees = np.array([trial.degrees for trial in trials])
     alarms = np.array([trial.alarms for trial in trials])
     weakness = np.array([trial.weakness for trial in trials])
-    told: Bools = np.asarray(alarms.any(axis=1), bool)
+    reported: Bools = np.asarray(alarms.any(axis=1), bool)
     early = alarms[:, : LIFT_FRAME + 1].any(axis=1)
-    first = alarms.argmax(axis=1)[told & slipped]
+    first = alarms.argmax(axis=1)[reported & slipped]
     unseen: Bools = np.isin(objects, OUT_OF_SAMPLE)
     what = (
         "slip/grasp_lift: a hexagonal fingertip with markers, not calibrated, 640 × 480; "
@@ -38,8 +38,8 @@ def lifts(data: Path) -> list[Row]:
     )
     how_many = f"{len(trials)} lifts, {slipped.sum()} of them slips"
     sample = (
-        "the chain sees no label; its thresholds come of virtual slips, and the imprint's was "
-        "chosen with the 28 lifts of objects 1 to 3 at hand: in sample; objects 4 and 5 are out"
+        "the chain sees no label; its thresholds come from virtual slips, but the imprint's was "
+        "chosen on the 28 lifts of objects 1 to 3: in sample; objects 4 and 5: out of sample"
     )
     end = degrees[:, -1]
     return [
@@ -49,8 +49,8 @@ def lifts(data: Path) -> list[Row]:
             what,
             how_many,
             sample,
-            _found(slipped, told, objects),
-            float(100 * told[slipped].mean()),
+            _found(slipped, reported, objects),
+            float(100 * reported[slipped].mean()),
             {
                 "strength of the first imprint, without a false alarm": _without_false(
                     slipped, weakness
@@ -58,11 +58,13 @@ def lifts(data: Path) -> list[Row]:
             },
             command("slip_lifts"),
             {
-                "false alarms on held lifts, %": float(100 * told[~slipped].mean()),
+                "false alarms on held lifts, %": float(100 * reported[~slipped].mean()),
                 "reported before the lift": float(early.sum()),
                 "slips": float(slipped.sum()),
-                "slips reported": float(told[slipped].sum()),
-                "slips of objects 4 and 5 reported, %": float(100 * told[slipped & unseen].mean()),
+                "slips reported": float(reported[slipped].sum()),
+                "slips of objects 4 and 5 reported, %": float(
+                    100 * reported[slipped & unseen].mean()
+                ),
                 "frames before the end, median": float(degrees.shape[1] - 1 - np.median(first)),
             },
         ),
@@ -86,16 +88,16 @@ def lifts(data: Path) -> list[Row]:
 
 
 def gripper(data: Path) -> list[Row]:
-    """Slip of every grasp of a pair of fingers through the whole chain."""
+    """Slip detection in every grasp of a pair of fingers by the whole chain."""
     pairs = slip_trials.grasps(data / "slip" / "gripper_pair", str(GRIPPER))
     slipped: Bools = np.array([pair[0].slipped for pair in pairs], bool)
     objects = np.array([pair[0].object for pair in pairs])
     degrees = _by_finger(pairs, lambda trial: float(trial.degrees.max()))
-    told: Bools = _by_finger(pairs, lambda trial: float(trial.alarms.any())).max(axis=1) > 0
+    reported: Bools = _by_finger(pairs, lambda trial: float(trial.alarms.any())).max(axis=1) > 0
     weakness = _by_finger(pairs, lambda trial: trial.weakness).max(axis=1)
     frames = _by_finger(pairs, lambda trial: float(trial.alarms.mean())).max(axis=1)
     areas = {"larger of both fingers": degrees.max(axis=1), "mean of both": degrees.mean(axis=1)}
-    values = {name: area(slipped, told_) for name, told_ in areas.items()}
+    values = {name: area(slipped, scores) for name, scores in areas.items()}
     window = slip_trials.WINDOW
     return [
         Row(
@@ -105,7 +107,7 @@ def gripper(data: Path) -> list[Row]:
             f"{len(set(objects.tolist()))} objects",
             f"{len(pairs)} grasps of at least {window.stop} frames, {slipped.sum()} of them slips, "
             f"frames {window.start} to {window.stop}",
-            "the chain sees no label and nothing was chosen on these",
+            "the chain sees no label, and no parameter was chosen on these recordings",
             values,
             min(values.values()),
             {
@@ -114,12 +116,12 @@ def gripper(data: Path) -> list[Row]:
             },
             command("slip_gripper"),
             {
-                f"{name}, within objects": area_within(slipped, told_, objects)
-                for name, told_ in areas.items()
+                f"{name}, within objects": area_within(slipped, scores, objects)
+                for name, scores in areas.items()
             }
             | {
-                "slips reported, %": float(100 * told[slipped].mean()),
-                "false alarms on held grasps, %": float(100 * told[~slipped].mean()),
+                "slips reported, %": float(100 * reported[slipped].mean()),
+                "false alarms on held grasps, %": float(100 * reported[~slipped].mean()),
                 "frames of held grasps called slip, %": float(100 * frames[~slipped].mean()),
             },
         )
@@ -130,13 +132,13 @@ def _by_finger(pairs: list[list[Trial]], of: Callable[[Trial], float]) -> NDArra
     return np.array([[of(trial) for trial in pair] for pair in pairs])
 
 
-def _found(slipped: Bools, told: Bools, objects: NDArray[np.str_]) -> dict[str, float]:
+def _found(slipped: Bools, reported: Bools, objects: NDArray[np.str_]) -> dict[str, float]:
     return {
-        name: float(100 * told[slipped & (objects == name)].mean())
+        name: float(100 * reported[slipped & (objects == name)].mean())
         for name in sorted(set(objects.tolist()))
     }
 
 
 def _without_false(slipped: Bools, weakness: NDArray[np.float64]) -> float:
-    """Slips, in %, that are weaker than every hold: a threshold that knows the labels."""
+    """Slips, in %, whose imprint is weaker than in every hold: an oracle threshold."""
     return float(100 * (weakness[slipped] > weakness[~slipped].max()).mean())

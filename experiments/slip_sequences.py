@@ -1,4 +1,4 @@
-"""Virtual objects pressed on the skin and dragged or turned until they slip, with the truth."""
+"""Virtual objects pressed on the gel and sheared or twisted until they slip, with ground truth."""
 
 from __future__ import annotations
 
@@ -25,30 +25,34 @@ from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 
 SHRUNK = 4
-"""Of the image: the markers are as many and as far apart, and the noise the same in mm."""
+"""Image reduction factor. Number and pitch of the markers and the noise in mm stay the same."""
 
 NOISE_PX = 0.1
+"""Standard deviation of the marker noise, px of the full image."""
 GROSS, HALF = 0.02, 0.5
-"""Shares of the contact that still stick below which all of it slips, or most of it."""
+"""Stick shares below which slip is gross, or covers most of the contact."""
 
 _MOST_STEPS, _AFTER_GROSS = 60, 8
+"""Largest number of moves, and number of moves after gross slip."""
 KINDS = ("sphere", "cylinder", "rectangle", "disc", "plate", "cylinder")
 
 
 @dataclass(frozen=True)
 class Plan:
-    """One object, how it is pressed, and how it is moved.
+    """One object, its press and its motion.
 
     Attributes
     ----------
     kind : str
         One of :data:`KINDS`.
     shape, options : str, dict
-        Of the indenter.
+        Kind and options of the indenter.
+    turned : bool
+        The object is twisted instead of sheared.
+    step : float
+        Motion per frame: mm, or degrees if twisted.
     speed_mm_s : float or None
         None is quasi-static.
-    step : float
-        In each frame, in mm; in degrees if it is turned.
     """
 
     kind: str
@@ -71,16 +75,16 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What the estimators would give for a frame, and the truth.
+    """Inputs of ``core.slip`` for one frame, and the ground truth.
 
     Attributes
     ----------
     moving : bool
-        False while the object is pressed only.
+        False during the press.
     moved : float
-        Since then; mm or degrees.
+        Motion since the press; mm or degrees.
     stick_share : float
-        Of the visible contact.
+        Sticking share of the visible contact.
     """
 
     displacement: DisplacementField
@@ -92,7 +96,7 @@ class Look:
 
 
 def plans(count: int, seed: int, *, turned: bool) -> list[Plan]:
-    """Draw objects, frictions, depths, places, directions and speeds."""
+    """Draw objects, frictions, depths, positions, directions and speeds at random."""
     return [_plan(np.random.default_rng([seed, i, turned]), i, turned) for i in range(count)]
 
 
@@ -133,7 +137,7 @@ def _plan(rng: np.random.Generator, number: int, turned: bool) -> Plan:
 
 
 def small_profile(plan: Plan) -> Profile:
-    """The plan's gel with a smaller image."""
+    """The plan's profile with a smaller image."""
     image = load_profile(plan.profile).image
     size = {
         "width_px": image.width_px // SHRUNK,
@@ -145,7 +149,7 @@ def small_profile(plan: Plan) -> Profile:
 
 
 def looks(plan: Plan) -> Iterator[Look]:
-    """Press, then move until all has slipped for a while."""
+    """Press, then move until after gross slip."""
     profile = small_profile(plan)
     watch = SlipWatch(profile, plan.seed)
     surface = GelSurface(profile, "fast")
@@ -174,7 +178,7 @@ def looks(plan: Plan) -> Iterator[Look]:
 
 
 class SlipWatch:
-    """Looks at a virtual skin as noisy markers, a true height and a true contact do."""
+    """Observes a virtual gel surface by noisy markers, true height and true contact."""
 
     def __init__(self, profile: Profile, seed: int) -> None:
         self.context = SensorContext(profile.image, profile.gel)
@@ -188,7 +192,7 @@ class SlipWatch:
         self._noise_px = NOISE_PX / SHRUNK
 
     def look(self, surface: GelSurface, moved: float, *, moving: bool) -> Look:
-        """Look at the skin now."""
+        """Observe the current state."""
         scale = self.context.image.mm_per_px
         truth = surface.truth()
         noise = self._rng.normal(0, self._noise_px, self._markers_px.shape)
@@ -215,11 +219,13 @@ class SlipWatch:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A sequence through ``core.slip``, while the object moves.
+    """Results of ``core.slip`` on one sequence while the object moves.
 
     Attributes
     ----------
-    stick_share, degree : (n,)
+    plan : Plan
+    stick_share : (n,)
+        True sticking share of the visible contact.
     states : tuple of SlipState
     """
 
@@ -234,12 +240,12 @@ class Judged:
 
     @property
     def alarm(self) -> NDArray[np.bool_]:
-        """(n,) whether slip is told, incipient or gross."""
+        """(n,) whether incipient or gross slip is reported."""
         return np.array([state.state in ("incipient", "slip") for state in self.states])
 
     @property
     def gross(self) -> NDArray[np.bool_]:
-        """(n,) whether all of the contact slips."""
+        """(n,) whether slip is truly gross."""
         return self.stick_share < GROSS
 
 
@@ -248,8 +254,8 @@ def judged(plan: Plan, *, with_height: bool = True, **options: float) -> Judged:
     slip = Slip(Slip.Options(**options), SensorContext(*_parts(plan)))
     shares, states = [], []
     for look in looks(plan):
-        given = (look.height, look.contact) if with_height else (None, None)
-        state = slip.estimate(look.displacement, None, None, None, *given)
+        optional = (look.height, look.contact) if with_height else (None, None)
+        state = slip.estimate(look.displacement, None, None, None, *optional)
         if look.moving:
             shares.append(look.stick_share)
             states.append(state)

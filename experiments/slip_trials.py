@@ -1,7 +1,7 @@
-"""Slip on real recordings: the degree of each trial, as a follower or a profile's chain tells it.
+"""Degree of slip in recorded trials, by an imprint tracker or by a profile's whole chain.
 
-Nothing but the score sees the labels. The control is how faint the first imprint is: whoever is
-held weakly will slip, so a cue that only knows this has seen no slip.
+Only the score uses the labels. The control is the weakness of the first imprint: a weak grasp often
+slips, so a cue that only measures its strength would score well without detecting any slip.
 """
 
 from __future__ import annotations
@@ -20,19 +20,30 @@ from scipy.stats import rankdata
 
 from tactile_core import SlipState, open_sensor
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
-from tactile_core.algorithms.slip.imprint import ImprintFollower
+from tactile_core.algorithms.slip.imprint import ImprintTracker
 from tactile_core.recordings.recording import open_recording
 
 LIFT_FRAME = 5
-"""The last before anything moves."""
+"""Last frame before the lift."""
 WINDOW = slice(6, 122)
-"""Videos of slips are shorter, and begin with frames of what was before."""
+"""Scored frames: videos of slips are shorter, and all start with frames before the grasp."""
 ALARM = 0.5
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What was told of one sensor of one trial."""
+    """Results of one sensor in one trial.
+
+    Attributes
+    ----------
+    object, name : str
+    slipped : bool
+        The label.
+    degrees, alarms : (T,)
+        Degree of slip, and whether slip is reported.
+    weakness : float
+        Negative strength of the first imprint: the control.
+    """
 
     object: str
     name: str
@@ -53,7 +64,7 @@ def lifts(folder: Path, profile: str | None) -> list[Trial]:
 
 
 def grasps(folder: Path, profile: str | None) -> list[list[Trial]]:
-    """Measure both fingers of every grasp, in a window that is the same for all."""
+    """Measure both fingers of every grasp, in the same window of frames."""
     fingers: dict[tuple[str, str], list[Trial]] = {}
     for row in _labels(folder):
         if int(row["n_frames"]) < WINDOW.stop:
@@ -66,23 +77,23 @@ def grasps(folder: Path, profile: str | None) -> list[list[Trial]]:
     return list(fingers.values())
 
 
-def area(slipped: NDArray[np.bool_], told: NDArray[np.float64]) -> float:
-    """Share of pairs of a slip and a hold that are in the right order."""
+def area(slipped: NDArray[np.bool_], scores: NDArray[np.float64]) -> float:
+    """Area under the ROC curve: share of slip-hold pairs in the right order."""
     positive = int(slipped.sum())
-    above = rankdata(told)[slipped].sum() - positive * (positive + 1) / 2
+    above = rankdata(scores)[slipped].sum() - positive * (positive + 1) / 2
     return float(above / (positive * (slipped.size - positive)))
 
 
 def area_within(
-    slipped: NDArray[np.bool_], told: NDArray[np.float64], objects: NDArray[np.str_]
+    slipped: NDArray[np.bool_], scores: NDArray[np.float64], objects: NDArray[np.str_]
 ) -> float:
-    """The same, of pairs of one object only."""
+    """Area under the ROC curve for pairs of the same object only."""
     right = pairs = 0.0
     for name in set(objects):
         here = objects == name
         if 0 < slipped[here].sum() < here.sum():
             count = float(slipped[here].sum() * (~slipped[here]).sum())
-            right, pairs = right + count * area(slipped[here], told[here]), pairs + count
+            right, pairs = right + count * area(slipped[here], scores[here]), pairs + count
     return right / pairs
 
 
@@ -103,7 +114,7 @@ def _trial(
     profile: str | None,
     window: slice = slice(None),
 ) -> Trial:
-    """One trial: the imprint tracked along markers, or a profile's chain from the first frame."""
+    """Measure one trial by an imprint tracker, or by a profile's chain from the first frame."""
     images = _images(source)[window]
     found = find_marker_diameter(images[0])
     if found is None:
@@ -113,7 +124,7 @@ def _trial(
         degrees, alarms = _measured(source, profile, window)
         return Trial(object_, source.name, slipped, degrees, alarms, weakness)
     markers_px = _follow(images, *found)
-    follower = ImprintFollower(images[0], markers_px[0], found[0])
+    follower = ImprintTracker(images[0], markers_px[0], found[0])
     motions = [
         follower.update(pixels, px, number / rate_hz)
         for number, (pixels, px) in enumerate(zip(images, markers_px, strict=True))
@@ -126,22 +137,25 @@ def _trial(
 def _measured(
     source: Path, profile: str, window: slice
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Degree and alarm of each frame, as a profile's whole chain tells them."""
+    """Degree and alarm of each frame by a profile's whole chain."""
     with open_sensor(profile, input=source, reference="first") as sensor:
-        told = [reading[SlipState] for reading in islice(sensor.stream(), window.stop)][window]
-    degrees = np.array([slip.degree for slip in told])
-    return degrees, np.array([slip.state == "slip" for slip in told])
+        states = [reading[SlipState] for reading in islice(sensor.stream(), window.stop)][window]
+    degrees = np.array([slip.degree for slip in states])
+    return degrees, np.array([slip.state == "slip" for slip in states])
 
 
 def _follow(
     images: Sequence[NDArray[np.uint8]], diameter_px: float, pitch_px: float
 ) -> list[NDArray[np.float64]]:
-    """Each marker of the first image in every image; as its neighbours where it is not seen."""
+    """Positions of the first image's markers in every image.
+
+    An undetected marker moves by the median of the adjacent markers.
+    """
     first = _spots(images[0], diameter_px)
     around = KDTree(first).query(first, k=min(7, len(first)))[1]
-    places = [first]
+    positions = [first]
     for pixels in images[1:]:
-        spots, before = _spots(pixels, diameter_px), places[-1]
+        spots, before = _spots(pixels, diameter_px), positions[-1]
         distance, nearest = KDTree(spots).query(before)
         mutual = np.asarray(KDTree(before).query(spots)[1])[nearest] == np.arange(len(before))
         step = spots[nearest] - before
@@ -150,12 +164,12 @@ def _follow(
         seen = np.isfinite(step[:, :1])
         local = np.median(np.where(seen, step, common)[around], axis=1)
         near = seen & (np.linalg.norm(step - local, axis=1) < 0.2 * pitch_px)[:, np.newaxis]
-        places.append(before + np.where(near, step, local))
-    return places
+        positions.append(before + np.where(near, step, local))
+    return positions
 
 
 def _relief(pixels: NDArray[np.uint8], diameter_px: float, pitch_px: float) -> float:
-    """RMS of the smooth pressed shape, as a share of the light."""
+    """RMS contrast of the imprint, relative to the local intensity."""
     free = 1 - cv2.dilate(
         marker_mask(pixels, diameter_px=diameter_px).astype(np.float32), np.ones((3, 3))
     )

@@ -1,4 +1,4 @@
-"""The sphere through a height map where a ball touches: a figure that needs no circle's radius."""
+"""Sphere fit to a height map inside the contact: a figure that is independent of the circle."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tactile_core.calibration.presses import FoundPress
 from tactile_core.quantities import HeightMap
 
 WITHIN = 0.65
-"""Of the ball's radius, and never beyond the contact."""
+"""Radius of the fitted area in ball radii, at most the contact."""
 
 
 def radius_px(height: HeightMap, press: FoundPress) -> float:
-    """Radius of the sphere through the height inside the contact."""
+    """Radius of a sphere fitted to the height inside the contact, px."""
     mask = press.surface(min(WITHIN * press.ball_radius_px, 0.95 * press.radius_px))
     rows, columns = np.nonzero(mask)
     x0, y0 = press.centre_px

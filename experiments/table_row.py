@@ -8,24 +8,25 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Row:
-    """A figure, what it was measured on, and what knowing nothing would have scored.
+    """A figure of accuracy, its recordings, and the score of a trivial baseline.
 
     Attributes
     ----------
     name : str
-        For ``--only``.
+        Name for ``--only``.
     figure : str
-        What is measured, with its unit.
+        Quantity and unit.
     recordings : str
     count : str
-        How many presses, balls, lifts or frames.
+        Number of presses, balls, lifts or frames.
     sample : str
-        In what sense the recordings were not seen before.
+        In what sense the recordings are out of sample.
     values : dict of str to float
-        By direction, or by part; ``value`` is the worst of them.
+        By direction of the split, or by part.
     value : float
+        Worst of the values.
     control : dict of str to float
-        The same figure of what knows nothing of the surface or of slip.
+        The same figure of a baseline without any measurement of surface or slip.
     also : dict of str to float
         Further figures.
     command : str
@@ -43,21 +44,21 @@ class Row:
     also: dict[str, float] = field(default_factory=dict)
 
     def summary(self) -> dict[str, Any]:
-        """For JSON."""
+        """JSON-ready."""
         return asdict(self)
 
     def line(self) -> str:
-        """For a markdown table."""
+        """Row of a Markdown table."""
         cells = (
             self.name,
             self.figure,
             self.recordings,
             self.count,
             self.sample,
-            _said(self.values),
+            _formatted(self.values),
             f"**{self.value:.3g}**",
-            _said(self.control),
-            _said(self.also),
+            _formatted(self.control),
+            _formatted(self.also),
             f"`{self.command}`",
         )
         return f"| {' | '.join(cells)} |"
@@ -71,9 +72,9 @@ HEADER = (
 
 
 def command(name: str) -> str:
-    """How to measure this row alone."""
+    """Command that measures this row alone."""
     return f"python benchmarks/accuracy.py --only {name}"
 
 
-def _said(values: dict[str, float]) -> str:
+def _formatted(values: dict[str, float]) -> str:
     return "; ".join(f"{key}: {value:.3g}" for key, value in values.items()) or "–"

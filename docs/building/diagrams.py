@@ -1,4 +1,4 @@
-"""Small diagrams as SVG, for the pages that show curves."""
+"""Small line plots as SVG, for pages of the documentation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WIDTH, HEIGHT, MARGIN = 300, 190, 46
 
 @dataclass(frozen=True)
 class Curve:
-    """A line through points; without a name it is left out of the legend."""
+    """A line through points; a curve without a name is not in the legend."""
 
     name: str
     colour: str
@@ -24,7 +24,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """One small diagram."""
+    """One small plot."""
 
     title: str
     across: tuple[str, float, float]
@@ -33,7 +33,7 @@ class Panel:
     curves: list[Curve] = field(default_factory=list)
 
     def svg(self, left: float, top: float) -> str:
-        """Return the diagram's drawing, its upper left corner there."""
+        """Return the plot as SVG, with its upper left corner at this position."""
         (x_name, x0, x1), (y_name, y0, y1) = self.across, self.up
 
         def place(x: np.ndarray, y: np.ndarray) -> str:
@@ -69,7 +69,7 @@ class Panel:
 
 
 def write_sheet(path: Path, panels: Sequence[Panel], columns: int) -> None:
-    """Write diagrams side by side, as many to a row."""
+    """Write plots as a grid with this number of columns."""
     across, down = WIDTH + MARGIN + 24, HEIGHT + 56
     rows = -(-len(panels) // columns)
     drawn = [p.svg(across * (i % columns), down * (i // columns)) for i, p in enumerate(panels)]

@@ -1,8 +1,8 @@
-"""Recorded presses beside virtual ones: python docs/building/real_beside_virtual.py [DATA].
+"""Recorded and virtual presses compared: python docs/building/real_beside_virtual.py [DATA].
 
-Measures both, writes the table of docs/accuracy.md and the curves of docs/real-beside-virtual.md,
-and draws the images side by side into out/, which is not committed: the recordings are not ours to
-publish.
+Measures both, writes the table of docs/reference/accuracy.md and the curves of docs/explanation/real-and-virtual-images.md,
+and draws the images side by side into out/. These are not committed, because the recordings may
+not be published.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from tactile_core.sim.optics import RigOptics
 from tactile_core.sim.stage import VirtualStage
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "accuracy.md"
+PAGE = ROOT / "docs" / "reference" / "accuracy.md"
 CURVES = ROOT / "docs" / "images" / "real_beside_virtual.svg"
 PICTURES = ROOT / "out"
 BEGIN, END = "<!-- measured: -->\n", "<!-- end -->\n"
 
 HEX_BALL_MM = 3.96
 HEX_AZIMUTHS_DEG = {"red": 67.3, "green": -177.6, "blue": -59.7}
-"""As a calibration with the two presses learns them."""
+"""Azimuths from a calibration on the two presses."""
 HEX_UNIT = {
     "image": {"mm_per_px": 0.03026},
     "gel": {
         "markers": {"pitch_mm": 1.71, "diameter_mm": 0.43},
-        # The resting skin turns towards the far lamp at each border, so it is no flat gel.
+        # At each border the undeformed surface tilts towards the opposite light: a dome.
         "shape": "dome",
         "radius_mm": 24,
         "thickness_mm": 4,
@@ -54,16 +54,16 @@ HEX_PRESSES = {
     "Im_235_1336917.jpg": ((317.6, 252.0), 48.9),
     "Im_335_1337253.jpg": ((421.2, 107.9), 45.8),
 }
-"""Centre and contact radius as the circle finder sees them, px."""
+"""Centre and contact radius from circle detection, px."""
 
 GRID_AZIMUTHS_DEG = (-90, -151, 150, 91, 32, -29)
 GRID_UNIT = {
     "image": {"mm_per_px": 0.0136152},
     "illumination": {
-        # The brightest slope of the recorded balls, 35°, is as far from level as the lamp from
-        # the zenith.
+        # The recorded balls are brightest at a slope of 35°, so the lights are 35° from the
+        # vertical.
         "lights": [
-            {"name": f"lamp{k}", "azimuth_deg": azimuth, "elevation_deg": 56}
+            {"name": f"light{k}", "azimuth_deg": azimuth, "elevation_deg": 56}
             for k, azimuth in enumerate(GRID_AZIMUTHS_DEG)
         ]
     },
@@ -77,7 +77,7 @@ _TINT_BLUR_PX, _TINT_BORDER_PX = 20, 40
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Intensity of one channel on the way through a press towards its lamp."""
+    """Intensity of one channel along a line through a press towards its light."""
 
     channel: str
     virtual: np.ndarray
@@ -85,12 +85,12 @@ class Line:
 
     @property
     def amplitude(self) -> float:
-        """How far the virtual one goes up and down, of the real one's."""
+        """Peak-to-peak amplitude, virtual over real."""
         return float(np.ptp(self.virtual) / np.ptp(self.real))
 
     @property
     def correlation(self) -> float:
-        """Of the two."""
+        """Correlation of virtual and real intensities."""
         return float(np.corrcoef(self.virtual, self.real)[0, 1])
 
 
@@ -98,8 +98,8 @@ class Line:
 class Pair:
     """One press, real and virtual; images are (H, W, K) float.
 
-    ``lines`` are shading profiles through the press, ``bare`` is the (H, W) skin that carries a
-    marker in none of the images.
+    ``lines`` are shading profiles through the press. ``bare`` is the (H, W) mask of pixels without
+    a marker in any image.
     """
 
     title: str
@@ -113,30 +113,30 @@ class Pair:
 
     @cached_property
     def mean(self) -> np.ndarray:
-        """(K,) mean of the untouched image, virtual over real."""
+        """(K,) mean of the reference image, virtual over real."""
         return np.asarray(self.virtual_rest.mean((0, 1)) / self.real_rest.mean((0, 1)))
 
     @cached_property
     def spread(self) -> np.ndarray:
-        """(K,) standard deviation of the untouched image, virtual over real."""
+        """(K,) standard deviation of the reference image, virtual over real."""
         return np.asarray(self.virtual_rest.std((0, 1)) / self.real_rest.std((0, 1)))
 
     @cached_property
     def change(self) -> np.ndarray:
-        """(K,) standard deviation of what the press changes, virtual over real."""
+        """(K,) standard deviation of the difference image, virtual over real."""
         virtual, real = self.virtual - self.virtual_rest, self.real - self.real_rest
         return np.asarray(virtual[self.bare].std(0) / real[self.bare].std(0))
 
     @cached_property
     def tint(self) -> np.ndarray:
-        """(K,) correlation of each colour's share of the untouched skin's light, over the image."""
+        """(K,) correlation over the image of each colour's share in the reference image."""
         virtual, real = (_shares(image, self.bare) for image in (self.virtual_rest, self.real_rest))
         count = len(self.channels)
         return np.array([np.corrcoef(virtual[k], real[k])[0, 1] for k in range(count)])
 
 
 def hex_pairs(data: Path) -> list[Pair]:
-    """The three-colour fingertip under a ball, twice."""
+    """Two ball presses on the three-colour fingertip."""
     folder = data / "three_colour" / "hex_fingertip"
     profile = load_profile("hex_fingertip", overrides=HEX_UNIT)
     stage = VirtualStage(profile, seed=3)
@@ -160,7 +160,7 @@ def hex_pairs(data: Path) -> list[Pair]:
 def press_until(
     stage: VirtualStage, profile: Profile, centre: tuple[float, float], radius_px: float
 ) -> None:
-    """Press the ball until it touches a circle of this radius."""
+    """Press the ball until the contact has this radius."""
     image = profile.image
     middle = np.array([image.width_px - 1, image.height_px - 1]) / 2
     x_mm, y_mm = (np.array(centre) - middle) * image.mm_per_px
@@ -175,12 +175,12 @@ def press_until(
 
 
 def grid_pair(data: Path) -> Pair:
-    """Six lamps in turn over a grid of balls; the skin between the balls is not told by them."""
+    """Six sequential lights over a ball grid; only the balls are scored."""
     folder = data / "six_led" / "ball_grid"
     profile = load_profile("desktop_six_led", overrides=GRID_UNIT)
     real, real_rest = (_scan(folder / name) for name in ("BGA-001", "Flat-001"))
     grid = read_target(folder / "BGA-001" / "bgatarget.yaml")
-    # Images are a quarter as large as the target's coordinates mean.
+    # The target's coordinates refer to images of four times the size.
     centres = (np.asarray(grid.centres_px) - 1.5) / 4
     scale, shape = profile.image.mm_per_px, real.shape[:2]
     presses = [BallPress((x, y), 2 * grid.radius_mm, 0.5 * grid.radius_mm) for x, y in centres]
@@ -196,9 +196,9 @@ def grid_pair(data: Path) -> Pair:
             np.median([along(image[..., k], c, azimuth, reach_px) for c in whole], axis=0)[_INSIDE]
             for image in (seen / rest, real / real_rest)
         )
-        lines.append(Line(f"lamp {k + 1}", virtual, recorded))
+        lines.append(Line(f"light {k + 1}", virtual, recorded))
     everywhere = np.ones(shape, bool)
-    title = "six lamps, a grid of balls"
+    title = "six lights, ball grid"
     channels = tuple(line.channel for line in lines)
     return Pair(title, channels, real_rest, real, rest, seen, tuple(lines), everywhere)
 
@@ -206,7 +206,7 @@ def grid_pair(data: Path) -> Pair:
 def along(
     image: np.ndarray, centre: Sequence[float], azimuth_deg: float, reach_px: float
 ) -> np.ndarray:
-    """(N,) intensities on a line through a press towards a lamp, from one side to the other."""
+    """(N,) intensities along a line through a press towards a light."""
     way = np.linspace(-_HALF_LINE, _HALF_LINE, _SAMPLES) * reach_px
     x = centre[0] + way * np.cos(np.radians(azimuth_deg))
     y = centre[1] + way * np.sin(np.radians(azimuth_deg))
@@ -216,7 +216,7 @@ def along(
 
 
 def bare(*images: np.ndarray) -> np.ndarray:
-    """(H, W) bool: skin that carries a marker in none of the images."""
+    """(H, W) bool: pixels without a marker in any of the images."""
     marked = np.zeros(images[0].shape[:2], bool)
     for image in images:
         grey = cv2.GaussianBlur(image.mean(2).astype(np.float32), (0, 0), 1)
@@ -226,7 +226,7 @@ def bare(*images: np.ndarray) -> np.ndarray:
 
 
 def _shares(image: np.ndarray, surface: np.ndarray) -> np.ndarray:
-    """(K, N) share of each colour, smooth, markers and the image's border left out."""
+    """(K, N) smoothed share of each colour, without markers and the image border."""
     weight = surface.astype(np.float32)
     total = cv2.GaussianBlur(image * weight[..., None], (0, 0), _TINT_BLUR_PX)
     smooth = total / np.maximum(cv2.GaussianBlur(weight, (0, 0), _TINT_BLUR_PX), 1e-3)[..., None]
@@ -239,15 +239,15 @@ def _read(path: Path) -> np.ndarray:
 
 
 def _scan(folder: Path) -> np.ndarray:
-    """(H, W, 6) of one scan, a quarter as large as recorded."""
+    """(H, W, 6) images of one scan at a quarter of the recorded size."""
     images = [cv2.imread(str(p), cv2.IMREAD_GRAYSCALE) for p in sorted(folder.glob("image*.png"))]
     quarter = {"fx": 0.25, "fy": 0.25, "interpolation": cv2.INTER_AREA}
     return np.dstack([cv2.resize(image, None, **quarter) for image in images]).astype(float)
 
 
 def tables(pairs: Sequence[Pair]) -> str:
-    """The page's tables: virtual over real, 1 if they were the same."""
-    lines = ["| image | channel | mean, untouched | spread, untouched | spread of the change | "]
+    """Tables of the page: virtual over real, so 1 is perfect agreement."""
+    lines = ["| image | channel | mean, reference | spread, reference | spread of the change | "]
     lines[0] += "shading: amplitude | shading: correlation |"
     lines.append("| --- | --- | --- | --- | --- | --- | --- |")
     for pair in pairs:
@@ -256,10 +256,10 @@ def tables(pairs: Sequence[Pair]) -> str:
             cells = [f"{number:.2f}" for number in (*numbers, line.correlation)]
             lines.append(f"| {pair.title} | {line.channel} | {' | '.join(cells)} |")
     tint = pairs[0].tint
-    said = ", ".join(f"{t:.2f} ({c})" for c, t in zip(pairs[0].channels, tint, strict=True))
+    values = ", ".join(f"{t:.2f} ({c})" for c, t in zip(pairs[0].channels, tint, strict=True))
     lines += [
         "",
-        f"Where the untouched three-colour skin is red, green or blue: correlation {said}.",
+        f"Colour distribution over the three-colour reference image: correlation {values}.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -276,10 +276,10 @@ def panels(pairs: Sequence[Pair]) -> list[Panel]:
         of = "contact radii" if len(pair.channels) == 3 else "ball radii"
         way = np.linspace(-_HALF_LINE, _HALF_LINE, _SAMPLES)
         way = way if len(shown[0].real) == _SAMPLES else way[_INSIDE]
-        name = "change of intensity" if step == 20 else "intensity, of the untouched"
+        name = "change of intensity" if step == 20 else "intensity / reference"
         panel = Panel(
             pair.title,
-            (f"towards the lamp, {of}", round(float(way[0]), 2), round(float(way[-1]), 2)),
+            (f"towards the light, {of}", round(float(way[0]), 2), round(float(way[-1]), 2)),
             (name, float(low), float(high)),
         )
         for line, colour in zip(shown, colours.values(), strict=True):
@@ -292,11 +292,11 @@ def panels(pairs: Sequence[Pair]) -> list[Panel]:
 
 
 def main() -> None:
-    """Measure, write the page's tables and curves, and draw the pictures."""
+    """Measure, write the tables and curves, and draw the pictures."""
     default = ROOT.parent / "shared" / "data"
     data = Path(sys.argv[1]) if len(sys.argv) > 1 else default
     if not data.is_dir():
-        sys.exit(f"there are no recordings in {data}; name their folder")
+        sys.exit(f"there are no recordings in {data}; give their folder")
     pairs = [*hex_pairs(data), grid_pair(data)]
     text = PAGE.read_text(encoding="utf-8")
     before, _, rest = text.partition(BEGIN)

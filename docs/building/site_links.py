@@ -1,4 +1,4 @@
-"""Which file of the repository each page of the site is, and where its links lead."""
+"""The files behind the pages of the site, and the targets of their links."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 ELSEWHERE = {
-    "first-plugin.md": "plugins/README.md",
-    "contributing.md": "CONTRIBUTING.md",
-    "changelog.md": "CHANGELOG.md",
-    "rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
-    "rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
-    "rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
+    "tutorials/first-plugin.md": "plugins/README.md",
+    "how-to/contribute.md": "CONTRIBUTING.md",
+    "reference/changelog.md": "CHANGELOG.md",
+    "reference/rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
+    "reference/rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
+    "reference/rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
 }
-"""Pages whose file does not lie in ``docs``."""
+"""Pages whose file is outside ``docs``."""
 
 MADE = {"adr/index.md": "docs/adr"}
-"""Pages that are written when the site is built, by what they stand for."""
+"""Pages that are generated when the site is prepared, and the path that links to them use."""
 
 GENERATED = "images/generated/"
-"""Pictures below it are drawn when the site is built."""
+"""Pictures in this folder are drawn when the site is prepared."""
 
 README_BEGINNING = "<!-- the beginning of README.md -->"
-"""Stands in ``index.md`` for what README.md says before its third heading."""
+"""Placeholder in ``index.md`` for the part of README.md before its third heading."""
 
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 _CODE = re.compile(r"(^```.*?^```$|`[^`\n]+`(?!\]))", re.MULTILINE | re.DOTALL)
 
 
 def origin(page: str) -> str:
-    """Return the path in the repository of a page's file."""
+    """Return the repository path of a page's file."""
     return ELSEWHERE.get(page) or MADE.get(page) or f"docs/{page}"
 
 
 def pages() -> dict[str, str]:
-    """Return the page that each file of the repository is."""
+    """Return the pages of the site by their file in the repository."""
     own = {
         path.relative_to(ROOT).as_posix(): path.relative_to(ROOT / "docs").as_posix()
         for path in sorted((ROOT / "docs").rglob("*.md"))
@@ -47,7 +47,7 @@ def pages() -> dict[str, str]:
 
 
 def text_of(page: str) -> str:
-    """Return a page's Markdown with every link as the site needs it."""
+    """Return the Markdown of a page with its links translated for the site."""
     if page == "adr/index.md":
         return decisions()
     text = at_home((ROOT / origin(page)).read_text(encoding="utf-8"), page, origin(page))
@@ -59,10 +59,10 @@ def text_of(page: str) -> str:
 
 
 def at_home(text: str, page: str, file: str) -> str:
-    """Rewrite the links of ``text``, which stands in ``file``, for where ``page`` is.
+    """Translate the links of ``text`` from ``file`` in the repository to ``page`` of the site.
 
-    A link to another page leads there, one to a picture in ``docs`` to the picture. What is not
-    part of the site is named by its path in the repository.
+    Links to pages and to pictures in ``docs`` become links within the site. A link to any other
+    file becomes the path of that file.
     """
     here, known = posixpath.dirname(page), pages()
 
@@ -80,7 +80,7 @@ def at_home(text: str, page: str, file: str) -> str:
 
 
 def links(text: str) -> list[str]:
-    """Return what the links and pictures of a text lead to."""
+    """Return the targets of the links and pictures of a text."""
     found: list[str] = []
 
     def noted(prose: str) -> str:
@@ -92,9 +92,9 @@ def links(text: str) -> list[str]:
 
 
 def target(link: str, file: str) -> tuple[str | None, str]:
-    """Return the path in the repository that a link in ``file`` leads to, and its anchor.
+    """Return the path in the repository of a link in ``file``, and its anchor.
 
-    None for the path where it leads to the page itself or out into the world.
+    The path is None for a link within the page or to another site.
     """
     path, marker, anchor = link.partition("#")
     if not path or ":" in path:
@@ -104,19 +104,19 @@ def target(link: str, file: str) -> tuple[str | None, str]:
 
 
 def outside_code(text: str, change: Callable[[str], str]) -> str:
-    """Change everything but code."""
+    """Apply ``change`` to everything except code."""
     parts = _CODE.split(text)
     return "".join(part if i % 2 else change(part) for i, part in enumerate(parts))
 
 
 def decisions() -> str:
-    """Return the list of the decisions' pages."""
+    """Return the page that lists the decisions."""
     lines = [
         "# Decisions",
         "",
-        "Each page says what was chosen where somebody could have chosen otherwise, and why. Where "
+        "Each page records a choice that could have been made otherwise, and the reasons. Where "
         "a page says so, its figures are those of the decision; today's are in "
-        "[accuracy](../accuracy.md) and [performance](../performance.md).",
+        "[accuracy](../reference/accuracy.md) and [performance](../reference/performance.md).",
         "",
     ]
     for path in decision_files():
@@ -126,5 +126,5 @@ def decisions() -> str:
 
 
 def decision_files() -> list[Path]:
-    """Return the files of the decisions, in order."""
+    """Return the files of the decision records, in order."""
     return sorted((ROOT / "docs" / "adr").glob("[0-9]*.md"))

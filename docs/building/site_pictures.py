@@ -1,4 +1,4 @@
-"""The site's pictures, drawn by the project's own code from its own profiles."""
+"""Generated pictures of the site, rendered from the shipped profiles."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ def pictures() -> Iterator[tuple[str, bytes]]:
 
 
 def _rig(profile: Profile) -> NDArray[np.uint8]:
-    """What the camera sees of a ball, and the skin's height."""
+    """Camera image of a ball press, and its height map."""
     ball_mm = 0.3 * profile.image.width_px * profile.image.mm_per_px
     height = _surface(profile, [(0.45, 0.5)], ball_mm)
     pixels = render(profile, height, seed=1)
     scale = profile.image.mm_per_px
     drawn = relief(Surface(height.astype(np.float32), scale))
     if pixels.shape[2] == _COLOURS:
-        return side_by_side([pixels, drawn], ["what the camera sees", "height of the skin"])
+        return side_by_side([pixels, drawn], ["camera image", "height map"])
     lights = [np.repeat(pixels[..., k : k + 1], _COLOURS, axis=2) for k in range(pixels.shape[2])]
     rows = [np.hstack(lights[i : i + _COLOURS]) for i in range(0, len(lights), _COLOURS)]
-    return side_by_side([np.vstack(rows), drawn], ["one exposure a lamp", "height of the skin"])
+    return side_by_side([np.vstack(rows), drawn], ["one exposure per light", "height map"])
 
 
 def _good_and_bad(profile: Profile) -> NDArray[np.uint8]:
-    """Presses to calibrate on, and such as are left out or teach little."""
+    """Presses that suit a calibration, and presses that are excluded or contribute little."""
     cases = {
-        "good: whole, alone": [(0.4, 0.5)],
-        "cut off by the border": [(0.02, 0.5)],
+        "good: complete, single": [(0.4, 0.5)],
+        "truncated by the border": [(0.02, 0.5)],
         "two contacts": [(0.22, 0.5), (0.78, 0.5)],
     }
     views = [render(profile, _surface(profile, at, 4.0), seed=1) for at in cases.values()]
@@ -56,7 +56,7 @@ def _good_and_bad(profile: Profile) -> NDArray[np.uint8]:
 def _surface(
     profile: Profile, at: Sequence[tuple[float, float]], ball_mm: float
 ) -> NDArray[np.float64]:
-    """(H, W) height under balls at these fractions of the image, mm."""
+    """(H, W) height map of balls at these fractions of the image, mm."""
     image = profile.image
     shape = (image.height_px, image.width_px)
     presses = [
@@ -68,7 +68,7 @@ def _surface(
 
 
 def _png(picture: NDArray[np.uint8]) -> bytes:
-    """Encode an (H, W, 3) picture, no wider than a page."""
+    """Encode an (H, W, 3) picture as PNG, at most as wide as a page."""
     height, width = picture.shape[:2]
     if width > _WIDTH_PX:
         size = (_WIDTH_PX, round(height * _WIDTH_PX / width))

@@ -1,4 +1,4 @@
-"""Draw the curves of docs/slip.md: python docs/building/slip_curves.py."""
+"""Draw the curves of slip.md: python docs/building/slip_curves.py."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from diagrams import Curve, Panel, write_sheet
-from virtual_skin_curves import COLOURS
+from virtual_gel_curves import COLOURS
 
 from experiments.slip_sequences import GROSS, Judged, Plan, judged
 
@@ -16,7 +16,7 @@ STATES = {"stick": 0.0, "incipient": 0.5, "slip": 1.0}
 
 
 def key_height_mm() -> np.ndarray:
-    """Return the blade of a key, 8 × 22 mm, with two grooves and a raised rim; 0.1 mm a pixel."""
+    """Height map of a key's blade, 8 × 22 mm at 0.1 mm per pixel, with two grooves and a rim."""
     key = np.zeros((220, 80), np.float32)
     key[:, 24:32] = -0.25
     key[:, 48:54] = -0.15
@@ -51,33 +51,31 @@ KEY = replace(
 GRASPS: dict[str, tuple[Plan, tuple[float, float], str]] = {
     "A can is pulled": (CAN, (4.0, 6.5), "cylinder"),
     "A key is pulled": (KEY, (4.5, 6.0), "plate"),
-    "A can is turned": (replace(CAN, turned=True, step=0.4), (4.0, 6.5), "ball"),
+    "A can is twisted": (replace(CAN, turned=True, step=0.4), (4.0, 6.5), "ball"),
 }
 
 
 def panel(title: str, run: Judged, band: tuple[float, float], colour: str) -> Panel:
-    """Entropy against the motion, with the paper's band, the share that sticks and the state."""
+    """Entropy over the motion, with the paper's band, the true stick share and the state."""
     moved = abs(run.plan.step) * np.arange(1, len(run.states) + 1)
     unit = "degrees" if run.plan.turned else "mm"
     entropy = np.array([state.entropy_bits or 0.0 for state in run.states])
     state = np.array([STATES[one.state] for one in run.states])
     drawn = Panel(
         title,
-        (f"object has moved, {unit}", 0.0, float(moved[-1])),
+        (f"object motion, {unit}", 0.0, float(moved[-1])),
         ("bits", 0.0, 8.0),
         [(*band, COLOURS[colour])],
     )
     drawn.curves.append(Curve("entropy, bits", COLOURS[colour], moved, entropy))
-    drawn.curves.append(
-        Curve("8 × share that sticks (truth)", "#888888", moved, 8 * run.stick_share)
-    )
+    drawn.curves.append(Curve("8 × stick share (truth)", "#888888", moved, 8 * run.stick_share))
     drawn.curves.append(Curve("8 × degree", "#c8a03d", moved, 8 * run.degree))
     drawn.curves.append(Curve("state: stick, incipient, slip", "#222222", moved, 8 * state))
     return drawn
 
 
-def told(title: str, run: Judged, band: tuple[float, float]) -> str:
-    """Say when what happened."""
+def summary(title: str, run: Judged, band: tuple[float, float]) -> str:
+    """Describe the motion at which each event occurs."""
     unit = "°" if run.plan.turned else "mm"
     entropy = np.array([state.entropy_bits or 0.0 for state in run.states])
     states = np.array([state.state for state in run.states])
@@ -88,19 +86,19 @@ def told(title: str, run: Judged, band: tuple[float, float]) -> str:
         )
 
     return (
-        f"{title}: entropy in the band {when(entropy >= band[0])}, warned "
-        f"{when(states == 'incipient')}, half sticks {when(run.stick_share < 0.5)}, slip told "
-        f"{when(states == 'slip')}, all slips {when(run.stick_share < GROSS)}, entropy then "
+        f"{title}: entropy in the band {when(entropy >= band[0])}, incipient slip reported "
+        f"{when(states == 'incipient')}, half sticks {when(run.stick_share < 0.5)}, slip reported "
+        f"{when(states == 'slip')}, gross slip {when(run.stick_share < GROSS)}, entropy then "
         f"{entropy[np.argmax(run.stick_share < GROSS)]:.1f}, kind {run.states[-1].kind}"
     )
 
 
 def main() -> None:
-    """Draw all and print what is in them."""
+    """Draw all panels and print a summary of each."""
     panels = []
     for title, (plan, band, colour) in GRASPS.items():
         run = judged(plan)
-        print(told(title, run, band))
+        print(summary(title, run, band))
         panels.append(panel(title, run, band, colour))
     write_sheet(OUT, panels, columns=len(panels))
 

@@ -1,4 +1,4 @@
-"""How a soft layer that is bonded to a rigid plate yields to a wave of load on its surface."""
+"""Compliance of an elastic layer bonded to a rigid plate, per wave number of the load."""
 
 from __future__ import annotations
 
@@ -9,18 +9,55 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
 
-THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO = 2.0, 0.145, 0.48
-"""Of a gel of which nobody tells: the silicone of most sensors of this family."""
+
+@dataclass(frozen=True)
+class GelParameters:
+    """Properties of the gel where a profile gives none.
+
+    Attributes
+    ----------
+    thickness_mm : float, mm
+        Thickness of the elastomer.
+        Source: the test sheet of [1]_, 23.4 × 22.6 × 2.0 mm.
+    shear_modulus_mpa : float, MPa
+        Source: neo-Hookean coefficient of the silicone XP-565 [1]_.
+    poisson_ratio : float, ratio
+        Source: chosen by hand, nearly incompressible; the papers give none.
+
+    References
+    ----------
+    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+       GelSight tactile sensor", ICRA, 2015.
+    """
+
+    thickness_mm: float = 2.0
+    shear_modulus_mpa: float = 0.145
+    poisson_ratio: float = 0.48
+
+
+GEL = GelParameters()
+"""The values in use."""
+
+THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO = (
+    GEL.thickness_mm,
+    GEL.shear_modulus_mpa,
+    GEL.poisson_ratio,
+)
 
 
 class Compliance(NamedTuple):
-    """Displacement for each unit of traction at some wave numbers, mm/MPa.
+    """Displacement per traction at given wave numbers, mm/MPa.
 
     With q the shear traction along the wave (L) or across it (T) and p the pressure,
 
         u_L = along q_L − i coupling p,    u_T = across q_T,    w = normal p + i coupling q_L
 
     where w is the indentation.
+
+    Attributes
+    ----------
+    along, across, normal, coupling : array of float64
+        In the shape of the wave numbers.
     """
 
     along: Array
@@ -31,16 +68,20 @@ class Compliance(NamedTuple):
 
 @dataclass(frozen=True)
 class Elastomer:
-    """What the gel is made of.
+    """A linear elastic layer of uniform thickness.
 
     Attributes
     ----------
     thickness_mm : float
-        Of the layer; ``inf`` is a half-space, for comparison with textbooks. Its mean displacement
-        has no meaning and is kept at zero.
+        Thickness of the layer. ``inf`` is a half-space, for comparison with textbooks; its mean
+        displacement is undefined and set to zero.
     shear_modulus_mpa : float
     poisson_ratio : float
-        Up to and including 0.5.
+        At most 0.5, an incompressible material.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985.
     """
 
     thickness_mm: float
@@ -48,11 +89,11 @@ class Elastomer:
     poisson_ratio: float
 
     def compliance(self, wave_number: Array) -> Compliance:
-        """Compliance at wave numbers k ≥ 0, in 1/mm.
+        """Return the compliance at wave numbers k ≥ 0, in 1/mm.
 
-        Solves the equations of a layer whose lower face is held and whose upper face is loaded by
-        a wave. With κ = 3 − 4ν and a = k h, all four share the denominator
-        2 κ cosh 2a + 1 + κ² + 4 a², except that across the wave the layer is in plain shear.
+        The lower face of the layer is fixed and its upper face is loaded by a sine wave. With
+        κ = 3 − 4ν and a = k h, the solutions share the denominator 2 κ cosh 2a + 1 + κ² + 4 a²,
+        except across the wave, where the layer is in simple shear.
         """
         k = np.asarray(wave_number, np.float64)
         mu, nu, h = self.shear_modulus_mpa, self.poisson_ratio, self.thickness_mm
@@ -64,7 +105,7 @@ class Elastomer:
             coupling = np.where(moves, -(0.5 - nu) * soft, 0.0)
             return Compliance(plane, np.where(moves, soft, 0.0), plane, coupling)
         kappa, a = 3 - 4 * nu, safe * h
-        decay = np.exp(-2 * a)  # everything divided by exp(2a), which overflows
+        decay = np.exp(-2 * a)  # all terms are divided by exp(2a), which would overflow
         shared = kappa * (1 + decay**2) + (1 + kappa**2 + 4 * a**2) * decay
         sinh, tail = kappa * (1 - decay**2), 4 * a * decay
         bend = kappa * (kappa - 1) / 4

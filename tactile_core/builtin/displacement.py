@@ -1,4 +1,4 @@
-"""The displacement of the skin at every pixel, from its markers."""
+"""Estimator ``core.displacement``: the dense displacement of the gel surface, from markers."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
 
 
 class Displacement(Estimator):
-    """Interpolates the markers as a layer of the gel's thickness moves.
+    """Interpolate the displacements of markers to every pixel.
 
-    Where the contact is known, the field bends at its border as elasticity says; without it the
-    bend is spread over the pitch of the markers. Markers that are not seen have no say.
+    With a known contact area the field bends sharply at its border, as an elastic layer does.
+    Without it the bend is spread over the marker pitch. Unseen markers are ignored. The method is
+    :class:`tactile_core.algorithms.displacement.MarkedSurface`.
     """
 
     needs_markers: ClassVar[bool] = True
@@ -28,7 +29,7 @@ class Displacement(Estimator):
 
     def estimate(self, markers: MarkerField, contact: ContactMask | None) -> DisplacementField:
         """Return the field; valid within a pitch of a marker that is seen."""
-        surface = self._skin_of(markers)
+        surface = self._surface_of(markers)
         return DisplacementField(
             surface.cells(markers.px, markers.seen, None if contact is None else contact.mask),
             surface.supported(markers.px, markers.seen),
@@ -36,8 +37,8 @@ class Displacement(Estimator):
             markers.timestamp_s,
         )
 
-    def _skin_of(self, markers: MarkerField) -> MarkedSurface:
-        """The weights for these markers, which are kept: they cost far more than a frame."""
+    def _surface_of(self, markers: MarkerField) -> MarkedSurface:
+        """The interpolation weights of these markers, cached because they are expensive."""
         kept = self._surface
         if kept is None or not np.array_equal(kept.reference_px, markers.reference_px):
             image, gel = self.context.image, self.context.gel

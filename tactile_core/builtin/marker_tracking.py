@@ -1,4 +1,4 @@
-"""Which marker of the untouched skin each detection is."""
+"""Estimator ``core.marker_tracking``: the markers of the reference, tracked frame to frame."""
 
 from __future__ import annotations
 
@@ -9,23 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.algorithms.marker_tracking import FEWEST_MARKERS, MarkerTracker, shows_contact
+from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
+from tactile_core.algorithms.marker_tracking.parameters import GROWTH
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 
 _IN_CONTACT = (
-    "the {} shows the markers of a skin that is touched; for displacements since the skin was "
-    "untouched, begin with nothing on it"
+    "the {} shows the markers of a gel that is touched; for displacements from the undeformed "
+    "surface, start without contact"
 )
 
 
 class MarkerTracking(Estimator):
-    """Follows the markers of the reference from frame to frame.
+    """Track the markers of the reference from frame to frame.
 
-    A marker that is missing, or whose identity is uncertain, is inferred from its neighbours and is
-    not ``seen``; see :class:`tactile_core.algorithms.marker_tracking.MarkerTracker`. Markers that
-    the border of the reference truncates help to distinguish the others and are not reported.
+    A marker that is missing, or whose identity is uncertain, is not ``seen``; its position is
+    inferred from its neighbours. See
+    :class:`tactile_core.algorithms.marker_tracking.MarkerTracker`. Markers that the border of the
+    reference truncates are tracked, because they help to identify the others, but not reported.
     """
 
     stateful: ClassVar[bool] = True
@@ -36,7 +38,7 @@ class MarkerTracking(Estimator):
         self.reset()
 
     def reset(self) -> None:
-        """Forget where the markers were, and the tare."""
+        """Forget the positions of the markers, and the tare."""
         self._tracker: MarkerTracker | None = None
         self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
         self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
@@ -44,27 +46,27 @@ class MarkerTracking(Estimator):
         self._contact_in_reference = False
 
     def tare(self, result: MarkerField) -> MarkerField:
-        """Take the present places of the markers for those at rest."""
+        """Measure displacements from the present positions of the markers."""
         self._zero_px = result.px
         return replace(result, reference_px=result.px)
 
     def estimate(self, detections: MarkerDetections, reference: Reference) -> MarkerField:
-        """Return every marker of the reference where it is now.
+        """Return the present position of every marker of the reference.
 
         Raises
         ------
         InputError
-            The reference shows no markers to follow.
+            The reference shows fewer than four markers.
         """
         tracker = self._tracker or self._begin(reference)
         first = tracker.began_displaced is None
-        tracker.follow(detections.centres_px)
+        tracker.update(detections.centres_px)
         started_in_contact = self._contact_in_reference or bool(tracker.began_displaced)
         notes = []
         if tracker.lost:
             notes.append(
-                f"none of the {len(self._reported)} markers can be told apart in this frame, which "
-                f"shows {len(detections.centres_px)}; their places are those of an earlier one"
+                f"none of the {len(self._reported)} markers can be identified in this frame, which "
+                f"shows {len(detections.centres_px)}; their positions are those of an earlier one"
             )
         if first and started_in_contact:
             notes.append(
@@ -73,7 +75,7 @@ class MarkerTracking(Estimator):
         return MarkerField(
             ids=np.arange(len(self._reported), dtype=np.int32),
             reference_px=self._zero_px,
-            px=self._places_px(),
+            px=self._positions_px(),
             seen=tracker.seen[self._reported],
             mm_per_px=self.context.image.mm_per_px,
             timestamp_s=detections.timestamp_s,
@@ -85,17 +87,18 @@ class MarkerTracking(Estimator):
     def _begin(self, reference: Reference) -> MarkerTracker:
         undeformed = reference.detections
         count = 0 if undeformed is None else len(undeformed.centres_px)
-        if undeformed is None or count < FEWEST_MARKERS:
+        if undeformed is None or count < GROWTH.min_markers:
             raise InputError(
-                f"the reference shows {count} markers, too few to follow; take it of the untouched "
-                f"gel in focus and evenly lit, or say 'gel.markers: null' for a gel without markers"
+                f"the reference shows {count} markers, too few to track; record it without "
+                f"contact, in focus and evenly lit, or set 'gel.markers: null' for a gel without "
+                f"markers"
             )
         self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
         self._reported = np.flatnonzero(~undeformed.cut)
-        self._zero_px = self._undeformed_px = self._places_px()
+        self._zero_px = self._undeformed_px = self._positions_px()
         self._contact_in_reference = shows_contact(undeformed.centres_px)
         return self._tracker
 
-    def _places_px(self) -> NDArray[np.float32]:
+    def _positions_px(self) -> NDArray[np.float32]:
         assert self._tracker is not None
         return self._tracker.px[self._reported].astype(np.float32)

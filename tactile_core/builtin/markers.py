@@ -1,4 +1,4 @@
-"""Where the printed markers are in a frame."""
+"""Estimator ``core.markers``: the printed markers in each frame."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from tactile_core.quantities import Frame, MarkerDetections
 
 
 class MarkerDetection(Estimator):
-    """Finds round, square and triangular markers, each by itself; see :func:`find_markers
-    <tactile_core.algorithms.markers.find_markers>` for the method.
+    """Detect round, square and triangular markers in a single frame.
 
-    Which marker is which is told by the step that follows them.
+    The method is :func:`find_markers <tactile_core.algorithms.markers.find_markers>`. Detections
+    have no identity; the tracking step assigns it.
     """
 
     needs_markers: ClassVar[bool] = True
@@ -26,13 +26,13 @@ class MarkerDetection(Estimator):
         super().__init__(options, context)
         if context.gel.markers == "auto":
             raise InputError(
-                "'gel.markers: auto' finds no lattice of markers in the reference; say their "
+                "'gel.markers: auto' finds no lattice of markers in the reference; give their "
                 "{pitch_mm: …, diameter_mm: …}, or 'markers: null' if none are printed"
             )
         self._finder = MarkerFinder.of(context)
 
     def estimate(self, frame: Frame) -> MarkerDetections:
-        """Return the centroids of all markers in view; none where no marker is visible."""
+        """Return the centroids of all markers in view, or none if the gel has no markers."""
         if self._finder is None:
             nothing = np.zeros((0, 2), np.float32), np.zeros(0, np.bool_)
             return MarkerDetections(*nothing, frame.timestamp_s)

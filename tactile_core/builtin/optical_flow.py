@@ -1,8 +1,8 @@
-"""The displacement of a skin without markers, from how the imprint of the object moves."""
+"""Estimator ``core.optical_flow``: displacement without markers, from the object's imprint."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,16 +14,36 @@ from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import DisplacementField, Float32, Frame, Reference
 
-_REACH_THICKNESSES = 0.5
-_CHANGED_WEIGHT = 0.02
+
+@dataclass(frozen=True)
+class OpticalFlowParameters:
+    """Parameters of the step; the pixel stride is an option.
+
+    Attributes
+    ----------
+    reach_thicknesses : float, gel thicknesses
+        Standard deviation of the Gaussian that extrapolates the motion around the imprint.
+        Source: chosen by hand; a bonded layer decays within about one thickness.
+    changed_weight : float, share of the image
+        Mean change of the texture weight after which a new key frame is taken.
+        Source: chosen by hand; no script derives it.
+    """
+
+    reach_thicknesses: float = 0.5
+    changed_weight: float = 0.02
+
+
+OPTICAL_FLOW = OpticalFlowParameters()
+"""The values in use."""
 
 
 class OpticalFlow(Estimator):
-    """Follows the imprint from picture to picture by dense inverse search.
+    """Track the imprint of the object by dense optical flow between key frames.
 
-    What is followed is what the object presses into the skin: it moves with the skin while the
-    contact sticks, and with the object once it slips. The displacement is told since the imprint
-    appeared, and is valid where there is something to follow: not under a smooth object.
+    The imprint moves with the gel surface while the contact sticks, and with the object once it
+    slips. The displacement starts at 0 when the imprint appears. It is valid only where there is
+    texture, so not under a smooth object. The method is
+    :func:`tactile_core.algorithms.displacement.flow.motion`.
     """
 
     class Options(device.Options):
@@ -31,7 +51,7 @@ class OpticalFlow(Estimator):
 
         stride_px: PositiveFloat = Field(
             default=8.0,
-            description="Motion, in pixels of the image, after which a new picture is followed.",
+            description="Motion after which a new key frame is taken, in pixels of the image.",
         )
 
     stateful = True
@@ -44,23 +64,23 @@ class OpticalFlow(Estimator):
         self.reset()
 
     def reset(self) -> None:
-        """Forget the imprint, so that the next frame's has not moved yet."""
+        """Forget the imprint; the displacement starts at 0 with the next frame."""
         self._now: flow.Imprint | None = None
         self._key: flow.Imprint | None = None
         self._key_px = self._since_px = np.zeros((0, 0, 2), np.float32)
 
     def tare(self, result: DisplacementField) -> DisplacementField:
-        """Measure from where the imprint is now."""
+        """Measure displacements from the present position of the imprint."""
         self._key = self._now
         self._key_px = self._since_px = np.zeros_like(self._key_px)
         return replace(result, cells_mm=np.zeros_like(result.cells_mm))
 
     def estimate(self, frame: Frame, reference: Reference) -> DisplacementField:
-        """Return the field; 0 far from everything that can be followed."""
+        """Return the field; it is 0 far from any texture."""
         now = flow.imprint(flow.detail(frame.pixels, frame.full_scale), self._detail_of(reference))
         height, width = frame.pixels.shape[:2]
         factor = width / now.weight.shape[1]
-        moved_px = self._followed(now, factor)
+        moved_px = self._motion_px(now, factor)
         size = (width, height)
         scale = np.float32(factor * frame.mm_per_px)
         weight = cv2.resize(now.weight, size, interpolation=cv2.INTER_LINEAR)
@@ -71,22 +91,24 @@ class OpticalFlow(Estimator):
             frame.timestamp_s,
         )
 
-    def _followed(self, now: flow.Imprint, factor: float) -> Float32:
-        """Motion since the beginning, in pixels of the imprint."""
+    def _motion_px(self, now: flow.Imprint, factor: float) -> Float32:
+        """Displacement since the imprint appeared, in pixels of the imprint."""
         key, self._now = self._key, now
         if key is None:
             self._key = now
             self._key_px = self._since_px = np.zeros((*now.weight.shape, 2), np.float32)
             return self._key_px
         thickness_mm = self.context.gel.thickness_mm or THICKNESS_MM
-        reach_px = _REACH_THICKNESSES * thickness_mm / (factor * self.context.image.mm_per_px)
+        reach_px = (
+            OPTICAL_FLOW.reach_thicknesses * thickness_mm / (factor * self.context.image.mm_per_px)
+        )
         both = np.minimum(key.weight, now.weight)
         since = flow.settled(flow.motion(key, now, self._since_px), both, reach_px=reach_px)
-        moved = flow.settled(flow.followed(self._key_px, since), now.weight, reach_px=reach_px)
+        moved = flow.settled(flow.composed(self._key_px, since), now.weight, reach_px=reach_px)
         self._since_px = since
         farthest = float(np.abs(since[both > 0.5]).max(initial=0.0))
         changed = float(np.abs(now.weight - key.weight).mean())
-        if farthest * factor > self._stride_px or changed > _CHANGED_WEIGHT:
+        if farthest * factor > self._stride_px or changed > OPTICAL_FLOW.changed_weight:
             self._key, self._key_px, self._since_px = now, moved, np.zeros_like(since)
         return moved
 

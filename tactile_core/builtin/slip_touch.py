@@ -1,7 +1,8 @@
-"""Where the object touches, as coarsely as ``core.slip`` needs it, and from what there is."""
+"""The contact area and the load for ``core.slip``, from whichever quantity is available."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,31 +13,75 @@ from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
+    contact_from_motion,
+    contact_within_ring,
     covered,
     light_change,
     small_image,
-    touched_by_motion,
-    touched_within,
 )
 from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
 
-_SHEARED_MM = 0.04
-_LEAST_SLOPE, _SURE_SLOPE, _STAYS = 0.03, 0.1, 0.5
-_LEAST_CHANGE, _NOISES = 0.015, 5.0
-_STRONGEST = 0.99
-_CUT = 0.5
-_MARKER_RADII = 1.6
+
+@dataclass(frozen=True)
+class TouchParameters:
+    """Parameters of the contact area; those of its shape are in ``algorithms/slip/touched.py``.
+
+    Attributes
+    ----------
+    sheared_mm : float, mm
+        Median displacement above which an object without visible border fills the view.
+        Source: chosen by hand; no script derives it.
+    min_slope : float, mm per mm
+        Minimum slope of the height map at the border of a contact.
+        Source: chosen by hand; no script derives it.
+    clear_slope : float, mm per mm
+        Slope above which the height map alone shows a contact.
+        Source: chosen by hand; no script derives it.
+    slope_drop : float, share of the slope
+        The height map is used while the slope stays above this share of its last value with a
+        contact.
+        Source: chosen by hand; no script derives it.
+    slope_quantile : float, share of the view
+        Quantile of the slope that counts as its maximum.
+        Source: chosen by hand; robust against a few outliers.
+    min_change : float, share of full scale
+        Minimum change of light at the border of a contact.
+        Source: chosen by hand; no script derives it.
+    change_noises : float, noise sigmas
+        The same relative to the noise of the reference; the larger of both applies.
+        Source: chosen by hand; no script derives it.
+    max_border_share : float, share of the view's border
+        A contact that covers more of the border is taken from the displacement instead.
+        Source: chosen on virtual contacts (ADR 31).
+    marker_radii : float, marker radii
+        Radius around a marker in which the change of light is ignored.
+        Source: chosen by hand; it includes the blurred edge of a marker.
+    """
+
+    sheared_mm: float = 0.04
+    min_slope: float = 0.03
+    clear_slope: float = 0.1
+    slope_drop: float = 0.5
+    slope_quantile: float = 0.99
+    min_change: float = 0.015
+    change_noises: float = 5.0
+    max_border_share: float = 0.5
+    marker_radii: float = 1.6
+
+
+TOUCH = TouchParameters()
+"""The values in use."""
 
 
 class Touch(NamedTuple):
-    """A contact at the coarse places, and how hard it is pressed.
+    """A contact area on the coarse grid, and its load.
 
     Attributes
     ----------
     mask : (h, w) bool
     load : Load
     blurred : bool
-        Its border is one that the displacement field was made without.
+        Whether the displacement field was estimated without this area.
     """
 
     mask: Bool
@@ -45,27 +90,27 @@ class Touch(NamedTuple):
 
 
 class TouchFinder:
-    """Takes the contact from the height map, else from the image, else from the dragged skin.
+    """Find the contact in the height map, else in the image, else in the displacement field.
 
     Parameters
     ----------
     stride : int
-        Every so many pixels there is a coarse place.
+        Distance between grid points in pixels.
     spacing_mm : float
-        Distance of neighbouring places.
+        The same in mm.
     marker_px : float
-        Diameter of a marker; 0 where there are none.
+        Diameter of a marker; 0 for a gel without markers.
     """
 
     def __init__(self, stride: int, spacing_mm: float, marker_px: float = 0.0) -> None:
         self.stride = stride
         self._spacing_mm = spacing_mm
-        self._marker_radius = 0.5 * _MARKER_RADII * marker_px / stride
+        self._marker_radius = 0.5 * TOUCH.marker_radii * marker_px / stride
         self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Forget every earlier contact."""
+        """Forget all contacts."""
         self._measured_once = False
         self.release()
 
@@ -75,7 +120,7 @@ class TouchFinder:
         self._slope = 0.0
 
     def picked(self, image: NDArray[Any]) -> NDArray[Any]:
-        """Values at the coarse places of an image (H, W)."""
+        """Sample an image (H, W) at the grid points."""
         first = self.stride // 2
         return image[first :: self.stride, first :: self.stride]
 
@@ -88,7 +133,7 @@ class TouchFinder:
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> Touch:
-        """Find the contact; ``moved_mm`` (h, w) is how far the skin is displaced."""
+        """Find the contact; ``moved_mm`` (h, w) is the magnitude of the displacement."""
         if contact is not None:
             found = self._measured(contact, height)
             if found.mask.any() or not self._fills_view(moved_mm):
@@ -97,38 +142,41 @@ class TouchFinder:
             found = self._in_image(frame, reference, markers, moved_mm.shape)
             if found.mask.any() and _ends_within_view(found.mask):
                 return found
-        mask = touched_by_motion(moved_mm)
+        mask = contact_from_motion(moved_mm)
         if mask.any() and self._sheared is not None:
-            # what lags behind when slip begins was dragged along before
+            # a part that lags behind once slip begins was sheared along before
             mask |= self._sheared
         self._sheared = mask if mask.any() else None
         return Touch(mask, Load(float(np.count_nonzero(mask)), 0.0))
 
     def _measured(self, contact: ContactMask, height: HeightMap | None) -> Touch:
-        """What is steep tells more than what is high: beside wide or shallow contacts the skin is
-        drawn down, and the mask of what is high misses a border or comes and goes."""
+        """The contact from slopes, else from its mask.
+
+        Slopes are more reliable than heights. Around wide or shallow contacts the surface is drawn
+        down, so the mask misses the border or flickers.
+        """
         mask = self.picked(contact.mask)
         load = Load(float(np.count_nonzero(contact.mask)), 0.0)
         if height is not None:
             steep = steepness(
                 np.ascontiguousarray(self.picked(height.mm)), self._spacing_mm, smooth=True
             )
-            slope = quantile(steep.ravel(), _STRONGEST)
-            if mask.any() or slope > _SURE_SLOPE:
+            slope = quantile(steep.ravel(), TOUCH.slope_quantile)
+            if mask.any() or slope > TOUCH.clear_slope:
                 self._slope = slope
-            if self._slope and slope >= _STAYS * self._slope:
-                within = touched_within(steep, _LEAST_SLOPE)
+            if self._slope and slope >= TOUCH.slope_drop * self._slope:
+                within = contact_within_ring(steep, TOUCH.min_slope)
                 if within.any():
                     mask, load = within, Load(0.0, float(np.sqrt(steep.sum())))
         self._measured_once |= bool(mask.any())
         return Touch(mask, load)
 
     def _fills_view(self, moved_mm: Float32) -> bool:
-        """A level object larger than the view has no slopes to be seen by, but drags the skin.
+        """Whether an object larger than the view, which has no visible border, shears the surface.
 
-        So does what is left of a contact that has just ended.
+        After a measured contact, such a displacement is what remains of it.
         """
-        return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > _SHEARED_MM
+        return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > TOUCH.sheared_mm
 
     def _in_image(
         self,
@@ -143,20 +191,22 @@ class TouchFinder:
             self._undeformed = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
         change = light_change(now, self._undeformed[1], self._hidden(markers, shape))
-        least = max(_LEAST_CHANGE, _NOISES * reference.noise / reference.full_scale)
-        # shear changes the light of a contact more than its volume
+        least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
+        # shear changes the light of a contact by more than its volume
         load = Load(0.0, float(np.sqrt(change.sum())))
-        return Touch(touched_within(change, least), load, blurred=True)
+        return Touch(contact_within_ring(change, least), load, blurred=True)
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:
             return np.zeros(shape, np.bool_)
-        rest_px = markers.reference_px if markers.undeformed_px is None else markers.undeformed_px
-        points_px = np.concatenate([rest_px, markers.px])
+        undeformed_px = (
+            markers.reference_px if markers.undeformed_px is None else markers.undeformed_px
+        )
+        points_px = np.concatenate([undeformed_px, markers.px])
         return covered((points_px + 0.5) / self.stride - 0.5, self._marker_radius, shape)
 
 
 def _ends_within_view(mask: Bool) -> bool:
-    """A contact whose border is not seen is told better by the skin that it drags."""
+    """Whether most of the border of the contact is in view."""
     rim = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
-    return bool(rim.mean() < _CUT)
+    return bool(rim.mean() < TOUCH.max_border_share)

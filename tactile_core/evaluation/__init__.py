@@ -1,4 +1,4 @@
-"""Measurements of the project itself: against the truth, and against the clock.
+"""Evaluation of accuracy against ground truth, and of run time and memory.
 
 May import every room but cli and testing.
 """

@@ -1,4 +1,4 @@
-"""The main job with no hardware and no files: calibrate, press, measure, compare, report."""
+"""Demonstration without hardware or files: calibrate a virtual sensor, measure, report."""
 
 from __future__ import annotations
 
@@ -26,24 +26,74 @@ from tactile_core.views import html
 from tactile_core.views.arrows import arrows
 from tactile_core.views.maps import Over, deviation, relief
 
-CALIBRATION_PRESSES = 12
-BALL_SHARE = 0.22
-"""Diameter of the ball for calibrating, of the width of the view; thin gels take a smaller one."""
-
-_REACH = 0.38
 _COLOURS = 3
-_MOST_SHEARS = 40
-_STICKING = (1.0, 0.66, 0.33, 0.0)
-"""Shares of the contact that stick when a picture is taken of a drag."""
 
-_NODES_BLUR = 0.05
-_VIEW_CONTACTS = 3.5
-"""How many widths of the contact a picture shows."""
+
+@dataclass(frozen=True)
+class DemoParameters:
+    """Set-up of the demonstration. It is fixed, so that its figures are comparable.
+
+    Attributes
+    ----------
+    presses : int, count
+        Presses of the calibration ball.
+        Source: chosen by hand; no script derives it.
+    ball_widths : float, view widths
+        Diameter of the calibration ball; at most ``ball_thicknesses`` on a thin gel.
+        Source: chosen by hand; no script derives it.
+    ball_thicknesses : float, gel thicknesses
+        Upper bound of the ball's diameter.
+        Source: chosen by hand; no script derives it.
+    reach_widths : float, view sizes
+        Largest distance of a press from the image centre along x and y.
+        Source: chosen by hand; no script derives it.
+    depths : (float, float), ball diameters
+        Range of the calibration presses' depth.
+        Source: chosen by hand; no script derives it.
+    shear_step : float, ball diameters
+        Shear displacement between two checks of the stick region.
+        Source: chosen by hand; no script derives it.
+    max_shears : int, count
+        Largest number of such steps.
+        Source: chosen by hand; no script derives it.
+    stick_shares : tuple of float, share of the contact
+        A figure is drawn when the stick region first shrinks to each of these.
+        Source: chosen by hand: full stick, two stages of partial slip, gross slip.
+    outline_blur : float, contact sizes
+        Gaussian sigma that smooths the outline of a contact, which fast simulation gives by nodes.
+        Source: chosen by hand; no script derives it.
+    view_contacts : float, contact widths
+        Size of the image section in a figure.
+        Source: chosen by hand; no script derives it.
+    min_contact : float, share of the image
+        Smallest contact size that sets this section.
+        Source: chosen by hand; no script derives it.
+    error_percentile : float, percent
+        The colour scale of errors ends here, so that single pixels do not set it.
+        Source: chosen by hand; no script derives it.
+    """
+
+    presses: int = 12
+    ball_widths: float = 0.22
+    ball_thicknesses: float = 2
+    reach_widths: float = 0.38
+    depths: tuple[float, float] = (0.12, 0.22)
+    shear_step: float = 0.02
+    max_shears: int = 40
+    stick_shares: tuple[float, ...] = (1.0, 0.66, 0.33, 0.0)
+    outline_blur: float = 0.05
+    view_contacts: float = 3.5
+    min_contact: float = 0.02
+    error_percentile: float = 99.5
+
+
+DEMO = DemoParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class DemoRow:
-    """How one press was measured.
+    """Accuracy of one press.
 
     Attributes
     ----------
@@ -52,7 +102,7 @@ class DemoRow:
     height_error_mm : float
         RMS over the whole image.
     depth_mm, measured_depth_mm : float
-        Highest point of the truth and of the measurement.
+        Peak of the true and of the measured height map.
     """
 
     rig: str
@@ -65,9 +115,9 @@ class DemoRow:
 
 @dataclass(frozen=True)
 class _Object:
-    """Something to press: sizes and depth in diameters of the calibration's ball."""
+    """An object to press; sizes and depth in diameters of the calibration ball."""
 
-    words: str
+    label: str
     kind: str
     depth: float
     x: float
@@ -84,7 +134,7 @@ _OBJECTS = (
 
 
 def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], list[str]]:
-    """Calibrate a virtual rig by ball presses, press other things, compare with the truth.
+    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth.
 
     Returns
     -------
@@ -93,12 +143,12 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], li
         HTML for the report.
     """
     stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
-    bundle, said = _calibrated(profile, stage, ball_mm, progress)
+    bundle, summary = _calibrated(profile, stage, ball_mm, progress)
     pipeline = Pipeline(profile, bundle)
-    rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), said]
-    for thing in _OBJECTS:
-        _press(stage, thing, ball_mm)
-        row, figures = _measured(stage, pipeline, thing.words)
+    rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
+    for pressed in _OBJECTS:
+        _press(stage, pressed, ball_mm)
+        row, figures = _measured(stage, pipeline, pressed.label)
         rows.append(row)
         parts.append(html.row(figures))
     return rows, [*parts, *_sheared(stage, ball_mm)]
@@ -111,9 +161,9 @@ def _calibrated(
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)
         write_frame(folder / "reference", stage.frame(), "undeformed")
-        for number in range(CALIBRATION_PRESSES):
-            x, y = rng.uniform(-_REACH, _REACH, 2)
-            depth = float(rng.uniform(0.12, 0.22))
+        for number in range(DEMO.presses):
+            x, y = rng.uniform(-DEMO.reach_widths, DEMO.reach_widths, 2)
+            depth = float(rng.uniform(*DEMO.depths))
             _press(stage, _Object("", "sphere", depth, x, y, {"diameter_mm": 1.0}), ball_mm)
             write_frame(folder / "presses", stage.frame(), f"press_{number:02d}")
         result = calibrate(
@@ -121,30 +171,30 @@ def _calibrated(
             folder / "presses",
             folder / "reference",
             ball_diameter_mm=ball_mm,
-            scored=False,  # what follows tells more than held-out presses of the same ball
+            scored=False,  # other objects test the calibration better than held-out ball presses
             progress=progress,
         )
     used = sum(press.used for press in result.presses)
     return result.bundle, html.paragraph(
-        f"Calibrated on {used} presses of a {ball_mm:g} mm ball by {result.bundle.manifest.model}; "
-        f"then other things are pressed, which it has never seen."
+        f"{result.bundle.manifest.model}, calibrated on {used} presses of a {ball_mm:g} mm ball. "
+        f"The objects below were not part of the calibration."
     )
 
 
-def _press(stage: VirtualStage, thing: _Object, ball_mm: float) -> None:
+def _press(stage: VirtualStage, pressed: _Object, ball_mm: float) -> None:
     image = stage.profile.image
     stage.reset()
     stage.indenter(
-        thing.kind,
-        x_mm=thing.x * image.width_px * image.mm_per_px,
-        y_mm=thing.y * image.height_px * image.mm_per_px,
-        angle_deg=thing.angle_deg,
-        **{name: size * ball_mm for name, size in thing.sizes.items()},
+        pressed.kind,
+        x_mm=pressed.x * image.width_px * image.mm_per_px,
+        y_mm=pressed.y * image.height_px * image.mm_per_px,
+        angle_deg=pressed.angle_deg,
+        **{name: size * ball_mm for name, size in pressed.sizes.items()},
     )
-    stage.press(depth_mm=thing.depth * ball_mm)
+    stage.press(depth_mm=pressed.depth * ball_mm)
 
 
-def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[DemoRow, list[str]]:
+def _measured(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[DemoRow, list[str]]:
     frame, truth = stage.frame(), stage.truth()
     reading = pipeline.process(frame)
     height, slopes = reading[HeightMap], reading[Gradients]
@@ -152,63 +202,63 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, words: str) -> tuple[Demo
     error = angles_deg(np.stack([slopes.x, slopes.y], 2)[inside], truth.gradients[inside])
     row = DemoRow(
         stage.profile.name,
-        words,
+        label,
         float(error.mean()),
         float(np.sqrt(np.mean((height.mm - truth.height_mm) ** 2))),
         float(truth.height_mm.max()),
         float(height.mm.max()),
     )
     near, scale = _around(inside), height.mm_per_px
-    touched = reading.get(ContactMask)
-    found, real = (Surface(mm[near], scale) for mm in (height.mm, truth.height_mm))
-    measured_contact = None if touched is None else _outlined(touched.mask, near)
-    span_mm = (min(0.0, float(real.mm.min())), float(max(real.mm.max(), found.mm.max())))
-    most_mm = float(np.percentile(np.abs(found.mm - real.mm), 99.5))
+    contact = reading.get(ContactMask)
+    measured, true = (Surface(mm[near], scale) for mm in (height.mm, truth.height_mm))
+    measured_contact = None if contact is None else _outlined(contact.mask, near)
+    span_mm = (min(0.0, float(true.mm.min())), float(max(true.mm.max(), measured.mm.max())))
+    most_mm = float(np.percentile(np.abs(measured.mm - true.mm), DEMO.error_percentile))
     drawn = [
-        (_shown(frame)[near], f"{words}: what the camera sees"),
-        (relief(found, measured_contact, span_mm=span_mm), "measured"),
-        (relief(real, _outlined(inside, near), span_mm=span_mm), "true"),
+        (_shown(frame)[near], f"{label}: camera image"),
+        (relief(measured, measured_contact, span_mm=span_mm), "measured height"),
+        (relief(true, _outlined(inside, near), span_mm=span_mm), "true height"),
         (
-            deviation(found, real, most_mm=most_mm),
-            f"measured less true, red is too high: normals {row.normal_error_deg:.1f}° off",
+            deviation(measured, true, most_mm=most_mm),
+            f"height error (red: too high); mean normal error {row.normal_error_deg:.1f}°",
         ),
     ]
     return row, [html.figure(picture, caption, photo=True) for picture, caption in drawn]
 
 
 def _sheared(stage: VirtualStage, ball_mm: float) -> list[str]:
-    """Drag a ball until all of it slips, and show some moments of it."""
+    """Shear a ball until gross slip, and show stages of partial slip."""
     _press(stage, _Object("", "sphere", 0.15, -0.1, 0.0, {"diameter_mm": 1.2}), ball_mm)
     figures: list[str] = []
-    moments = list(_STICKING)
-    for _ in range(_MOST_SHEARS):
-        stage.shear(dx_mm=0.02 * ball_mm, steps=2)
+    stick_shares = list(DEMO.stick_shares)
+    for _ in range(DEMO.max_shears):
+        stage.shear(dx_mm=DEMO.shear_step * ball_mm, steps=2)
         truth = stage.truth()
         sticking = truth.stick.sum() / max(1, truth.contact.sum())
-        if sticking > moments[0]:
+        if sticking > stick_shares[0]:
             continue
-        moments = [moment for moment in moments if moment < sticking]
+        stick_shares = [share for share in stick_shares if share < sticking]
         near = _around(truth.contact)
         slips = (truth.contact & ~truth.stick)[near]
         picture = arrows(_shown(stage.frame())[near], truth.displacement_mm[near], slips=slips)
-        words = f"dragged by {truth.wrench[0]:.2f} N under {truth.wrench[2]:.2f} N: " + (
-            f"{sticking:.0%} of the contact sticks" if sticking else "all of it slips"
-        )
-        figures.append(html.figure(picture, words, photo=True))
-        if not moments:
+        force = f"shear force {truth.wrench[0]:.2f} N, normal force {truth.wrench[2]:.2f} N"
+        state = f"{sticking:.0%} of the contact sticks" if sticking else "gross slip"
+        figures.append(html.figure(picture, f"{force}: {state}", photo=True))
+        if not stick_shares:
             break
-    told = (
-        "A ball is dragged to the right until it slips. Arrows are how the skin is displaced, the "
-        "longest as long in every picture; red where it slides along the ball."
+    caption = (
+        "A ball is sheared to the right until it slips. Arrows show the displacement of the gel "
+        "surface, scaled to the longest arrow of each figure; red arrows are in the slip region."
     )
-    return [html.paragraph(told), html.row(figures)]
+    return [html.paragraph(caption), html.row(figures)]
 
 
 def _around(contact: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """The part of the image that is worth a look: some widths of the contact, shaped like it."""
+    """Section of the image around a contact, with the image's aspect ratio."""
     height, width = contact.shape
     rows, columns = np.nonzero(contact)
-    share = min(1.0, _VIEW_CONTACTS * max(np.ptp(columns) / width, np.ptp(rows) / height, 0.02))
+    size = max(np.ptp(columns) / width, np.ptp(rows) / height, DEMO.min_contact)
+    share = min(1.0, DEMO.view_contacts * size)
     return _span(rows, share * height, height), _span(columns, share * width, width)
 
 
@@ -218,21 +268,21 @@ def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
 
 
 def _outlined(contact: NDArray[np.bool_], near: tuple[slice, slice]) -> Over:
-    """The contact with a smooth border: a fast simulation gives it by whole nodes."""
-    blur_px = _NODES_BLUR * np.sqrt(contact.sum())
+    """Outline of a contact, smoothed because a fast simulation resolves it by nodes."""
+    blur_px = DEMO.outline_blur * np.sqrt(contact.sum())
     smooth = cv2.GaussianBlur(contact.astype(np.float32), (0, 0), blur_px)
     return Over([Outline(smooth[near] > 0.5)])
 
 
 def _ball_mm(profile: Profile) -> float:
     view_mm = profile.image.width_px * profile.image.mm_per_px
-    most_mm = 2 * (profile.gel.thickness_mm or view_mm)
-    return round(min(BALL_SHARE * view_mm, most_mm), 2)
+    most_mm = DEMO.ball_thicknesses * (profile.gel.thickness_mm or view_mm)
+    return round(min(DEMO.ball_widths * view_mm, most_mm), 2)
 
 
 def _shown(frame: Frame) -> NDArray[np.uint8]:
-    """(H, W, 3): colours as they are, and of lamps in turn three that lie apart."""
+    """(H, W, 3) image: the colours, or three evenly spaced channels of sequential lights."""
     pixels: NDArray[Any] = frame.pixels
-    apart = np.arange(_COLOURS) * (pixels.shape[2] // _COLOURS)
-    shown = pixels[..., apart].astype(np.float32) * (255 / frame.full_scale)
+    channels = np.arange(_COLOURS) * (pixels.shape[2] // _COLOURS)
+    shown = pixels[..., channels].astype(np.float32) * (255 / frame.full_scale)
     return np.ascontiguousarray(shown.astype(np.uint8))

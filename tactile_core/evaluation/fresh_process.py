@@ -1,4 +1,4 @@
-"""Work in a process of its own, so that its memory and its processor core are its own too."""
+"""Run work in a separate process, to measure its memory and to give it its own core."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class FreshProcess:
-    """A generator that runs in a fresh interpreter, one thread wide.
+    """A generator that runs in a new interpreter with one thread.
 
-    Unlike a process of :mod:`multiprocessing` it shares nothing with this one and does not run the
-    caller's script again.
+    Unlike a :mod:`multiprocessing` process it shares no memory with this one and does not import
+    the caller's script again.
 
     Parameters
     ----------
     function : callable
-        A generator function of a module; what it yields is received here, what is sent from here
-        is the value of its ``yield``.
+        A generator function of a module. :meth:`receive` returns the values that it yields;
+        :meth:`send` sets the value of its ``yield`` expression.
     *arguments
-        Pickled for it.
+        Arguments of the function; they are pickled.
     """
 
     def __init__(self, function: Callable[..., Generator[Any, Any, None]], *arguments: Any) -> None:
@@ -41,27 +41,27 @@ class FreshProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=environment,
-            process_group=0,  # an interrupt from the terminal is for this process, which ends it
+            process_group=0,  # only this process gets the terminal's interrupt; it ends the other
         )
         self.send((function, arguments))
 
     def send(self, message: Any) -> None:
-        """Send a message; the other side does not have to be ready for it."""
+        """Send a message; this does not wait for the other process."""
         assert self._process.stdin is not None
-        # one that has died says so when its answer is waited for
+        # receive() reports a process that has ended
         with suppress(BrokenPipeError):
             pickle.dump(message, self._process.stdin)
             self._process.stdin.flush()
 
     def receive(self) -> Any:
-        """Wait for what the generator yields next.
+        """Wait for the next value that the generator yields.
 
         Raises
         ------
         Exception
-            What the generator raised.
+            The generator's exception, raised again here.
         DeviceError
-            The process has ended, for instance for want of memory.
+            The process has ended, for instance because it ran out of memory.
         """
         assert self._process.stdout is not None
         try:
@@ -69,7 +69,7 @@ class FreshProcess:
         except EOFError:
             code = self._process.wait()
             raise DeviceError(
-                f"a measuring process ended by itself (exit code {code}); see what it wrote above"
+                f"a measuring process ended unexpectedly (exit code {code}); see its output above"
             ) from None
         if isinstance(answer, Exception):
             raise answer
@@ -92,17 +92,17 @@ class FreshProcess:
 def serve() -> None:
     """Run one generator for the process at the other end of stdin and stdout."""
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # a plugin that prints must not spoil the answers
+    os.dup2(2, 1)  # a plugin's print must not mix with the answers
     try:
         for answer in _answered():
             pickle.dump(answer, answers)
             answers.flush()
     except (BrokenPipeError, KeyboardInterrupt):
-        return  # the other end has gone
+        return  # the other process has ended
 
 
 def _answered() -> Iterator[Any]:
-    """What the generator yields, one answer for each message; at last what it raises."""
+    """Values that the generator yields, one per message, and finally its exception, if any."""
     generator: Generator[Any, Any, None] | None = None
     for message in _messages():
         try:
@@ -124,18 +124,18 @@ def _answered() -> Iterator[Any]:
 
 
 def _messages() -> Iterator[Any]:
-    with suppress(EOFError):  # the other end has gone
+    with suppress(EOFError):  # the other process has ended
         while True:
             yield pickle.load(sys.stdin.buffer)
 
 
 def peak_memory_mib() -> float | None:
-    """Largest resident memory that this process ever had, code and libraries included.
+    """Peak resident memory of this process, including code and libraries, MiB.
 
-    None where the system does not tell (neither ``/proc`` nor :mod:`resource`).
+    None on systems with neither ``/proc`` nor :mod:`resource`.
     """
     try:
-        # ru_maxrss would count the parent's memory too: Linux hands it down to a new process
+        # ru_maxrss would include the parent's memory: Linux passes it on to a new process
         status = Path("/proc/self/status").read_text()
         return int(status.partition("VmHWM:")[2].split()[0]) / 1024
     except (OSError, IndexError):
@@ -150,7 +150,7 @@ def peak_memory_mib() -> float | None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let OpenCV use one thread for a while, as a robot with other work would."""
+    """Restrict OpenCV to one thread inside the block, as on a robot with other tasks."""
     import cv2
 
     before = cv2.getNumThreads()

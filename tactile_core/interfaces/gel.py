@@ -1,4 +1,4 @@
-"""The gel of one sensor build: its shape, its elastomer, its coating and its markers."""
+"""The profile's ``gel`` section: shape, elastomer, coating and markers of one sensor build."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, ValidationInfo, fie
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.section import Section
 
-_DENSEST_PX = 2.0
-"""Pitch of markers that can still be distinguished."""
-_SMALLEST_PX = 0.5
-"""Diameter of a marker that can still be seen."""
-_MOST_TERMS = 20
+_MIN_PITCH_PX = 2.0
+"""Smallest marker pitch that an image resolves, px: the Nyquist limit."""
+_MIN_DIAMETER_PX = 0.5
+"""Smallest marker diameter that is visible, px; chosen by hand."""
+_MAX_PRONY_TERMS = 20
 
 
 class Markers(Section):
-    """Markers printed on the membrane."""
+    """Markers printed on the gel surface."""
 
-    pitch_mm: PositiveFloat = Field(description="Distance of neighbouring markers.")
-    diameter_mm: PositiveFloat = Field(description="Size of one marker.")
+    pitch_mm: PositiveFloat = Field(description="Distance between adjacent marker centres, mm.")
+    diameter_mm: PositiveFloat = Field(description="Diameter of a marker, mm.")
 
     @field_validator("diameter_mm")
     @classmethod
-    def _markers_lie_apart(cls, diameter_mm: float, info: ValidationInfo) -> float:
+    def _markers_do_not_touch(cls, diameter_mm: float, info: ValidationInfo) -> float:
         pitch_mm = info.data.get("pitch_mm")
         if pitch_mm is not None and diameter_mm >= pitch_mm:
             raise ValueError(
@@ -34,50 +34,59 @@ class Markers(Section):
 
 
 class Relaxation(Section):
-    """One way in which the gel's stress fades: a spring in series with a dashpot."""
+    """One term of the Prony series of stress relaxation: a spring in series with a dashpot."""
 
     modulus_share: PositiveFloat = Field(
-        description="Extra stiffness at once, as a share of shear_modulus_mpa."
+        description="Instantaneous extra stiffness, as a share of shear_modulus_mpa."
     )
-    time_s: PositiveFloat = Field(description="Time in which it falls to 1/e.")
+    time_s: PositiveFloat = Field(description="Relaxation time constant (decay to 1/e), s.")
 
 
 class Gel(Section):
-    """The elastomer; what is not known may be left out until a step needs it."""
+    """Shape and material of the gel; leave out unknown values until a step needs them."""
 
-    shape: Literal["flat", "dome"] = Field(default="flat", description="Shape at rest.")
-    radius_mm: PositiveFloat | None = Field(
-        default=None, validate_default=True, description="Radius of a dome."
+    shape: Literal["flat", "dome"] = Field(
+        default="flat", description="Shape of the undeformed gel surface."
     )
-    thickness_mm: PositiveFloat | None = Field(default=None, description="Thickness of the gel.")
+    radius_mm: PositiveFloat | None = Field(
+        default=None, validate_default=True, description="Radius of a dome, mm."
+    )
+    thickness_mm: PositiveFloat | None = Field(
+        default=None, description="Thickness of the gel, mm."
+    )
     shear_modulus_mpa: PositiveFloat | None = Field(
-        default=None, description="Neo-Hookean coefficient µ."
+        default=None, description="Neo-Hookean coefficient µ, MPa."
     )
     poisson_ratio: Annotated[float, Field(gt=0, lt=0.5)] | None = Field(
-        default=None, description="Below 0.5; silicone is close to it."
+        default=None, description="Poisson ratio, below 0.5; silicone is close to 0.5."
     )
-    friction: NonNegativeFloat | None = Field(default=None, description="Coulomb coefficient.")
+    friction: NonNegativeFloat | None = Field(
+        default=None, description="Coulomb friction coefficient."
+    )
     friction_speed_mm_s: PositiveFloat | None = Field(
         default=None,
-        description="Speed of slip at which friction has doubled; null: the same at every speed.",
+        description="Slip speed at which friction doubles, mm/s; null: independent of speed.",
     )
     prony: list[Relaxation] | None = Field(
         default=None,
-        max_length=_MOST_TERMS,
-        description="How stress relaxes towards shear_modulus_mpa, its value in the end.",
+        max_length=_MAX_PRONY_TERMS,
+        description="Prony series of stress relaxation; shear_modulus_mpa is the relaxed value.",
     )
     size_mm: tuple[PositiveFloat, PositiveFloat] | None = Field(
-        default=None, description="Width and height of the gel; null: beyond the view all around."
+        default=None,
+        description="Width and height of the gel, mm; null: larger than the field of view.",
     )
     crown_mm: NonNegativeFloat | None = Field(
         default=None,
-        description="How much lower the edges are than the middle, beside the shape; with size_mm.",
+        description="Height of the middle above the edges, in addition to the shape, mm; needs "
+        "size_mm.",
     )
     coating: Literal["matte", "semi_specular"] = Field(
-        default="matte", description="How the skin reflects."
+        default="matte", description="Reflectance of the gel surface."
     )
     markers: Markers | Literal["auto"] | None = Field(
-        default=None, description="Printed markers; auto finds pitch and size, null means none."
+        default=None,
+        description="Printed markers; auto measures pitch and diameter, null means none.",
     )
 
     @field_validator("radius_mm")
@@ -94,18 +103,18 @@ class Gel(Section):
     @classmethod
     def _crown_needs_edges(cls, crown_mm: float | None, info: ValidationInfo) -> float | None:
         if crown_mm and info.data.get("size_mm") is None:
-            raise ValueError("tells how low the edges are, and needs size_mm; add it")
+            raise ValueError("is the height of the middle above the edges; add size_mm")
         return crown_mm
 
 
 def markers_misfit(gel: Gel, image: ImageSection) -> str | None:
-    """Say why an image cannot show the gel's markers; None where it can."""
+    """Return why the image cannot resolve the gel's markers, or None if it can."""
     if not isinstance(gel.markers, Markers):
         return None
     pitch_px = gel.markers.pitch_mm / image.mm_per_px
     diameter_px = gel.markers.diameter_mm / image.mm_per_px
     widest_px = image.width_px + image.height_px
-    if _DENSEST_PX <= pitch_px <= widest_px and diameter_px >= _SMALLEST_PX:
+    if _MIN_PITCH_PX <= pitch_px <= widest_px and diameter_px >= _MIN_DIAMETER_PX:
         return None
     return (
         f"has markers of {diameter_px:.3g} px every {pitch_px:.3g} px in an image of "

@@ -1,4 +1,4 @@
-"""What a profile says of one light, for the core's illuminations."""
+"""Profile options of a single light, shared by the built-in illuminations."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tactile_core.interfaces.optics import LightBuild
 
 
 class LightOptions(LightBuild):
-    """One light, as seen from the image centre, and how it is built if not like the others."""
+    """Direction of one light, and any keys of its LED array that differ from ``optics.lights``."""
 
     name: str = Field(min_length=1, description="The light's name.")
     azimuth_deg: float = Field(
-        description="Where it stands around the image: 0 is right, 90 is down."
+        description="Direction of the light around the image centre: 0 is right, 90 is down."
     )
     elevation_deg: float = Field(
-        ge=0, le=90, description="Its angle above the gel surface; 90 shines straight onto it."
+        ge=0, le=90, description="Angle of the light above the gel surface; 90 is perpendicular."
     )
 
     def placed(self, feeds: tuple[str, ...] = ()) -> Light:
@@ -30,6 +30,6 @@ class LightOptions(LightBuild):
 
 
 def refuse_same_names(lights: Sequence[LightOptions]) -> None:
-    """Raise a ValueError if two lights have one name."""
+    """Raise a ValueError if two lights share a name."""
     if len({light.name for light in lights}) < len(lights):
-        raise ValueError("two lights have one name")
+        raise ValueError("two lights have the same name")

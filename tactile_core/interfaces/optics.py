@@ -1,6 +1,7 @@
-"""What a profile may say about its light beyond where the lamps stand, for its virtual twin.
+"""The profile's ``optics`` section: light, coating and camera of the virtual sensor.
 
-Nothing that measures reads this section; every key has a default that gives a plausible sensor.
+Only the virtual sensor reads this section; measurements never depend on it. Every key is optional
+and its default gives a plausible sensor.
 """
 
 from __future__ import annotations
@@ -16,94 +17,113 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class LightBuild(Section):
-    """How each lamp of ``illumination.lights`` is built; a lamp may say the same keys itself."""
+    """LED array behind each light of ``illumination.lights``; a light may override each key."""
 
     distance_mm: PositiveFloat | None = Field(
         default=None,
-        description="From the image centre to the lamp; four fifths of the view's diagonal if "
-        "left out.",
+        description="Distance from the image centre to the LED array, mm. Default: 0.8 of the "
+        "view's diagonal.",
     )
     array: tuple[Leds, Leds] = Field(
-        default=(1, 1), description="LEDs of a lamp: rows up from the gel, columns along it."
+        default=(1, 1),
+        description="Number of LEDs in the array: rows (away from the gel) and columns (along it).",
     )
-    pitch_mm: PositiveFloat = Field(default=2.0, description="Distance of neighbouring LEDs.")
+    pitch_mm: PositiveFloat = Field(
+        default=2.0, description="Spacing of adjacent LEDs in the array, mm."
+    )
     lobe_deg: Annotated[float, Field(gt=0, lt=180)] = Field(
-        default=120.0, description="Full angle in which an LED shines at half strength or more."
+        default=120.0, description="Full angle at which an LED emits half its peak intensity."
     )
     aim_mm: float = Field(
-        default=0.0, description="How far beyond the image centre the lamp's axis meets the skin."
+        default=0.0,
+        description="Distance past the image centre at which the array's axis meets the gel "
+        "surface, mm.",
     )
     scatter: Share = Field(
-        default=0.0, description="Share of the light that a diffuser spreads evenly."
+        default=0.0, description="Share of the light that a diffuser spreads evenly, 0 to 1."
     )
     spread: Share = Field(
-        default=0.0, description="Relative standard deviation of the brightness from lamp to lamp."
+        default=0.0,
+        description="Relative standard deviation of the brightness between lights, 0 to 1.",
     )
 
 
 class Coat(Section):
-    """How the skin reflects; what is left out follows from ``gel.coating``."""
+    """Reflectance of the gel surface; keys left out follow from ``gel.coating``."""
 
     specular: Share | None = Field(
-        default=None, description="Share of the reflected light that flakes mirror."
+        default=None, description="Specular share of the reflected light, 0 to 1."
     )
     roughness: PositiveFloat | None = Field(
-        default=None, description="Spread of the flakes: root-mean-square slope over √2."
+        default=None,
+        description="Roughness of the specular part: root-mean-square slope of its facets over √2.",
     )
     grain: NonNegativeFloat = Field(
-        default=0.015, description="Relative standard deviation of the skin's brightness."
+        default=0.015,
+        description="Relative standard deviation of the reflectance (surface grain).",
     )
     grain_mm: PositiveFloat | None = Field(
-        default=None, le=10, description="Size of the grain; a pixel if left out."
+        default=None, le=10, description="Correlation length of the grain, mm. Default: one pixel."
     )
-    ink: Share = Field(default=0.06, description="What a printed marker reflects, of the skin's.")
+    ink: Share = Field(
+        default=0.06,
+        description="Reflectance of a printed marker relative to the bare gel surface, 0 to 1.",
+    )
 
 
 class Print(Section):
-    """How the markers of ``gel.markers`` look."""
+    """Appearance of the markers in ``gel.markers``."""
 
     shape: Literal["round", "square", "triangle"] = Field(
-        default="round", description="Outline of one marker."
+        default="round", description="Outline of a marker."
     )
     layout: Literal["grid", "quasi_random"] = Field(
-        default="grid", description="Square grid, or places and turns by chance, evenly spread."
+        default="grid",
+        description="Marker layout: a square grid, or the grid with random offsets and rotations.",
     )
 
 
 class ImageSensor(Section):
-    """How the camera turns light into numbers."""
+    """How the camera converts light to pixel values."""
 
     exposure: Annotated[float, Field(gt=0, lt=1)] = Field(
-        default=0.4, description="Intensity of the resting skin, of full scale, as pictures say it."
+        default=0.4,
+        description="Mean pixel value of the undeformed gel surface, as a share of full scale.",
     )
     crosstalk: Annotated[float, Field(ge=0, le=0.5)] = Field(
-        default=0.08, description="Share of a colour that its neighbour in the spectrum sees."
+        default=0.08, description="Share of a colour's light that leaks into the adjacent channel."
     )
-    vignetting: Share = Field(default=0.2, description="Share of the light that corners lose.")
+    vignetting: Share = Field(
+        default=0.2, description="Share of the light lost in the image corners, 0 to 1."
+    )
     view_distance_mm: PositiveFloat | None = Field(
         default=None,
-        description="From the skin to the pupil; one and a half diagonals of the view if left out.",
+        description="Distance from the gel surface to the camera's pupil, mm. Default: 1.5 "
+        "diagonals of the view.",
     )
     full_well_e: PositiveFloat = Field(
-        default=8000.0, description="Electrons at full scale: light's own noise is their root."
+        default=8000.0,
+        description="Electrons at full scale; photon shot noise is the square root of the signal.",
     )
-    read_noise_e: NonNegativeFloat = Field(default=8.0, description="Noise without any light.")
+    read_noise_e: NonNegativeFloat = Field(default=8.0, description="Read noise, electrons.")
     gamma: PositiveFloat = Field(
-        default=2.2, description="Exponent of the coding where image.transfer is gamma."
+        default=2.2, description="Gamma of the pixel values where image.transfer is gamma."
     )
     jpeg_quality: Annotated[int, Field(ge=1, le=100)] | Literal["none"] | None = Field(
         default=None,
-        description="Of a camera that sends JPEG; 90 for gamma-coded colour of 8 bits if left out.",
+        description="JPEG quality of a camera that compresses its frames. Default: 90 for 8-bit "
+        "colour images with gamma, none otherwise.",
     )
 
 
 class Optics(Section):
-    """Light, skin and camera of the virtual twin."""
+    """Light, gel surface and camera of the virtual sensor."""
 
-    lights: LightBuild = Field(default_factory=LightBuild, description="How the lamps are built.")
+    lights: LightBuild = Field(default_factory=LightBuild, description="LED arrays of the lights.")
     ambient: Share = Field(
-        default=0.15, description="Share of the resting skin's light that comes from everywhere."
+        default=0.15,
+        description="Ambient share of the light on the undeformed gel surface, 0 to 1.",
     )
-    coat: Coat = Field(default_factory=Coat, description="How the skin reflects.")
-    markers: Print = Field(default_factory=Print, description="How printed markers look.")
-    sensor: ImageSensor = Field(default_factory=ImageSensor, description="The camera's chip.")
+    coat: Coat = Field(default_factory=Coat, description="Reflectance of the gel surface.")
+    markers: Print = Field(default_factory=Print, description="Appearance of printed markers.")
+    sensor: ImageSensor = Field(default_factory=ImageSensor, description="Camera sensor.")

@@ -1,9 +1,9 @@
-"""Virtual sensors: frames of any profile without hardware, with the truth beside them.
+"""Virtual sensors: frames of any profile without hardware, with ground truth.
 
 May import calibration, pipeline and what these may import.
 
-``VirtualStage`` moves an object on the skin of any profile; ``Faults`` are what may go wrong with
-the rig. Both are imported when they are first used.
+``VirtualStage`` moves an object on the gel surface of any profile. ``Faults`` describes defects of
+the rig. Both are imported on first use.
 """
 
 from __future__ import annotations

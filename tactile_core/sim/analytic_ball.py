@@ -1,7 +1,7 @@
-"""An analytic ball pressed into the skin: a height that is known by formula alone.
+"""Indentation by a ball in closed form: ground truth for tests, without mechanics.
 
-The skin follows the ball inside the contact and decays exponentially outside it. Good for a first
-look and for tests; mechanics are those of :class:`tactile_core.sim.VirtualStage`.
+The gel surface follows the ball inside the contact and decays exponentially outside it. For
+elastic contact mechanics use :class:`tactile_core.sim.VirtualStage`.
 """
 
 from __future__ import annotations
@@ -14,19 +14,37 @@ from numpy.typing import NDArray
 
 from tactile_core.profiles.model import Profile
 
-SKIRT_BALL_FRACTION = 0.3
-"""Decay length of the skin around the contact, in ball radii."""
+
+@dataclass(frozen=True)
+class BallParameters:
+    """Shape of the gel surface around the ball.
+
+    Attributes
+    ----------
+    skirt_radii : float, ball radii
+        Decay length of the indentation outside the contact.
+        Source: chosen by hand; no script derives it.
+    """
+
+    skirt_radii: float = 0.3
+
+
+BALL = BallParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class BallPress:
-    """A ball pressed somewhere.
+    """A ball pressed into the gel surface.
 
     Attributes
     ----------
     centre_px : (x, y)
-    diameter_mm, depth_mm : float
-        Of the ball; how far it indents the skin beyond the contact's border.
+    diameter_mm : float
+        Diameter of the ball.
+    depth_mm : float
+        Height of the ball's cap inside the contact: indentation at the centre minus indentation at
+        the contact's border.
     """
 
     centre_px: tuple[float, float]
@@ -35,17 +53,17 @@ class BallPress:
 
     @property
     def contact_radius_mm(self) -> float:
-        """Radius of the circle where the skin leaves the ball."""
+        """Radius of the contact circle."""
         return float(np.sqrt(self.depth_mm * (self.diameter_mm - self.depth_mm)))
 
     def height_mm(self, shape: tuple[int, int], mm_per_px: float) -> NDArray[np.float64]:
-        """(H, W) height of the skin, mm; positive where it is pressed."""
+        """(H, W) height of the gel surface, mm; positive where it is indented."""
         x = (np.arange(shape[1]) - self.centre_px[0]) * mm_per_px
         y = (np.arange(shape[0])[:, None] - self.centre_px[1]) * mm_per_px
         r, radius, a = np.hypot(x, y), self.diameter_mm / 2, self.contact_radius_mm
         rim = np.sqrt(radius**2 - a**2)
-        skirt_mm = SKIRT_BALL_FRACTION * radius
-        edge_mm = skirt_mm * a / rim  # so that the slope has no step at the border
+        skirt_mm = BALL.skirt_radii * radius
+        edge_mm = skirt_mm * a / rim  # makes the slope continuous at the border
         inside = np.sqrt(np.maximum(radius**2 - r**2, 0)) - rim + edge_mm
         return np.asarray(
             np.where(r < a, inside, edge_mm * np.exp(-np.maximum(r - a, 0) / skirt_mm))
@@ -53,10 +71,10 @@ class BallPress:
 
 
 def render(profile: Profile, height_mm: NDArray[Any], *, seed: int = 0) -> NDArray[Any]:
-    """Return the (H, W, K) image of a skin of this height as the profile's camera sees it.
+    """Render the (H, W, K) image that the profile's camera takes of this height.
 
-    One and the same unit always; the seed makes the noise of the picture. For many pictures keep a
-    :class:`~tactile_core.sim.optics.RigOptics`.
+    The sensor unit is always the same; the seed selects the image noise. To render many images,
+    keep a :class:`~tactile_core.sim.optics.RigOptics`.
     """
     from tactile_core.sim.optics.rig import RigOptics
 

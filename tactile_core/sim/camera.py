@@ -1,4 +1,4 @@
-"""``core.virtual``: the camera of a profile's virtual twin."""
+"""``core.virtual``: the camera of a profile's virtual sensor."""
 
 from __future__ import annotations
 
@@ -23,28 +23,34 @@ _TOUCH = Path(__file__).with_name("touch.yaml")
 
 
 class VirtualOptions(Options):
-    """What happens in front of the camera."""
+    """Options of the virtual camera."""
 
     script: Path | None = Field(
-        default=None, description="YAML as for 'tactile simulate'; else a ball comes and goes."
+        default=None,
+        description="YAML script as for 'tactile simulate'. Default: a ball presses and leaves.",
     )
-    seed: int = Field(default=0, ge=0, description="Makes the unit and its noise.")
-    mode: Mode = Field(default="fast", description="fast keeps up with a camera; or accurate.")
-    loop: bool = Field(default=False, description="Begin again at the end.")
+    seed: int = Field(
+        default=0, ge=0, description="Random seed of the virtual unit and of its noise."
+    )
+    mode: Mode = Field(
+        default="fast",
+        description="fast runs at camera rate; accurate solves the contact on a finer grid.",
+    )
+    loop: bool = Field(default=False, description="Restart the script when it ends.")
 
 
 class VirtualCamera(Camera):
-    """Photographs a virtual stage on which a script is played, then delivers None.
+    """Plays a script on a virtual stage and delivers its images, then None.
 
-    Each read is the next exposure of the rig's sequence, so lights and camera keep step as long as
-    every exposure is read. Times are the stage's own, so that the same script gives the same
-    readings on any machine: a step that is given no seconds takes one frame's at the nominal rate.
+    Each read returns the next exposure of the rig's sequence, so lights and camera stay
+    synchronised as long as every exposure is read. Timestamps are simulated: the same script gives
+    the same readings on any machine. A step without seconds takes one frame at the nominal rate.
 
     Parameters
     ----------
     options : VirtualOptions
     profile : SensorBuild
-        The rig.
+        The sensor to simulate.
     """
 
     Options: ClassVar[type[BaseModel]] = VirtualOptions
@@ -57,27 +63,27 @@ class VirtualCamera(Camera):
 
     @classmethod
     def of(cls, options: BaseModel, build: SensorBuild) -> Self:
-        """Make the camera of a profile's virtual twin."""
+        """Make the camera of a profile's virtual sensor."""
         assert isinstance(options, VirtualOptions)
         return cls(options, build)
 
     def _open(self) -> None:
         stage = VirtualStage(self._profile, self._settings.seed, self._settings.mode)
         script = Script(self._settings.script or _TOUCH)
-        self._images = _photographed(stage, script, loop=self._settings.loop)
+        self._images = _played_images(stage, script, loop=self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())
 
     def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        # the stage goes through the sequence by itself
+        # the stage steps through the exposure sequence itself
         return Trigger.CAMERA
 
     def _read(self, timeout_s: float) -> Image | None:
         return next(self._images, None)
 
 
-def _photographed(stage: VirtualStage, script: Script, *, loop: bool) -> Iterator[Image]:
+def _played_images(stage: VirtualStage, script: Script, *, loop: bool) -> Iterator[Image]:
     shot, time_s = 0, 0.0
     while True:
         staged_s = 0.0

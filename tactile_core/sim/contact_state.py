@@ -1,4 +1,4 @@
-"""Where an object is, how it moves, and what the skin remembers of it."""
+"""Pose and motion of an object, and the state of the gel surface between steps."""
 
 from __future__ import annotations
 
@@ -13,11 +13,14 @@ from tactile_core.sim.friction import Grip
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the object is: its own origin in the sensor frame, and its turn from x towards y.
+    """Pose of the object in the sensor frame.
 
     Attributes
     ----------
-    x_mm, y_mm, angle_deg : float
+    x_mm, y_mm : float
+        Position of the object's origin.
+    angle_deg : float
+        Rotation, positive from x towards y.
     """
 
     x_mm: float = 0.0
@@ -25,7 +28,7 @@ class Pose:
     angle_deg: float = 0.0
 
     def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
-        """Carry points of the sensor frame into the object's own."""
+        """Transform points from the sensor frame into the object's frame."""
         x, y = x_mm - self.x_mm, y_mm - self.y_mm
         if self.angle_deg == 0:
             return x, y
@@ -34,7 +37,7 @@ class Pose:
         return cos * x + sin * y, cos * y - sin * x
 
     def back(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
-        """Carry points of the object's own frame into the sensor frame."""
+        """Transform points from the object's frame into the sensor frame."""
         angle = np.radians(self.angle_deg)
         cos, sin = np.cos(angle), np.sin(angle)
         return self.x_mm + cos * x_mm - sin * y_mm, self.y_mm + sin * x_mm + cos * y_mm
@@ -42,17 +45,18 @@ class Pose:
 
 @dataclass(frozen=True)
 class Move:
-    """Where the object goes in a step, and how hard it presses.
+    """Target of one step: pose and load of the object.
 
     Attributes
     ----------
     pose : Pose
+        Pose at the end of the step.
     depth_mm, force_n : float or None
-        One of them: how far beyond the first touch the object is lowered, or with what force.
+        Exactly one is given: depth below first contact, or normal force.
     seconds : float
-        ``inf``: as slowly as it takes for all stress to relax.
+        Duration; ``inf`` is quasi-static, with all stress relaxed.
     rolls : bool
-        The object rolls to its place, rather than being shifted.
+        The object rolls to its new position instead of sliding.
     """
 
     pose: Pose
@@ -64,29 +68,29 @@ class Move:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:
-    """Everything that the next step depends on, on the nodes of the grid.
+    """State of the gel surface on the nodes of the grid; the next step starts from it.
 
-    Every node belongs to a point of the skin: values move with it.
+    Each node is a material point of the surface (Lagrangian description).
 
     Attributes
     ----------
     displacement_mm : (3, ny, nx)
-        x, y, and how far it is pressed towards the camera.
+        x, y, and indentation towards the camera.
     pressure_mpa : (ny, nx)
     anchors_mm : (2, ny, nx)
-        x and y displacement at which the object holds each node of the contact. It differs from
-        the displacement by what the solver left over, which must not add up from step to step.
+        x and y displacement at which the object holds each contact node. It differs from the
+        displacement by the solver's residual, so that residuals do not accumulate over steps.
     grip : Grip
         Shear traction, and the slip in the last step.
     stretches_mm : (branches, 3, ny, nx)
-        Of the viscoelastic branches.
+        Stretch of the viscoelastic branches.
     level_mm : float
-        Height of the object over its lowest point when it first touches.
+        Height of the object's lowest point at first contact.
     pose : Pose
     depth_mm : float
-        How far beyond the first touch the object is lowered.
+        Depth of the object below first contact.
     iterations : tuple of int
-        Of the normal contact and of the friction, in the last step.
+        Iterations of the normal contact and of the friction, in the last step.
     """
 
     displacement_mm: Array
@@ -106,6 +110,6 @@ class SurfaceState:
 
     @property
     def stick(self) -> NDArray[np.bool_]:
-        """(ny, nx) bool: nodes in contact that did not move along the object in the last step."""
+        """(ny, nx) bool: contact nodes that did not slip along the object in the last step."""
         slip_mm = np.hypot(*self.grip.slip_mm)
         return np.asarray(self.contact & (slip_mm <= self.grip.resolution_mm))

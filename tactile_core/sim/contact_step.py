@@ -1,4 +1,4 @@
-"""One step of a rigid object in contact with the gel: from one state of the skin to the next."""
+"""One quasi-static or timed step of a rigid object in contact with the gel."""
 
 from __future__ import annotations
 
@@ -17,24 +17,54 @@ from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.viscoelasticity import TimeStep
 from tactile_core.sim.window import Window
 
-_OUT_OF_REACH_MM = -50.0
-_FAR_SPACINGS, _FAR_SWEEPS = 0.3, 2
-"""After a long way, where the skin has gone must be known before what presses on it is."""
-_SLACK = 0.05
-"""Share of the depth by which skin may bulge towards the object that presses beside it."""
-_HALVINGS = 30
+
+@dataclass(frozen=True)
+class ContactStepParameters:
+    """Parameters of a contact step. They are numerical; nothing sets them from outside.
+
+    Attributes
+    ----------
+    out_of_reach_mm : float, mm
+        Overlap at nodes that have no part of the object above them.
+        Source: chosen by hand; it only has to exceed any gap that a press closes.
+    long_move_spacings : float, node spacings
+        A step that moves the object further needs at least ``long_move_sweeps`` sweeps, because
+        the gel surface moves before the pressure on it is known.
+        Source: chosen by hand; no script derives it (see ADR 21).
+    long_move_sweeps : int, count
+        Sweeps of pressure and friction after a long move.
+        Source: chosen by hand; no script derives it (see ADR 21).
+    bulge_share : float, share of the depth
+        The gel surface next to the contact may bulge towards the object by this much. Nodes with a
+        smaller gap are included in the window.
+        Source: chosen by hand; a window that is too small is detected and enlarged.
+    bisections : int, count
+        Bisections of the initial depth for a given force.
+        Source: chosen by hand; 30 halvings exceed the precision of float32.
+    """
+
+    out_of_reach_mm: float = -50.0
+    long_move_spacings: float = 0.3
+    long_move_sweeps: int = 2
+    bulge_share: float = 0.05
+    bisections: int = 30
+
+
+STEP = ContactStepParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class Precision:
-    """How carefully a step is solved.
+    """Solver tolerances of a step.
 
     Attributes
     ----------
     normal, friction : float
         Tolerances of :func:`solve_normal` and :func:`solve_friction`.
     sweeps : int
-        How often pressure and friction, each of which moves the skin for the other, take turns.
+        Number of alternations between pressure and friction, which displace the gel surface for
+        each other.
     """
 
     normal: float
@@ -43,20 +73,24 @@ class Precision:
 
 
 @dataclass(frozen=True)
-class _Sought:
-    """What a step is solved for, on all nodes."""
+class _StepProblem:
+    """Inputs of the contact problem of one step, on all nodes.
+
+    ``residual_mm`` is the displacement that viscoelasticity leaves without load, and ``motion``
+    the tangential motion of the object's surface.
+    """
 
     move: Move
     time: TimeStep
-    left_mm: Array
-    carried: Array
+    residual_mm: Array
+    motion: Array
     lowered_mm: float
     overlap_mm: Array
 
 
 @dataclass(frozen=True)
-class _Solved:
-    """Loads on all nodes, and how much further than asked the object was lowered."""
+class _StepSolution:
+    """Loads on all nodes, and the depth added to reach the requested force."""
 
     pressure: Array
     grip: Grip
@@ -65,13 +99,21 @@ class _Solved:
 
 
 class ContactModel:
-    """A gel on a grid, and how it answers an object.
+    """Contact mechanics of a gel on a grid.
 
     Parameters
     ----------
     layer : ElasticLayer
     gel : SoftGel
     precision : Precision
+
+    References
+    ----------
+    .. [1] Polonsky, Keer, "A numerical method for solving rough contact problems based on the
+       multi-level multi-summation and conjugate gradient techniques", Wear 231, 1999.
+    .. [2] Boyd, Parikh, Chu, Peleato, Eckstein, "Distributed Optimization and Statistical Learning
+       via the Alternating Direction Method of Multipliers", Foundations and Trends in Machine
+       Learning 3, 2011.
     """
 
     def __init__(self, layer: ElasticLayer, gel: SoftGel, precision: Precision) -> None:
@@ -79,8 +121,8 @@ class ContactModel:
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
 
-    def at_rest(self) -> SurfaceState:
-        """Return the untouched skin."""
+    def undeformed(self) -> SurfaceState:
+        """Return the state of the undeformed gel surface."""
         shape, dtype = self.layer.grid.shape, self.layer.dtype
         return SurfaceState(
             np.zeros((3, *shape), dtype),
@@ -91,10 +133,10 @@ class ContactModel:
         )
 
     def placed(self, state: SurfaceState, indenter: Indenter, pose: Pose) -> SurfaceState:
-        """Return the state with the object lowered over the skin until it would first touch it."""
+        """Return the state with the object lowered to first contact."""
         clearance = self._rest - indenter.gap_mm(*pose.into(*self._nodes))
         row, column = np.unravel_index(np.argmax(clearance), clearance.shape)
-        # the highest point lies between the nodes: look again, ten times as closely
+        # the highest point is between nodes: search again on a ten times finer grid
         near = np.linspace(-1, 1, 21) * self.layer.grid.spacing_mm
         x, y = np.meshgrid(self._nodes[0, row, column] + near, self._nodes[1, row, column] + near)
         closer = self.gel.rest_mm(x, y) - indenter.gap_mm(*pose.into(x, y))
@@ -102,38 +144,38 @@ class ContactModel:
         return replace(state, level_mm=level, pose=pose, depth_mm=0.0)
 
     def step(self, state: SurfaceState, indenter: Indenter, move: Move) -> SurfaceState:
-        """Return the skin after the object has moved.
+        """Return the gel surface after the object has moved.
 
-        Pressure and friction are solved in a window around the contact, which is made wider if it
-        turns out to be too small; where they move the rest of the skin is told in the end.
+        Pressure and friction are solved in a window around the contact, which is enlarged if it
+        proves too small. The displacement of the whole surface is computed once, at the end.
         """
         layer, dtype = self.layer, self.layer.dtype
         time = TimeStep(self.gel.branches, move.seconds)
         before = state.displacement_mm
-        left = time.remembered(before, state.stretches_mm)
-        was = self._nodes + before[:2]
-        carried = self._carried(state, indenter, move, was)
+        residual = time.remembered(before, state.stretches_mm)
+        positions = self._nodes + before[:2]
+        motion = self._object_motion(state, indenter, move, positions)
         depth = 0.0 if move.depth_mm is None else move.depth_mm
         lowered = depth - state.level_mm
-        start = was + carried * state.stick
-        overlap = self._overlap(indenter, move.pose, start, lowered) - left[2]
-        sought = _Sought(move, time, left, carried, lowered, overlap)
-        pressure, approach = self._first_guess(state, sought)
+        start = positions + motion * state.stick
+        overlap = self._overlap(indenter, move.pose, start, lowered) - residual[2]
+        problem = _StepProblem(move, time, residual, motion, lowered, overlap)
+        pressure, approach = self._first_guess(state, problem)
         window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
         while True:
-            solved = self._solved(window, state, indenter, sought, pressure)
+            solved = self._solved(window, state, indenter, problem, pressure)
             near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
-            if window.holds(near) and not window.reaches_its_border(solved.pressure > 0):
+            if window.contains(near) and not window.reaches_its_border(solved.pressure > 0):
                 break
             window = Window.around(
-                near | window.spread_out(np.ones(window.shape, np.bool_), layer.shape)
+                near | window.embedded(np.ones(window.shape, np.bool_), layer.shape)
             )
             pressure = solved.pressure
         displacement = layer.displacement(solved.grip.traction, solved.pressure)
-        displacement = (displacement / time.stiffening + left).astype(dtype, copy=False)
+        displacement = (displacement / time.stiffening + residual).astype(dtype, copy=False)
         anchors = np.where(
             solved.pressure > 0,
-            state.anchors_mm + carried - solved.grip.slip_mm,
+            state.anchors_mm + motion - solved.grip.slip_mm,
             displacement[:2],
         ).astype(dtype, copy=False)
         return SurfaceState(
@@ -153,20 +195,24 @@ class ContactModel:
         window: Window,
         state: SurfaceState,
         indenter: Indenter,
-        sought: _Sought,
+        problem: _StepProblem,
         pressure: Array,
-    ) -> _Solved:
-        """Solve pressure and friction in turns, of which the first starts from this pressure."""
-        layer, move, stiffening = self.layer, sought.move, sought.time.stiffening
+    ) -> _StepSolution:
+        """Alternate between pressure and friction, starting from this pressure."""
+        layer, move, stiffening = self.layer, problem.move, problem.time.stiffening
         near = layer.near(window.shape)
         total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
-        nodes, carried, left = (window.of(a) for a in (self._nodes, sought.carried, sought.left_mm))
+        nodes, motion, residual = (
+            window.of(a) for a in (self._nodes, problem.motion, problem.residual_mm)
+        )
         anchors = window.of(state.anchors_mm)
-        overlap, pressure = window.of(sought.overlap_mm), window.of(pressure)
+        overlap, pressure = window.of(problem.overlap_mm), window.of(pressure)
         grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
-        far = np.abs(carried * (pressure > 0)).max() > _FAR_SPACINGS * layer.grid.spacing_mm
-        counted = np.zeros(2, int)
-        for sweep in range(sweeps := max(self.precision.sweeps, _FAR_SWEEPS if far else 1)):
+        longest_mm = np.abs(motion * (pressure > 0)).max()
+        far = longest_mm > STEP.long_move_spacings * layer.grid.spacing_mm
+        iterations = np.zeros(2, int)
+        sweeps = max(self.precision.sweeps, STEP.long_move_sweeps if far else 1)
+        for sweep in range(sweeps):
             normal = solve_normal(
                 near.indentation,
                 overlap * stiffening - near.bulge(grip.traction),
@@ -175,10 +221,10 @@ class ContactModel:
                 tolerance=self.precision.normal,
             )
             pressure = normal.pressure
-            spread = near.spread(pressure) / stiffening + left[:2]
+            spread = near.spread(pressure) / stiffening + residual[:2]
             grip = solve_friction(
                 near,
-                anchors + carried * (pressure > 0) - spread,
+                anchors + motion * (pressure > 0) - spread,
                 self.gel.friction * pressure,
                 grip,
                 stiffening=stiffening,
@@ -187,22 +233,22 @@ class ContactModel:
                 else 0.0,
                 tolerance=self.precision.friction,
             )
-            counted += np.array([normal.iterations, grip.iterations])
+            iterations += np.array([normal.iterations, grip.iterations])
             if sweep + 1 < sweeps:
                 now = nodes + near.shift(grip.traction) / stiffening + spread
-                overlap = self._overlap(indenter, move.pose, now, sought.lowered_mm, window)
-                overlap = overlap - left[2]
+                overlap = self._overlap(indenter, move.pose, now, problem.lowered_mm, window)
+                overlap = overlap - residual[2]
         shape = layer.shape
-        return _Solved(
-            window.spread_out(pressure, shape),
+        return _StepSolution(
+            window.embedded(pressure, shape),
             Grip(
-                window.spread_out(grip.traction, shape),
-                window.spread_out(grip.slip_mm, shape),
+                window.embedded(grip.traction, shape),
+                window.embedded(grip.slip_mm, shape),
                 grip.resolution_mm,
                 grip.iterations,
             ),
             normal.approach_mm / stiffening,
-            (int(counted[0]), int(counted[1])),
+            (int(iterations[0]), int(iterations[1])),
         )
 
     def _overlap(
@@ -213,56 +259,62 @@ class ContactModel:
         lowered_mm: float,
         window: Window | None = None,
     ) -> Array:
-        """How far the object would reach into the skin that no pressure has moved."""
+        """Overlap of the object with the gel surface before pressure deforms it, mm."""
         rest = self._rest if window is None else window.of(self._rest)
         overlap = rest - indenter.gap_mm(*pose.into(*now_mm))
         overlap += lowered_mm
-        return np.asarray(np.maximum(overlap, _OUT_OF_REACH_MM), self.layer.dtype)
+        return np.asarray(np.maximum(overlap, STEP.out_of_reach_mm), self.layer.dtype)
 
-    def _first_guess(self, state: SurfaceState, sought: _Sought) -> tuple[Array, float]:
-        """Pressure to start from, and by how much the object will have to be lowered."""
-        if sought.move.force_n is None:
+    def _first_guess(self, state: SurfaceState, problem: _StepProblem) -> tuple[Array, float]:
+        """Initial pressure, and the depth by which the object must probably be lowered."""
+        if problem.move.force_n is None:
             return state.pressure_mpa, 0.0
         if state.pressure_mpa.any():
             return state.pressure_mpa, state.depth_mm
-        # as if every node stood on a spring by itself, and a soft one: the contact is smaller
-        springs = self.layer.softest / sought.time.stiffening
-        volume = springs * sought.move.force_n / self.layer.grid.cell_mm2
-        low, high = 0.0, volume - float(sought.overlap_mm.max())
-        for _ in range(_HALVINGS):
+        # a Winkler foundation with the layer's largest compliance: the real contact is smaller
+        springs = self.layer.softest / problem.time.stiffening
+        volume = springs * problem.move.force_n / self.layer.grid.cell_mm2
+        low, high = 0.0, volume - float(problem.overlap_mm.max())
+        for _ in range(STEP.bisections):
             middle = (low + high) / 2
-            enough = np.maximum(sought.overlap_mm + middle, 0).sum(dtype=float) > volume
+            enough = np.maximum(problem.overlap_mm + middle, 0).sum(dtype=float) > volume
             low, high = (low, middle) if enough else (middle, high)
-        return np.maximum(sought.overlap_mm + high, 0) / springs, high
+        return np.maximum(problem.overlap_mm + high, 0) / springs, high
 
     def released(self, state: SurfaceState, seconds: float) -> SurfaceState:
-        """Return the skin some time after the object was taken away."""
+        """Return the gel surface some time after the object was removed."""
         time = TimeStep(self.gel.branches, seconds)
-        left = time.remembered(state.displacement_mm, state.stretches_mm)
-        stretches = time.stretched(state.stretches_mm, left - state.displacement_mm)
-        rest = self.at_rest()
-        return replace(rest, displacement_mm=left, anchors_mm=left[:2], stretches_mm=stretches)
+        residual = time.remembered(state.displacement_mm, state.stretches_mm)
+        stretches = time.stretched(state.stretches_mm, residual - state.displacement_mm)
+        return replace(
+            self.undeformed(),
+            displacement_mm=residual,
+            anchors_mm=residual[:2],
+            stretches_mm=stretches,
+        )
 
-    def _carried(self, state: SurfaceState, indenter: Indenter, move: Move, was_mm: Array) -> Array:
-        """(2, ny, nx) how the object's surface moves along the skin."""
+    def _object_motion(
+        self, state: SurfaceState, indenter: Indenter, move: Move, positions_mm: Array
+    ) -> Array:
+        """(2, ny, nx) tangential motion of the object's surface at each node, mm."""
         if move.rolls:
-            # it turns about its lowest point, and what lies higher lags behind
+            # the object rotates about its lowest point: its surface moves by dx · rise / radius
             radius = indenter.rolling_radius_mm
             assert radius is not None
-            rise = np.minimum(indenter.gap_mm(*state.pose.into(*was_mm)) / radius, 1)
+            rise = np.minimum(indenter.gap_mm(*state.pose.into(*positions_mm)) / radius, 1)
             dx, dy = move.pose.x_mm - state.pose.x_mm, move.pose.y_mm - state.pose.y_mm
             return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
         if move.pose.angle_deg == state.pose.angle_deg:
-            carried = np.empty_like(was_mm, self.layer.dtype)
-            carried[0] = move.pose.x_mm - state.pose.x_mm
-            carried[1] = move.pose.y_mm - state.pose.y_mm
-            return carried
-        x, y = move.pose.back(*state.pose.into(*was_mm))
-        return (np.stack([x, y]) - was_mm).astype(self.layer.dtype)
+            motion = np.empty_like(positions_mm, self.layer.dtype)
+            motion[0] = move.pose.x_mm - state.pose.x_mm
+            motion[1] = move.pose.y_mm - state.pose.y_mm
+            return motion
+        x, y = move.pose.back(*state.pose.into(*positions_mm))
+        return (np.stack([x, y]) - positions_mm).astype(self.layer.dtype)
 
 
 def _within_reach(overlap_mm: Array, approach_mm: float) -> NDArray[np.bool_]:
-    """Nodes that may be touched; the nearest one at least."""
+    """Nodes that may come into contact; at least the nearest one."""
     deepest = float(overlap_mm.max()) + approach_mm
-    least = -_SLACK * deepest if deepest > 0 else deepest
+    least = -STEP.bulge_share * deepest if deepest > 0 else deepest
     return np.asarray(overlap_mm >= least - approach_mm)

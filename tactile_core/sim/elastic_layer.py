@@ -1,7 +1,7 @@
-"""How a soft layer that is bonded to a rigid plate yields to loads on its surface.
+"""Surface displacement of an elastic layer bonded to a rigid plate, by Fourier transforms.
 
-Linear elasticity without approximation of thickness: at each wave number the surface moves in
-proportion to its load, so a Fourier transform turns loads into displacements.
+Linear elasticity at any thickness: the surface displacement at each wave number is proportional to
+the load, so a Fourier transform turns loads into displacements.
 """
 
 from __future__ import annotations
@@ -15,14 +15,19 @@ from tactile_core.sim.response import Response, Symbols
 
 
 class ElasticLayer(Response):
-    """The layer on a grid: from loads to displacements.
+    """Elastic layer on a periodic grid: loads to displacements.
 
     Parameters
     ----------
     grid : Grid
     elastomer : Elastomer
     dtype : float32 or float64
-        In which everything is computed; float32 is good to 1e-6 of the largest displacement.
+        Type of all computations; float32 is accurate to 1e-6 of the largest displacement.
+
+    References
+    ----------
+    .. [1] Stanley, Kato, "An FFT-Based Method for Rough Surface Contact", Journal of Tribology 119,
+       1997.
     """
 
     def __init__(self, grid: Grid, elastomer: Elastomer, dtype: DTypeLike = np.float32) -> None:
@@ -31,55 +36,58 @@ class ElasticLayer(Response):
         kx = step * np.fft.rfftfreq(grid.nx)[None, :]
         ky = step * np.fft.fftfreq(grid.ny)[:, None]
         k = np.hypot(kx, ky)
-        found = elastomer.compliance(k)
+        compliance = elastomer.compliance(k)
         cos, sin = (np.divide(side, k, out=np.zeros_like(k), where=k > 0) for side in (kx, ky))
-        # at the highest frequency a wave and its mirror image are one: what is odd has no value
-        odd = np.ones_like(k)
+        # a wave and its mirror image coincide at the Nyquist frequency: odd symbols vanish there
+        below_nyquist = np.ones_like(k)
         if grid.ny % 2 == 0:
-            odd[grid.ny // 2] = 0
+            below_nyquist[grid.ny // 2] = 0
         if grid.nx % 2 == 0:
-            odd[:, -1] = 0
-        xx = found.along * cos**2 + found.across * sin**2
-        yy = found.along * sin**2 + found.across * cos**2
-        xx[0, 0] = yy[0, 0] = found.across[0, 0]
+            below_nyquist[:, -1] = 0
+        xx = compliance.along * cos**2 + compliance.across * sin**2
+        yy = compliance.along * sin**2 + compliance.across * cos**2
+        xx[0, 0] = yy[0, 0] = compliance.across[0, 0]
         super().__init__(
             grid.shape,
             Symbols(
-                found.normal,
-                found.coupling * np.stack([cos, sin]) * odd,
+                compliance.normal,
+                compliance.coupling * np.stack([cos, sin]) * below_nyquist,
                 xx,
                 yy,
-                (found.along - found.across) * cos * sin * odd,
+                (compliance.along - compliance.across) * cos * sin * below_nyquist,
             ),
             dtype,
         )
         self._near: tuple[tuple[int, int], Response] | None = None
 
     def near(self, shape: tuple[int, int]) -> Response:
-        """Return what loads on a window of the grid do to this window; of few nodes, it is quick.
+        """Return the response of a window of the grid to loads inside it.
+
+        A small window is faster than the whole grid and gives the same displacements up to
+        rounding.
 
         Parameters
         ----------
         shape : (rows, columns)
-            Of the window.
+            Size of the window.
 
         Returns
         -------
         Response
-            Of nodes that begin with the window's; those behind it belong to no place. Between
-            nodes of the window it is what the whole layer does: no two are further apart than
-            half of its size.
+            On a padded grid whose first rows and columns are the window's. It has at least twice
+            the window's size where the grid allows, so that the periodic images of a load do not
+            reach the window.
         """
         size = _round(shape[0], self.grid.ny), _round(shape[1], self.grid.nx)
         if size == self.shape:
             return self
         if self._near is None or self._near[0] != size:
-            self._near = size, self._cut(size)
+            self._near = size, self._cropped(size)
         return self._near[1]
 
 
 def _round(part: int, whole: int) -> int:
-    """Nodes that nothing reaches round them from one end of a part to the other."""
+    """Number of nodes that pads a part against wrap-around; the whole if that is no larger."""
     from scipy.fft import next_fast_len
 
     return whole if 2 * part >= whole else min(whole, int(next_fast_len(2 * part, real=True)))

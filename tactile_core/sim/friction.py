@@ -1,7 +1,7 @@
-"""Which shear traction holds a skin to a rigid object, and where it gives way.
+"""Coulomb friction between the gel surface and a rigid object: stick, partial slip and slip.
 
-Coulomb's law at every node: the traction is at most friction times pressure; below that the skin
-sticks to the object, at it the skin slips against the traction.
+Coulomb's law holds at every node: the shear traction is at most the friction coefficient times the
+pressure. Below this limit the gel surface sticks to the object; at the limit it slips.
 """
 
 from __future__ import annotations
@@ -14,21 +14,38 @@ from numpy.typing import DTypeLike
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.sim.response import Response
 
-_RELAXATION = 1.6
+
+@dataclass(frozen=True)
+class FrictionParameters:
+    """Parameters of the friction solver. They affect its speed, not its solution.
+
+    Attributes
+    ----------
+    over_relaxation : float, ratio
+        Over-relaxation α of the alternating direction method of multipliers.
+        Source: Boyd et al. 2011, section 3.4.3, recommend 1.5 to 1.8; chosen in this range by
+        hand.
+    """
+
+    over_relaxation: float = 1.6
+
+
+FRICTION_SOLVER = FrictionParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class Grip:
-    """A solved friction.
+    """Solution of the friction problem.
 
     Attributes
     ----------
     traction : (2, ny, nx)
-        MPa, of the object on the skin.
+        Shear traction of the object on the gel surface, MPa.
     slip_mm : (2, ny, nx)
-        By how much the skin fell short of the wanted displacement; exactly zero where it sticks.
+        Wanted minus actual displacement; exactly zero where the surface sticks.
     resolution_mm : float
-        Slip that the tolerance cannot tell from none.
+        Largest slip that is within the solver's tolerance of zero.
     iterations : int
     """
 
@@ -39,7 +56,7 @@ class Grip:
 
     @classmethod
     def none(cls, shape: tuple[int, int], dtype: DTypeLike) -> Grip:
-        """Return no traction and no slip on a grid of this shape."""
+        """Return zero traction and zero slip on a grid of this shape."""
         return cls(np.zeros((2, *shape), dtype), np.zeros((2, *shape), dtype))
 
 
@@ -52,32 +69,38 @@ def solve_friction(
     stiffening: float = 1.0,
     free_slip_mm: float = 0.0,
     tolerance: float = 1e-3,
-    most_iterations: int = 300,
+    max_iterations: int = 300,
 ) -> Grip:
-    """Find the traction q, no larger than its limit, under which the skin follows or slips.
+    """Solve for the shear traction q under Coulomb's law.
 
-    Minimises ½ q·C q − q·wanted under |q| ≤ limit by the alternating direction method of
-    multipliers (Boyd et al. 2011): one step solves the elastic layer exactly by Fourier
-    transforms, the other cuts the traction off node by node, and the multiplier between them is
-    the slip.
+    Minimises ½ q·C q − q·wanted subject to |q| ≤ limit by the alternating direction method of
+    multipliers [1]_. One half-step solves the elastic layer exactly by Fourier transforms, the
+    other projects the traction onto the limit node by node. The multiplier is the slip.
 
     Parameters
     ----------
     layer : Response
     wanted_mm : (2, ny, nx)
-        Displacement that a skin which sticks everywhere would get from the traction.
+        Tangential displacement that full stick would require.
     limit_mpa : (ny, nx)
-        Friction times pressure; zero out of contact.
+        Friction coefficient times pressure; zero outside the contact.
     start : Grip
-        To start from, for example the last one; may be none at all.
+        Initial solution, for example that of the last step.
     stiffening : float
-        How much stiffer than its elastomer the layer is, within a step in time.
+        Viscoelastic stiffness of the layer within this step, relative to the relaxed stiffness.
     free_slip_mm : float
-        For friction that grows with speed: slip in this step at which the limit has doubled; 0 is
-        a limit that does not depend on speed.
+        Slip within this step at which rate-dependent friction doubles the limit; 0 for a limit
+        that does not depend on speed.
     tolerance : float
-        Largest change of a traction, and mismatch between both steps, as a share of the largest.
-    most_iterations : int
+        Convergence threshold on the change of traction and on the mismatch between both
+        half-steps, relative to the largest traction.
+    max_iterations : int
+
+    References
+    ----------
+    .. [1] Boyd, Parikh, Chu, Peleato, Eckstein, "Distributed Optimization and Statistical Learning
+       via the Alternating Direction Method of Multipliers", Foundations and Trends in Machine
+       Learning 3, 2011.
     """
     rho = layer.typical_shift / stiffening
     respond = layer.resolvent(rho, stiffening)
@@ -88,22 +111,23 @@ def solve_friction(
     )
     touching = limit > 0
     if inside != layer.shape:
-        # Beyond the window nothing is wanted; with what happens there anyway, there is no slip.
+        # Outside the window no displacement is prescribed: the actual one gives zero slip there.
         beyond = layer.shift(q) / stiffening
         beyond[..., : inside[0], : inside[1]] = wanted[..., : inside[0], : inside[1]]
         wanted = beyond.astype(layer.dtype, copy=False)
     tiny = np.finfo(layer.dtype).tiny
     iterations = 0
-    while iterations < most_iterations:
+    while iterations < max_iterations:
         iterations += 1
         free = respond(wanted + rho * (q - slip))
-        trial = _RELAXATION * free + (1 - _RELAXATION) * q + slip
+        alpha = FRICTION_SOLVER.over_relaxation
+        trial = alpha * free + (1 - alpha) * q + slip
         size = np.sqrt(trial[0] ** 2 + trial[1] ** 2)
-        held = limit
+        bound = limit
         if free_slip_mm > 0:
             extra = free_slip_mm / rho
-            held = np.where(size > limit, limit * (size + extra) / (limit + extra), limit)
-        new = trial * np.minimum(1, held / np.maximum(size, tiny))
+            bound = np.where(size > limit, limit * (size + extra) / (limit + extra), limit)
+        new = trial * np.minimum(1, bound / np.maximum(size, tiny))
         slip = trial - new
         change = float(np.abs(new - q).max())
         mismatch = float((np.abs(free - new) * touching).max())

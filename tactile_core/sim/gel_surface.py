@@ -1,9 +1,10 @@
-"""The mechanics of a virtual sensor: an object pressed, sheared, turned and rolled on its gel."""
+"""Mechanics of a virtual sensor: press, shear, twist and roll an object on its gel surface."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Literal
 
@@ -25,38 +26,69 @@ from tactile_core.sim.truth import TrueState
 
 Mode = Literal["accurate", "fast"]
 
-_NODES_ACROSS: dict[Mode, int] = {"fast": 128, "accurate": 256}
-_PRECISION: dict[Mode, Precision] = {
-    "fast": Precision(normal=2e-3, friction=5e-3, sweeps=1),
-    "accurate": Precision(normal=1e-4, friction=1e-3, sweeps=3),
+
+@dataclass(frozen=True)
+class ModeParameters:
+    """Resolution and tolerances of one simulation mode. The user selects the mode instead.
+
+    Attributes
+    ----------
+    nodes_across : int, count
+        Nodes along the longer side of the gel; in the accurate mode, before refinement.
+        Source: chosen by hand for the fast mode to run at camera rate (``benchmarks/bench_sim.py``
+        measures it).
+    precision : Precision
+        Solver tolerances (relative) and sweeps (count).
+        Source: chosen by hand; ``tests/sim/test_gel_surface.py`` compares both modes.
+    press_steps : int, count
+        Default number of increments of a press.
+        Source: chosen by hand; no script derives it.
+    """
+
+    nodes_across: int
+    precision: Precision
+    press_steps: int
+
+
+MODES: dict[Mode, ModeParameters] = {
+    "fast": ModeParameters(
+        nodes_across=128,
+        precision=Precision(normal=2e-3, friction=5e-3, sweeps=1),
+        press_steps=4,
+    ),
+    "accurate": ModeParameters(
+        nodes_across=256,
+        precision=Precision(normal=1e-4, friction=1e-3, sweeps=3),
+        press_steps=5,
+    ),
 }
-_PRESS_STEPS: dict[Mode, int] = {"fast": 4, "accurate": 5}
+"""The values in use."""
 
 
 class GelSurface:
-    """The skin of a profile's gel, its state, and what moves it.
+    """The gel surface of a profile, deformed by an object.
 
-    Deterministic, picklable, and without any device. Increments are quasi-static, as slow as it
-    takes for all stress to relax, unless they are given seconds.
+    Deterministic, picklable and independent of any device. Increments are quasi-static (all
+    stress relaxes) unless they are given seconds.
 
     Parameters
     ----------
     profile : SensorBuild
-        Its gel and the size and scale of its image are used.
+        Provides the gel, and the size and scale of the image.
     mode : "accurate" or "fast"
-        Accurate puts ten nodes or more on the radius of a contact, as far as 1280 across the gel
-        allow; the nodes are chosen at the first touch after a rest. Fast keeps up with a camera.
+        "accurate" puts at least ten nodes on the radius of a contact, up to 1280 across the gel;
+        it chooses the grid at the first contact after a reset. "fast" runs at camera rate.
 
     Attributes
     ----------
     markers_px : (N, 2) float64
-        Centres of the markers that are printed on it, at rest; none unless they are set.
+        Centres of the printed markers on the undeformed surface; empty unless set.
     time_s : float
-        Simulated time; it passes only where a move is given seconds.
+        Simulated time; it advances only in moves that are given seconds.
     """
 
     def __init__(self, profile: SensorBuild, mode: Mode = "accurate") -> None:
-        if mode not in _NODES_ACROSS:
+        if mode not in MODES:
             raise InputError(f"mode should be 'accurate' or 'fast', not {mode!r}")
         image = profile.image
         self.mode: Mode = mode
@@ -69,32 +101,32 @@ class GelSurface:
         self._indenter: Indenter | None = None
         self._pose = Pose()
         self.markers_px: NDArray[np.float64] = np.zeros((0, 2))
-        self._build(max(self._extent) / _NODES_ACROSS[mode])
+        self._build(max(self._extent) / MODES[mode].nodes_across)
         self.reset()
 
     @property
     def state(self) -> SurfaceState:
-        """Everything on the nodes."""
+        """State of the gel surface on the nodes."""
         return self._state
 
     @property
     def grid(self) -> Grid:
-        """The nodes."""
+        """Grid of nodes."""
         return self._model.layer.grid
 
     @property
     def pressed(self) -> bool:
-        """Whether an object is on the skin."""
+        """Whether an object is in contact with the gel surface."""
         return self._on
 
     @property
     def depth_mm(self) -> float:
-        """How far beyond the first touch the object is lowered; 0 where none is pressed."""
+        """Depth of the object below first contact, mm; 0 if nothing is pressed."""
         return float(self._state.depth_mm) if self._on else 0.0
 
     @property
     def force_n(self) -> float:
-        """Normal force on the skin."""
+        """Normal force on the gel surface."""
         return float(self.wrench[2])
 
     @property
@@ -105,40 +137,40 @@ class GelSurface:
         pressure = state.pressure_mpa.sum(dtype=np.float64)
         along_x, along_y = state.grip.traction.astype(np.float64)
         x, y = self.grid.nodes_mm + state.displacement_mm[:2]
-        turning = (x * along_y - y * along_x).sum()
-        return cell * np.array([along_x.sum(), along_y.sum(), pressure, turning])
+        torque = (x * along_y - y * along_x).sum()
+        return cell * np.array([along_x.sum(), along_y.sum(), pressure, torque])
 
     def reset(self) -> None:
-        """Take the object away and forget everything that was done to the skin."""
-        self._state = self._model.at_rest()
-        # What is kept while the object moves: its depth_mm or its force_n.
+        """Remove the object and return to the undeformed gel surface."""
+        self._state = self._model.undeformed()
+        # The load that is held constant while the object moves: depth_mm or force_n.
         self._load: dict[str, float] = {}
         self._on, self.time_s = False, 0.0
 
     def indent_with(
         self, indenter: Indenter, *, x_mm: float = 0.0, y_mm: float = 0.0, angle_deg: float = 0.0
     ) -> None:
-        """Choose the object that is pressed next, and hold it above the skin.
+        """Select the object for the next press, and place it above the gel surface.
 
         Parameters
         ----------
         indenter : Indenter
         x_mm, y_mm : float
-            Where its origin comes, from the image centre.
+            Position of the object's origin relative to the image centre.
         angle_deg : float
-            Its turn, from x towards y.
+            Rotation of the object, positive from x towards y.
 
         Raises
         ------
         InputError
-            Another object is still pressed, or the place is not above the gel.
+            Another object is still pressed, or the position is not above the gel.
         """
         if self._on:
             raise InputError("an object is still pressed; release it before taking another one")
         width, height = self._extent
         if not (abs(x_mm) <= width / 2 and abs(y_mm) <= height / 2):
             raise InputError(
-                f"({x_mm:g}, {y_mm:g}) mm is beside the gel; place the object within "
+                f"({x_mm:g}, {y_mm:g}) mm is outside the gel; place the object within "
                 f"±{width / 2:.3g} × ±{height / 2:.3g} mm of the image centre"
             )
         self._indenter, self._pose = indenter, Pose(float(x_mm), float(y_mm), float(angle_deg))
@@ -151,44 +183,48 @@ class GelSurface:
         steps: int | None = None,
         seconds: float | None = None,
     ) -> None:
-        """Lower or raise the object, in even steps.
+        """Lower or raise the object in equal steps.
+
+        The depth or the force given here stays constant during later moves.
 
         Parameters
         ----------
         depth_mm : float, optional
-            How far below the place of the first touch; kept in what follows.
+            Target depth below first contact.
         force_n : float, optional
-            Normal force, instead; kept in what follows.
+            Target normal force, instead of a depth.
         steps : int, optional
+            Number of steps. Default: 4 in fast mode, 5 in accurate mode.
         seconds : float, optional
+            Duration. Default: quasi-static.
 
         Raises
         ------
         InputError
-            Both or none are given, one is negative, there is no object, it would reach the plate
-            behind the gel, or it passes beside the gel.
+            Both or neither of depth and force are given, one is negative, there is no object, it
+            would reach the plate behind the gel, or it misses the gel.
         """
         if (depth_mm is None) == (force_n is None):
             raise InputError("press needs either depth_mm or force_n, and not both")
-        wanted = depth_mm if depth_mm is not None else force_n
-        assert wanted is not None
+        target = depth_mm if depth_mm is not None else force_n
+        assert target is not None
         by_force = force_n is not None
-        if not (np.isfinite(wanted) and (wanted > 0 if by_force else wanted >= 0)):
+        if not (np.isfinite(target) and (target > 0 if by_force else target >= 0)):
             raise InputError(
-                f"force_n should be above 0, not {wanted:g}; release() takes the object away"
+                f"force_n should be above 0, not {target:g}; release() removes the object"
                 if by_force
-                else f"depth_mm should be 0 or more, not {wanted:g}"
+                else f"depth_mm should be 0 or more, not {target:g}"
             )
         if not by_force:
-            self.gel.check_depth(wanted)
-        count = checked_steps(_PRESS_STEPS[self.mode] if steps is None else steps)
+            self.gel.check_depth(target)
+        count = checked_steps(MODES[self.mode].press_steps if steps is None else steps)
         duration = checked_seconds(seconds)
         with self._undone_on_error():
             if not self._on:
-                self._touch(wanted, by_force=by_force)
+                self._touch(target, by_force=by_force)
             start = self.force_n if by_force else self._state.depth_mm
             for share in np.arange(1, count + 1) / count:
-                load = start + share * (wanted - start)
+                load = start + share * (target - start)
                 self._load = {"force_n" if by_force else "depth_mm": load}
                 self._advance(self._state.pose, duration / count)
 
@@ -200,22 +236,22 @@ class GelSurface:
         *,
         seconds: float | None = None,
     ) -> None:
-        """Move the object along the skin by (dx, dy) mm, in even steps.
+        """Move the object tangentially by (dx, dy) mm in equal steps.
 
         Raises
         ------
         InputError
-            Nothing is pressed, or the number of steps or seconds makes no sense.
+            Nothing is pressed, or the number of steps or seconds is invalid.
         """
         self._follow(self._path(dx_mm, dy_mm, 0.0, steps, seconds))
 
     def twist(self, degrees: float, steps: int = 1, *, seconds: float | None = None) -> None:
-        """Turn the object about its own origin, from x towards y, in even steps.
+        """Rotate the object about its own origin, from x towards y, in equal steps.
 
         Raises
         ------
         InputError
-            Nothing is pressed, or the number of steps or seconds makes no sense.
+            Nothing is pressed, or the number of steps or seconds is invalid.
         """
         self._follow(self._path(0.0, 0.0, degrees, steps, seconds))
 
@@ -227,13 +263,13 @@ class GelSurface:
         *,
         seconds: float | None = None,
     ) -> None:
-        """Roll the object by (dx, dy) mm, in even steps.
+        """Roll the object by (dx, dy) mm in equal steps.
 
         Raises
         ------
         InputError
-            Nothing is pressed, the object cannot roll that way, or the number of steps or seconds
-            makes no sense.
+            Nothing is pressed, the object cannot roll in this direction, or the number of steps or
+            seconds is invalid.
         """
         path = self._path(dx_mm, dy_mm, 0.0, steps, seconds)
         assert self._indenter is not None
@@ -246,12 +282,12 @@ class GelSurface:
         self._follow(path, rolls=True)
 
     def hold(self, seconds: float) -> None:
-        """Let time pass while the object stays where it is, or presses as hard as it does.
+        """Let time pass at constant pose, and at constant depth or force.
 
         Raises
         ------
         InputError
-            The seconds are negative.
+            The duration is negative.
         """
         steps = slowing_steps(checked_seconds(seconds))
         if self._on:
@@ -262,7 +298,7 @@ class GelSurface:
             self.time_s += duration
 
     def release(self, seconds: float | None = None) -> None:
-        """Take the object away, and let the skin recover for some seconds; by default, fully."""
+        """Remove the object and let the gel surface recover for this time; fully by default."""
         duration = checked_seconds(seconds)
         self._state = self._model.released(self._state, duration)
         self._on, self._load = False, {}
@@ -270,12 +306,12 @@ class GelSurface:
             self.time_s += duration
 
     def carried(self, points_mm: ArrayLike) -> NDArray[np.float64]:
-        """Where points of the skin are now.
+        """Return the current positions of points of the gel surface, for example its markers.
 
         Parameters
         ----------
         points_mm : (N, 2)
-            x and y of the points on the untouched skin, from the image centre; markers, say.
+            x and y on the undeformed surface, relative to the image centre.
 
         Returns
         -------
@@ -294,12 +330,12 @@ class GelSurface:
         return np.asarray(points + np.stack(moved, 1))
 
     def carried_px(self, points_px: ArrayLike) -> NDArray[np.float64]:
-        """Where points of the skin are now in the image.
+        """Return the current image positions of points of the gel surface.
 
         Parameters
         ----------
         points_px : (N, 2)
-            x and y of the points on the untouched skin.
+            x and y on the undeformed surface.
 
         Returns
         -------
@@ -311,21 +347,21 @@ class GelSurface:
         return np.asarray(self.carried(points) / self.mm_per_px + middle)
 
     def truth(self) -> TrueState:
-        """Return all that is true of the skin now, at the pixels of the image.
+        """Return the ground truth of the current state, at the pixels of the image.
 
-        ``markers_px`` are where the printed markers are now; some lie beyond the image.
+        Some of its ``markers_px`` may be outside the image.
         """
         return self._true(self.markers_px)
 
     def seen(
         self, compiled: ModuleType | None = None
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Height (H, W) and displacement (H, W, 2) of the truth in mm, for a camera.
+        """Return the true height (H, W) and displacement (H, W, 2) in mm, for rendering.
 
         Parameters
         ----------
         compiled : module, optional
-            :mod:`tactile_core.sim.kernels.compiled`: the same but for rounding, and sooner.
+            :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
         """
         if compiled is None:
             truth = self._true(())
@@ -348,21 +384,21 @@ class GelSurface:
     def _build(self, spacing_mm: float) -> None:
         grid = Grid.covering(*self._extent, spacing_mm)
         layer = ElasticLayer(grid, self.gel.elastomer)
-        self._model = ContactModel(layer, self.gel, _PRECISION[self.mode])
+        self._model = ContactModel(layer, self.gel, MODES[self.mode].precision)
         self._sampler = ImageSampler(grid, self.image_shape, self.mm_per_px)
 
-    def _touch(self, wanted: float, *, by_force: bool) -> None:
-        """Bring the object to where it touches, on a grid fine enough for what is to come."""
+    def _touch(self, target: float, *, by_force: bool) -> None:
+        """Lower the object to first contact, on a grid fine enough for the target load."""
         if self._indenter is None:
             raise InputError("there is no object to press; choose an indenter first")
-        if self.mode == "accurate" and not self._state.displacement_mm.any() and wanted > 0:
-            move = Move(self._pose, *((None, wanted) if by_force else (wanted, None)))
-            coarsest = max(self._extent) / _NODES_ACROSS["accurate"]
+        if self.mode == "accurate" and not self._state.displacement_mm.any() and target > 0:
+            move = Move(self._pose, *((None, target) if by_force else (target, None)))
+            coarsest = max(self._extent) / MODES["accurate"].nodes_across
             self._build(accurate_spacing(self.gel, self._extent, coarsest, self._indenter, move))
-            self._state = self._model.at_rest()
+            self._state = self._model.undeformed()
         placed = self._model.placed(self._state, self._indenter, self._pose)
         if placed.level_mm < -2 * max(self._extent):
-            raise InputError("the object passes beside the gel; place it above the gel")
+            raise InputError("the object misses the gel; place it above the gel")
         self._state, self._on = placed, True
 
     def _path(

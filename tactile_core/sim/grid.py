@@ -1,4 +1,4 @@
-"""The nodes on which the skin's mechanics is solved."""
+"""Grid of nodes on which the mechanics of the gel surface is solved."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from tactile_core.algorithms.arrays.types import Array
 
 @dataclass(frozen=True)
 class Grid:
-    """A rectangular grid of nodes around the image centre; x right, y down, mm.
+    """Rectangular, periodic grid of nodes centred on the image; x right, y down, mm.
 
-    Everything on it is periodic: what leaves at one side comes in at the other, so there should be
-    a margin of a few thicknesses around whatever is loaded.
+    Leave a margin of a few gel thicknesses around the loaded area, because displacements wrap
+    around at the borders.
 
     Attributes
     ----------
     nx, ny : int
         Number of nodes.
     spacing_mm : float
-        Distance of neighbours, the same along x and y.
+        Distance between adjacent nodes, the same along x and y.
     """
 
     nx: int
@@ -32,7 +32,7 @@ class Grid:
 
     @classmethod
     def covering(cls, width_mm: float, height_mm: float, spacing_mm: float) -> Grid:
-        """Return the smallest grid of a size that is quick to transform and covers this area."""
+        """Return the smallest grid that covers this area and whose size suits the FFT."""
         from scipy.fft import next_fast_len
 
         nx, ny = (
@@ -48,7 +48,7 @@ class Grid:
 
     @property
     def cell_mm2(self) -> float:
-        """Area that belongs to one node."""
+        """Area of one node's cell."""
         return self.spacing_mm**2
 
     @cached_property

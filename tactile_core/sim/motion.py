@@ -1,6 +1,8 @@
-"""How a motion is cut into steps, and what makes no sense."""
+"""Splitting of motions into steps, with validation."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,10 +10,29 @@ from tactile_core.errors import InputError
 from tactile_core.sim.contact_state import Pose
 
 QUASI_STATIC_S = np.inf
-"""Seconds of a step that is as slow as it takes for all stress to relax."""
+"""Duration of a quasi-static step: all stress relaxes."""
 
-_MOST_HOLD_STEPS = 12
-_FIRST_HOLD_S = 0.05
+
+@dataclass(frozen=True)
+class HoldParameters:
+    """Time steps of a hold. A longer hold uses longer steps, because relaxation slows down.
+
+    Attributes
+    ----------
+    first_step_s : float, s
+        Scale of the first step; a hold up to this long is a single step.
+        Source: chosen by hand; no script derives it.
+    max_steps : int, count
+        Largest number of steps of one hold.
+        Source: chosen by hand; no script derives it.
+    """
+
+    first_step_s: float = 0.05
+    max_steps: int = 12
+
+
+HOLD = HoldParameters()
+"""The values in use."""
 
 
 def checked_steps(steps: int) -> int:
@@ -22,7 +43,7 @@ def checked_steps(steps: int) -> int:
 
 
 def checked_seconds(seconds: float | None) -> float:
-    """Return the seconds, quasi-static for None, or raise an InputError."""
+    """Return the duration, quasi-static for None, or raise an InputError."""
     if seconds is None:
         return QUASI_STATIC_S
     if not (np.isfinite(seconds) and seconds >= 0):
@@ -33,12 +54,12 @@ def checked_seconds(seconds: float | None) -> float:
 def straight_path(
     start: Pose, dx_mm: float, dy_mm: float, degrees: float, steps: int, seconds: float | None
 ) -> list[tuple[Pose, float]]:
-    """Return places evenly along a motion, and the seconds to get to each from the one before.
+    """Return evenly spaced poses along a motion, and the duration of each step.
 
     Raises
     ------
     InputError
-        A number is not finite, or there are no steps or negative seconds.
+        A value is not finite, the number of steps is below 1, or the duration is negative.
     """
     count, duration = checked_steps(steps), checked_seconds(seconds)
     if not np.isfinite([dx_mm, dy_mm, degrees]).all():
@@ -57,10 +78,11 @@ def straight_path(
 
 
 def slowing_steps(seconds: float) -> list[float]:
-    """Split a time into steps, each longer than the one before: relaxation is quick at first."""
+    """Split a duration into steps of increasing length, since relaxation is fastest at first."""
     if seconds == 0:
         return []
-    growth = np.log1p(seconds / _FIRST_HOLD_S)
-    count = int(np.clip(np.ceil(seconds / _FIRST_HOLD_S), 1, _MOST_HOLD_STEPS))
-    ends = _FIRST_HOLD_S * np.expm1(np.linspace(0, growth, count + 1))
+    first = HOLD.first_step_s
+    growth = np.log1p(seconds / first)
+    count = int(np.clip(np.ceil(seconds / first), 1, HOLD.max_steps))
+    ends = first * np.expm1(np.linspace(0, growth, count + 1))
     return [float(step) for step in np.diff(ends)]

@@ -1,4 +1,4 @@
-"""Which pressure keeps a skin from passing through a rigid object."""
+"""Normal contact of the gel surface with a rigid object: contact area and pressure."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tactile_core.algorithms.arrays.types import Array
 
 @dataclass(frozen=True)
 class NormalContact:
-    """A solved contact.
+    """Solution of the normal contact problem.
 
     Attributes
     ----------
     pressure : (ny, nx)
-        MPa, nowhere negative, and zero wherever there is a gap.
+        MPa, non-negative, and zero wherever there is a gap.
     approach_mm : float
-        By how much the object was lowered beyond what was asked; 0 unless a force was given.
+        Depth by which the object was lowered to reach the given force; 0 at a given depth.
     iterations : int
     """
 
@@ -35,33 +35,39 @@ def solve_normal(
     *,
     total_mpa: float | None = None,
     tolerance: float = 1e-4,
-    most_iterations: int = 300,
+    max_iterations: int = 300,
 ) -> NormalContact:
-    """Find the pressure p ≥ 0 under which the skin touches the object or leaves a gap, never both.
+    """Solve for the contact pressure p ≥ 0: zero gap under pressure, zero pressure at a gap.
 
-    Constrained conjugate gradients after Polonsky and Keer (Wear 231, 1999): steps are taken over
-    the nodes in contact, negative pressures are cut off, and nodes that would be passed through
-    join the contact.
+    Uses the constrained conjugate gradients of Polonsky and Keer [1]_: a descent step over the
+    contact nodes, then truncation of negative pressures; nodes that penetrate the object join the
+    contact.
 
     Parameters
     ----------
     indentation : callable
-        (ny, nx) indentation in mm under a pressure; linear, symmetric and positive.
+        (ny, nx) pressure to (ny, nx) indentation in mm; linear, symmetric, positive definite.
     overlap_mm : (ny, nx)
-        How far the object would reach into the undeformed skin; negative where it does not.
+        Overlap of the object with the undeformed gel surface; negative at a gap.
     start : (ny, nx)
-        Pressure to start from, for example the last one; may be zero everywhere.
+        Initial pressure, for example that of the last step; may be zero.
     total_mpa : float, optional
-        Sum of the pressures over all nodes. The object is then lowered or raised until it is met;
-        without it, the object stays where ``overlap_mm`` says.
+        Sum of the pressures over all nodes. If given, the object is lowered or raised to reach
+        it; otherwise its height is fixed by ``overlap_mm``.
     tolerance : float
-        Largest root-mean-square gap inside the contact, as a share of the deepest overlap.
-    most_iterations : int
+        Convergence threshold: root-mean-square gap inside the contact, relative to the largest
+        overlap.
+    max_iterations : int
+
+    References
+    ----------
+    .. [1] Polonsky, Keer, "A numerical method for solving rough contact problems based on the
+       multi-level multi-summation and conjugate gradient techniques", Wear 231, 1999.
     """
     forced = total_mpa is not None
     p = np.maximum(start, 0)
     if forced and not p.any():
-        p = np.ones_like(overlap_mm)  # from too wide a contact it shrinks; one node would stay one
+        p = np.ones_like(overlap_mm)  # a contact that starts too large shrinks to the solution
     elif not forced:
         if overlap_mm.max() <= 0:
             return NormalContact(np.zeros_like(p), 0.0, 0)
@@ -73,7 +79,7 @@ def solve_normal(
         p = p * (total_mpa / p.sum())
     direction, before, restart, approach = np.zeros_like(p), 1.0, True, 0.0
     iterations = 0
-    while iterations < most_iterations:
+    while iterations < max_iterations:
         iterations += 1
         gap = indentation(p) - overlap_mm
         touching = p > 0

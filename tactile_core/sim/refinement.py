@@ -1,8 +1,8 @@
-"""How fine the nodes must be for a contact to be solved accurately."""
+"""Choice of the node spacing at which a contact is resolved accurately."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,13 +13,45 @@ from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import Indenter
 
-NODES_PER_CONTACT_RADIUS = 10
 
-_SPARE = 1.1
-"""The radius is measured on a grid that may be coarse, and friction changes it a little."""
+@dataclass(frozen=True)
+class RefinementParameters:
+    """Parameters of grid refinement in the accurate mode. They trade accuracy for time.
 
-_MOST_NODES_ACROSS = 1280
-_ROUGH = Precision(normal=2e-3, friction=1.0, sweeps=1)
+    Attributes
+    ----------
+    nodes_per_radius : int, count
+        Nodes on the radius of a contact.
+        Source: chosen by hand; ``tests/sim/test_gel_surface.py`` checks the result.
+    safety : float, ratio
+        Extra resolution, because a coarse grid measures the radius inaccurately and friction
+        changes it slightly.
+        Source: chosen by hand; no script derives it.
+    max_nodes_across : int, count
+        Largest number of nodes along the longer side of the gel.
+        Source: chosen by hand to bound memory and time.
+    detail_nodes : int, count
+        Nodes on the finest feature of an object.
+        Source: sampling theorem: two per period.
+    shrink : float, ratio
+        Largest refinement in one pass. A contact that covers few nodes may prove larger on a
+        finer grid.
+        Source: chosen by hand; no script derives it.
+    tolerance : float, share of the largest overlap
+        Tolerance of the normal contact in the trials, which have no friction.
+        Source: that of the fast mode.
+    """
+
+    nodes_per_radius: int = 10
+    safety: float = 1.1
+    max_nodes_across: int = 1280
+    detail_nodes: int = 2
+    shrink: float = 3
+    tolerance: float = 2e-3
+
+
+REFINEMENT = RefinementParameters()
+"""The values in use."""
 
 
 def accurate_spacing(
@@ -29,35 +61,35 @@ def accurate_spacing(
     indenter: Indenter,
     move: Move,
 ) -> float:
-    """Distance of nodes of which ten fit into the radius of a contact.
+    """Node spacing that puts ten nodes on the radius of a contact, mm.
 
-    The contact is solved without friction, on finer and finer grids.
+    Solves the contact without friction on successively finer grids.
 
     Parameters
     ----------
     gel : SoftGel
     extent_mm : (width, height)
-        Of the area to solve on.
+        Size of the area to solve on.
     widest_mm : float
-        The result is no larger.
+        Upper bound of the result.
     indenter : Indenter
-        Its details are resolved too.
+        Object to press; its finest feature is resolved too.
     move : Move
-        How it is going to be pressed.
+        Pose and load of the press.
     """
-    slippery = replace(gel, friction=0.0, branches=())
-    finest = min(max(extent_mm) / _MOST_NODES_ACROSS, widest_mm)
+    frictionless = replace(gel, friction=0.0, branches=())
+    precision = Precision(normal=REFINEMENT.tolerance, friction=1.0, sweeps=1)
+    finest = min(max(extent_mm) / REFINEMENT.max_nodes_across, widest_mm)
     spacing = widest_mm
     while True:
         grid = Grid.covering(*extent_mm, spacing)
-        model = ContactModel(ElasticLayer(grid, gel.elastomer), slippery, _ROUGH)
-        above = model.placed(model.at_rest(), indenter, move.pose)
+        model = ContactModel(ElasticLayer(grid, gel.elastomer), frictionless, precision)
+        above = model.placed(model.undeformed(), indenter, move.pose)
         contact = model.step(above, indenter, move).contact
         radius = np.sqrt(np.count_nonzero(contact) * grid.cell_mm2 / np.pi)
-        needed = float(radius) / (_SPARE * NODES_PER_CONTACT_RADIUS)
+        needed = float(radius) / (REFINEMENT.safety * REFINEMENT.nodes_per_radius)
         if indenter.detail_mm is not None:
-            needed = min(needed, indenter.detail_mm / 2)
+            needed = min(needed, indenter.detail_mm / REFINEMENT.detail_nodes)
         if spacing <= max(needed, finest):
             return spacing
-        # a contact that is hardly hit by a node may turn out to be larger
-        spacing = max(needed, finest, spacing / 3)
+        spacing = max(needed, finest, spacing / REFINEMENT.shrink)

@@ -1,7 +1,8 @@
-"""From the nodes of the skin to the pixels of the image."""
+"""Resampling from the nodes of the gel surface to the pixels of the image."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
@@ -12,11 +13,31 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.sim.grid import Grid
 
-_ROUGH_STEPS, _EXACT_STEPS = 4, 2
+
+@dataclass(frozen=True)
+class InversionParameters:
+    """Iterations that invert the displacement field. They bound the error, at a cost in time.
+
+    Attributes
+    ----------
+    rough_steps : int, count
+        Fixed-point iterations with OpenCV, which is fast and rounds positions to 1/32 node.
+        Source: chosen by hand; no script derives it.
+    exact_steps : int, count
+        Further iterations in floating point.
+        Source: chosen by hand; no script derives it.
+    """
+
+    rough_steps: int = 4
+    exact_steps: int = 2
+
+
+INVERSION = InversionParameters()
+"""The values in use."""
 
 
 class ImageSampler:
-    """Values on nodes that moved with the skin, told at the pixels of the image.
+    """Resamples values on material nodes of the gel surface at the pixels of the image.
 
     Parameters
     ----------
@@ -30,16 +51,16 @@ class ImageSampler:
         y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in shape)
         self._along = (grid.y_mm, y), (grid.x_mm, x)
         (self._rows, self._row_slopes), (self._columns, self._column_slopes) = (
-            _spline(nodes, wanted) for nodes, wanted in self._along
+            _spline(nodes, targets) for nodes, targets in self._along
         )
 
     def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
-        """(2, ny, nx) at which row and column of nodes the skin was that is now at each node.
+        """(2, ny, nx) original row and column of the material that is now at each node.
 
         Parameters
         ----------
         displacement_mm : (2, ny, nx)
-            x and y of each node of the skin.
+            x and y displacement of each material node.
         """
         import cv2
         from scipy.ndimage import map_coordinates
@@ -47,22 +68,22 @@ class ImageSampler:
         row, column = np.indices(self.grid.shape, np.float32)
         across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
         x, y = column - across, row - down
-        for _ in range(_ROUGH_STEPS):  # OpenCV is quick, and rounds places to 1/32
+        for _ in range(INVERSION.rough_steps):
             here = [
                 cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                 for part in (across, down)
             ]
             x, y = column - here[0], row - here[1]
-        found = np.stack([y, x]).astype(np.float64)
-        for _ in range(_EXACT_STEPS):
+        origins = np.stack([y, x]).astype(np.float64)
+        for _ in range(INVERSION.exact_steps):
             moved = [
-                map_coordinates(part, found, order=1, mode="nearest") for part in (down, across)
+                map_coordinates(part, origins, order=1, mode="nearest") for part in (down, across)
             ]
-            found = np.stack([row - moved[0], column - moved[1]])
-        return found
+            origins = np.stack([row - moved[0], column - moved[1]])
+        return origins
 
     def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
-        """(ny, nx) of values that moved with the skin: those that are now at the nodes."""
+        """(ny, nx) current values at the grid's nodes, of a field that moved with the surface."""
         from scipy.ndimage import map_coordinates
 
         return np.asarray(map_coordinates(field, origins, order=3, mode="nearest"))
@@ -70,30 +91,30 @@ class ImageSampler:
     def now_at_nodes(
         self, mask: NDArray[np.bool_], origins: NDArray[np.float64]
     ) -> NDArray[np.bool_]:
-        """(ny, nx) of a mask that moved with the skin: what is now at the nodes."""
+        """(ny, nx) current mask at the grid's nodes, of a mask that moved with the surface."""
         row, column = np.rint(origins).astype(int)
         last_row, last_column = mask.shape[0] - 1, mask.shape[1] - 1
         return np.asarray(mask[np.clip(row, 0, last_row), np.clip(column, 0, last_column)])
 
     def values(self, field: Array) -> Float32:
-        """(H, W) cubic spline through the nodes' values."""
+        """(H, W) values at the pixels, of a cubic spline through the nodes."""
         return np.asarray(self._rows @ (np.asarray(field, np.float32) @ self._columns.T))
 
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         nodes = np.asarray(field, np.float32)
-        along = np.empty((2, *self.shape), np.float32)  # each whole in memory: quick to work with
+        along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
         np.matmul(self._rows, nodes @ self._column_slopes.T, out=along[0])
         np.matmul(self._row_slopes, nodes @ self._columns.T, out=along[1])
         return np.moveaxis(along, 0, 2)
 
     def seen(self, displacement_mm: Array, compiled: ModuleType) -> tuple[Float32, Float32]:
-        """What a camera needs, by compiled loops.
+        """Return height and displacement at the pixels, by compiled loops.
 
         Parameters
         ----------
         displacement_mm : (3, ny, nx)
-            x, y and indentation of each node of the skin.
+            x, y and indentation of each material node.
         compiled : module
             :mod:`tactile_core.sim.kernels.compiled`.
 
@@ -102,12 +123,12 @@ class ImageSampler:
         height_mm : (H, W) float32
         displacement_mm : (H, W, 2) float32
         """
-        told = np.ascontiguousarray(displacement_mm, np.float32)
+        moved = np.ascontiguousarray(displacement_mm, np.float32)
         rows, columns = self._splines
-        now = np.empty_like(told)
+        now = np.empty_like(moved)
         compiled.at_present(
-            told[:2] / np.float32(self.grid.spacing_mm),
-            rows.solution @ told @ columns.solution.T,
+            moved[:2] / np.float32(self.grid.spacing_mm),
+            rows.solution @ moved @ columns.solution.T,
             now,
         )
         images = np.empty((3, *self.shape), np.float32)
@@ -123,7 +144,7 @@ class ImageSampler:
         return _BSplines.of(*rows), _BSplines.of(*columns)
 
     def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(H, W): pixels nearer to nodes of the mask than to others."""
+        """(H, W) mask at the pixels: bilinear interpolation of the node mask, above one half."""
         import cv2
 
         height, width = self.shape
@@ -141,38 +162,39 @@ class ImageSampler:
 
 
 class _BSplines(NamedTuple):
-    """The spline of :func:`_spline`, as a sum of uniform B-splines with one of them at each node.
+    """The spline of :func:`_spline` as a sum of uniform cubic B-splines, one per node.
 
     Attributes
     ----------
     solution : (n + 2, n) float32
-        From values at the nodes to coefficients.
+        Matrix from values at the nodes to coefficients.
     tables : (N,) int64 and (4, N) float32
-        First of the four coefficients that count at each wanted place, and their weights.
+        For each target position, the index of the first of its four coefficients, and their
+        weights.
     """
 
     solution: Float32
     tables: tuple[NDArray[np.int64], Float32]
 
     @classmethod
-    def of(cls, nodes: Array, wanted: Array) -> _BSplines:
+    def of(cls, nodes: Array, targets: Array) -> _BSplines:
         from scipy.interpolate import BSpline, make_interp_spline
 
         count = len(nodes)
         spline = make_interp_spline(np.arange(count), np.eye(count), k=3)
-        # what a cubic is less a sixth of its curvature is the coefficient of the B-spline there
+        # the coefficient of a uniform cubic B-spline is the value minus a sixth of the curvature
         centres = np.arange(-1, count + 1)
         solution = spline(centres) - spline.derivative(2)(centres) / 6
-        place = (wanted - nodes[0]) / (nodes[1] - nodes[0])
-        weights = BSpline.design_matrix(place, np.arange(-3.0, count + 3), 3, extrapolate=True)
+        position = (targets - nodes[0]) / (nodes[1] - nodes[0])
+        weights = BSpline.design_matrix(position, np.arange(-3.0, count + 3), 3, extrapolate=True)
         first = weights.indices.reshape(-1, 4)[:, 0].astype(np.int64)
         four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
         return cls(solution.astype(np.float32), (first, four))
 
 
-def _spline(nodes: Array, wanted: Array) -> tuple[Float32, Float32]:
-    """Matrices from values at the nodes to a cubic spline's values and slopes elsewhere."""
+def _spline(nodes: Array, targets: Array) -> tuple[Float32, Float32]:
+    """Matrices from values at the nodes to a cubic spline's values and slopes at the targets."""
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(nodes, np.eye(len(nodes)), k=3)
-    return spline(wanted).astype(np.float32), spline.derivative()(wanted).astype(np.float32)
+    return spline(targets).astype(np.float32), spline.derivative()(targets).astype(np.float32)

@@ -1,4 +1,4 @@
-"""What happens on a virtual stage, as a YAML file."""
+"""Scripts of a virtual stage: YAML files that list the moves of an object."""
 
 from __future__ import annotations
 
@@ -32,9 +32,13 @@ class _Part(BaseModel):
 class Indent(_Part):
     """Lower or raise the object."""
 
-    depth_mm: NonNegativeFloat | None = Field(default=None, description="To this depth, or …")
-    force_n: PositiveFloat | None = Field(default=None, description="… to this force.")
-    frames: PositiveInt = Field(default=5, description="Frames on the way.")
+    depth_mm: NonNegativeFloat | None = Field(
+        default=None, description="Target depth below first contact, mm; or give force_n."
+    )
+    force_n: PositiveFloat | None = Field(
+        default=None, description="Target normal force, N; or give depth_mm."
+    )
+    frames: PositiveInt = Field(default=5, description="Number of frames during the move.")
 
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
@@ -43,7 +47,7 @@ class Indent(_Part):
         return self
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it in as many parts as there are frames."""
+        """Play the step, one frame at a time."""
         if self.depth_mm is not None:
             stage.gel.check_depth(self.depth_mm)
         start_mm, start_n = stage.depth_mm, stage.force_n
@@ -57,15 +61,17 @@ class Indent(_Part):
 
 
 class Shear(_Part):
-    """Move the object along the skin."""
+    """Move the object tangentially."""
 
-    dx_mm: float = Field(default=0.0, description="Along x, to the right.")
-    dy_mm: float = Field(default=0.0, description="Along y, down.")
-    frames: PositiveInt = Field(default=10, description="Frames on the way.")
-    seconds: PositiveFloat | None = Field(default=None, description="How long it takes.")
+    dx_mm: float = Field(default=0.0, description="Displacement along x (right), mm.")
+    dy_mm: float = Field(default=0.0, description="Displacement along y (down), mm.")
+    frames: PositiveInt = Field(default=10, description="Number of frames during the move.")
+    seconds: PositiveFloat | None = Field(
+        default=None, description="Duration, s. Default: quasi-static."
+    )
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it in as many parts as there are frames."""
+        """Play the step, one frame at a time."""
         return _in_parts(stage.shear, self.frames, self.seconds, self.dx_mm, self.dy_mm)
 
 
@@ -73,80 +79,82 @@ class Roll(Shear):
     """Roll the object."""
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it in as many parts as there are frames."""
+        """Play the step, one frame at a time."""
         return _in_parts(stage.roll, self.frames, self.seconds, self.dx_mm, self.dy_mm)
 
 
 class Twist(_Part):
-    """Turn the object."""
+    """Rotate the object about its origin."""
 
-    degrees: float = Field(description="From x towards y.")
-    frames: PositiveInt = Field(default=10, description="Frames on the way.")
-    seconds: PositiveFloat | None = Field(default=None, description="How long it takes.")
+    degrees: float = Field(description="Angle, positive from x towards y.")
+    frames: PositiveInt = Field(default=10, description="Number of frames during the move.")
+    seconds: PositiveFloat | None = Field(
+        default=None, description="Duration, s. Default: quasi-static."
+    )
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it in as many parts as there are frames."""
+        """Play the step, one frame at a time."""
         return _in_parts(stage.twist, self.frames, self.seconds, self.degrees)
 
 
 class Hold(_Part):
-    """Let time pass."""
+    """Let time pass at constant pose and load."""
 
-    seconds: PositiveFloat = Field(description="How long.")
-    frames: PositiveInt = Field(default=5, description="Frames meanwhile.")
+    seconds: PositiveFloat = Field(description="Duration, s.")
+    frames: PositiveInt = Field(default=5, description="Number of frames during the hold.")
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it in as many parts as there are frames."""
+        """Play the step, one frame at a time."""
         for _ in range(self.frames):
             stage.hold(self.seconds / self.frames)
             yield
 
 
 class Release(_Part):
-    """Take the object away."""
+    """Remove the object."""
 
     seconds: NonNegativeFloat | None = Field(
-        default=None, description="How long the skin recovers; by default, fully."
+        default=None, description="Recovery time of the gel, s. Default: full recovery."
     )
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it; one frame."""
+        """Play the step; it has one frame."""
         stage.release(self.seconds)
         yield
 
 
 class Take(BaseModel):
-    """Choose the object that is pressed next; further keys are its sizes."""
+    """Select the object for the next press; further keys are its sizes."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
     kind: str = Field(description="sphere, cylinder, flat, cone, heightmap, mesh, coin, …")
-    x_mm: float = Field(default=0.0, description="Place, from the image centre.")
-    y_mm: float = Field(default=0.0, description="Place, from the image centre.")
-    angle_deg: float = Field(default=0.0, description="Turn, from x towards y.")
+    x_mm: float = Field(default=0.0, description="Position relative to the image centre, mm.")
+    y_mm: float = Field(default=0.0, description="Position relative to the image centre, mm.")
+    angle_deg: float = Field(default=0.0, description="Rotation, positive from x towards y.")
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do it; no frame."""
-        place = {"x_mm": self.x_mm, "y_mm": self.y_mm, "angle_deg": self.angle_deg}
-        stage.indenter(self.kind, **place, **self.sizes)
+        """Play the step; it has no frame."""
+        pose = {"x_mm": self.x_mm, "y_mm": self.y_mm, "angle_deg": self.angle_deg}
+        stage.indenter(self.kind, **pose, **self.sizes)
         yield from ()
 
     @property
     def sizes(self) -> dict[str, Any]:
-        """The further keys."""
+        """Options of the indenter's kind."""
         return dict(self.model_extra or {})
 
 
 class ScriptStep(_Part):
-    """One thing that happens."""
+    """One step of a script: exactly one of these keys."""
 
-    indenter: Take | None = Field(default=None, description="Choose an object.")
-    press: Indent | None = Field(default=None, description="Lower or raise it.")
-    shear: Shear | None = Field(default=None, description="Move it along the skin.")
-    twist: Twist | None = Field(default=None, description="Turn it.")
-    roll: Roll | None = Field(default=None, description="Roll it.")
+    indenter: Take | None = Field(default=None, description="Select an object.")
+    press: Indent | None = Field(default=None, description="Lower or raise the object.")
+    shear: Shear | None = Field(default=None, description="Move the object tangentially.")
+    twist: Twist | None = Field(default=None, description="Rotate the object.")
+    roll: Roll | None = Field(default=None, description="Roll the object.")
     hold: Hold | None = Field(default=None, description="Let time pass.")
-    release: Release | None = Field(default=None, description="Take it away.")
+    release: Release | None = Field(default=None, description="Remove the object.")
 
     @model_validator(mode="after")
     def _one_thing(self) -> Self:
@@ -156,26 +164,26 @@ class ScriptStep(_Part):
 
     @property
     def action(self) -> Any:
-        """What is done."""
+        """The step's action."""
         return getattr(self, next(iter(self.model_fields_set)))
 
 
 class _Contents(_Part):
-    steps: tuple[ScriptStep, ...] = Field(min_length=1, description="What happens, in order.")
+    steps: tuple[ScriptStep, ...] = Field(min_length=1, description="Steps in order.")
 
 
 class Script:
-    """What happens, step after step, with the place of each step in the file.
+    """Sequence of steps read from a YAML file.
 
     Parameters
     ----------
     path : Path
-        The YAML file; paths of meshes in it are relative to its folder.
+        The YAML file. Mesh paths in it are relative to its folder.
 
     Raises
     ------
     InputError
-        There is no such file, or there are mistakes in it: every one with line, column and key.
+        The file does not exist or has mistakes; each is listed with line, column and key.
     """
 
     def __init__(self, path: Path) -> None:
@@ -186,14 +194,14 @@ class Script:
             contents = _Contents.model_validate(self._tree.plain())
         except ValidationError as error:
             raise _refusal(problems + problems_of(error, self._tree, _Contents)) from None
-        self.steps = tuple(_beside(step, Path(path).parent) for step in contents.steps)
+        self.steps = tuple(_in_folder(step, Path(path).parent) for step in contents.steps)
         problems += self._impossible_objects()
         if problems:
             raise _refusal(problems)
 
     @property
     def frames(self) -> int:
-        """How many frames playing it gives, the untouched sensor first."""
+        """Number of frames, including the first one of the undeformed sensor."""
         return 1 + sum(_frames_of(step) for step in self.steps)
 
     def _impossible_objects(self) -> list[Problem]:
@@ -208,20 +216,20 @@ class Script:
         return problems
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Do one step after another; each time, a frame may be taken.
+        """Play the steps in order; yield whenever a frame may be taken.
 
         Raises
         ------
         InputError
-            A step is impossible, with its place in the file.
+            A step is impossible; the message starts with its location in the file.
         """
         yield
         for number, step in enumerate(self.steps):
             try:
                 yield from step.action.played(stage)
             except InputError as error:
-                place = self._tree.origin(("steps", number, *step.model_fields_set))
-                raise InputError(f"{place}: {error}") from error
+                location = self._tree.origin(("steps", number, *step.model_fields_set))
+                raise InputError(f"{location}: {error}") from error
 
 
 def _in_parts(
@@ -239,8 +247,8 @@ def _frames_of(step: ScriptStep) -> int:
     return int(getattr(step.action, "frames", 1))
 
 
-def _beside(step: ScriptStep, folder: Path) -> ScriptStep:
-    """Return the step with a mesh's path taken from the script's folder."""
+def _in_folder(step: ScriptStep, folder: Path) -> ScriptStep:
+    """Return the step with a mesh's path resolved relative to the script's folder."""
     take = step.action
     if not isinstance(take, Take) or not isinstance(take.sizes.get("path"), str):
         return step

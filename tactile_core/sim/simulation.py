@@ -1,4 +1,4 @@
-"""Frames of a virtual rig on disk, with the truth beside each."""
+"""Write a simulation to disk: frames and their ground truth."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _COLOURS = 3
 def simulate(
     stage: VirtualStage, script: Script, out: Path, *, progress: Progress | None = None
 ) -> int:
-    """Play a script on a stage and write what the camera sees and what is true, all or nothing.
+    """Play a script on a stage and write its frames and ground truth, all or nothing.
 
-    ``out/frames`` is a recording, ``out/reference`` one of the untouched sensor, and
-    ``out/truth/NAME.npz`` holds the truth of each frame under the names that ``tactile run`` uses,
-    with ``stick`` and ``time_s`` beside them.
+    ``out/frames`` is a recording and ``out/reference`` a recording of the undeformed sensor.
+    ``out/truth/NAME.npz`` holds the ground truth of each frame under the names that ``tactile run``
+    uses, and in addition ``stick`` and ``time_s``.
 
     Parameters
     ----------
@@ -38,27 +38,27 @@ def simulate(
         It is reset first.
     script : Script
     out : Path
-        A folder that is not there, or empty.
+        A folder that does not exist or is empty.
     progress : Progress, optional
 
     Returns
     -------
     int
-        How many frames there are.
+        Number of frames.
 
     Raises
     ------
     InputError
-        A step of the script is impossible, or there is something in the folder.
+        A step of the script is impossible, or the folder is not empty.
     OSError
-        The disk is full or refuses; nothing is left.
+        Writing failed, for example because the disk is full; no files are left behind.
     """
     progress = progress or Silent()
-    place = led_to(Path(out))
-    if place.exists() and (not place.is_dir() or any(place.iterdir())):
-        raise _taken(out)
+    folder = led_to(Path(out))
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise _exists(out)
     progress.stage("simulating", 1.0)
-    with fresh_folder(place) as fresh:
+    with fresh_folder(folder) as fresh:
         stage.reset()
         (fresh / TRUTH).mkdir()
         write_frame(fresh / REFERENCE, stage.frame(), "undeformed")
@@ -68,18 +68,18 @@ def simulate(
             write_npz(fresh / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
             progress.fraction((number + 1) / script.frames)
         try:
-            move_in(fresh, place)
+            move_in(fresh, folder)
         except FileExistsError:
-            raise _taken(out) from None
+            raise _exists(out) from None
     return script.frames
 
 
-def _taken(out: Path) -> InputError:
-    return InputError(f"{out} is there already; give another --out, or empty it")
+def _exists(out: Path) -> InputError:
+    return InputError(f"{out} already exists; give another --out, or empty it")
 
 
 def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
-    """Arrays of a truth, under the names that measured ones have."""
+    """Arrays of the ground truth, under the names of the measured quantities."""
     return {
         "height_mm": truth.height_mm,
         "gradients": truth.gradients,
@@ -94,12 +94,12 @@ def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
 
 
 def write_frame(folder: Path, frame: Frame, name: str) -> None:
-    """Write a colour image, or a folder with one grey image per lamp fired in turn."""
+    """Write a colour image, or a folder of grey images, one per light of a sequence."""
     pixels = frame.pixels
-    in_turn = len(frame.exposure_times_s) > 1 or pixels.shape[2] not in (1, _COLOURS)
-    inside = folder / name if in_turn else folder
+    sequential = len(frame.exposure_times_s) > 1 or pixels.shape[2] not in (1, _COLOURS)
+    inside = folder / name if sequential else folder
     inside.mkdir(parents=True, exist_ok=True)
-    if not in_turn:
+    if not sequential:
         write_png(folder / f"{name}.png", pixels[..., 0] if pixels.shape[2] == 1 else pixels)
         return
     for k in range(pixels.shape[2]):

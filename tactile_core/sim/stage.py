@@ -1,4 +1,4 @@
-"""A virtual rig under an object that moves: what its camera sees, and what is true."""
+"""Virtual sensor with a moving object: camera frames and ground truth."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ from tactile_core.sim.optics.rig import RigOptics
 
 
 class VirtualStage(GelSurface):
-    """Moves an object on the virtual twin of a profile: its skin, and what its camera sees of it.
+    """Virtual sensor of a profile, with an object that presses and moves on its gel surface.
 
-    Increments are quasi-static, as slow as it takes for all stress to relax, unless they are given
-    seconds. The same seed and the same moves give the same frames.
+    Increments are quasi-static (all stress relaxes) unless they are given seconds. The same seed
+    and the same moves give the same frames.
 
     Parameters
     ----------
     profile : SensorBuild, str or Path
-        A profile, its name, or the path of its YAML file; its ``sim`` overlay is laid over it.
+        A profile, its name, or the path of its YAML file. A name or a path applies the profile's
+        ``sim`` overlay.
     seed : int
-        Makes the unit (grain, places of faults) and the noise.
+        Random seed of the unit (grain, positions of faults) and of the noise.
     mode : "accurate" or "fast"
-        Accurate puts ten nodes or more on a contact's radius; fast keeps up with a camera.
+        "accurate" puts at least ten nodes on the radius of a contact; "fast" runs at camera rate.
     overrides : mapping, optional
-        Laid over the profile: ``{"gel": {"friction": 0.3}}``. Only with a name or a path.
+        Profile keys to replace, e.g. ``{"gel": {"friction": 0.3}}``. Only with a name or a path.
     faults : Faults, optional
-        Of the rig.
+        Defects of the rig.
     compiled : bool, optional
-        Whether frames come from compiled loops: the same but for rounding, and sooner. By default
-        where the extra ``fast`` is installed; loading it takes as long as some ten frames.
+        Render by compiled loops: faster, and equal up to rounding. Default: if the extra ``fast``
+        is installed. Loading it takes as long as about ten frames.
 
     Attributes
     ----------
@@ -48,10 +49,9 @@ class VirtualStage(GelSurface):
     Raises
     ------
     ProfileError, PluginError
-        The profile or one of its parts is unusable.
+        The profile is invalid, or one of its parts cannot be made.
     InputError
-        The gel has no thickness or modulus, a fault names a light that there is not, or the seed is
-        negative.
+        A fault names an unknown light, or the seed is negative.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class VirtualStage(GelSurface):
         if isinstance(profile, str | Path):
             profile = load_profile(profile, sim=True, overrides=overrides)
         elif overrides:
-            raise TypeError("overrides are laid over a profile's name or path, not a Profile")
+            raise TypeError("overrides need a profile's name or path, not a Profile")
         if seed < 0:
             raise InputError(f"seed should be 0 or more, not {seed}")
         super().__init__(profile, mode)
@@ -79,7 +79,7 @@ class VirtualStage(GelSurface):
         self.markers_px = self._optics.markers_px
 
     def reset(self) -> None:
-        """Take the object away and forget everything that was done to the skin."""
+        """Remove the object and return to the undeformed gel surface."""
         super().reset()
         self._shot = 0
 
@@ -92,7 +92,7 @@ class VirtualStage(GelSurface):
         angle_deg: float = 0.0,
         **options: Any,
     ) -> None:
-        """Choose the object that is pressed next, and hold it above the skin.
+        """Select the object for the next press, and place it above the gel surface.
 
         Parameters
         ----------
@@ -100,27 +100,27 @@ class VirtualStage(GelSurface):
             "sphere", "cylinder", "flat", "cone", "heightmap", "mesh", "coin", "screw", "letters" or
             "cloth"; :data:`tactile_core.sim.indenters.KINDS`.
         x_mm, y_mm : float
-            Where its origin comes, from the image centre.
+            Position of the object's origin relative to the image centre.
         angle_deg : float
-            Its turn, from x towards y.
+            Rotation of the object, positive from x towards y.
         **options
-            Of that kind: ``diameter_mm=8``.
+            Options of the kind, e.g. ``diameter_mm=8``.
 
         Raises
         ------
         InputError
-            No such kind or option, a size makes no sense, or an object is still pressed.
+            Unknown kind or option, an invalid size, or an object is still pressed.
         """
         made = make_indenter(kind, **options)
         self.indent_with(made, x_mm=x_mm, y_mm=y_mm, angle_deg=angle_deg)
 
     def frame(self) -> Frame:
-        """Take a frame, every exposure of the rig's sequence."""
+        """Take a frame with every exposure of the rig's sequence."""
         height_mm, displacement_mm = self.seen(kernels.chosen(self._compiled))
         markers_px = self.carried_px(self.markers_px) if len(self.markers_px) else None
         pixels = self._optics.expose(height_mm, displacement_mm, markers_px, frame=self._shot)
         channels = self._optics.channels
-        in_turn = self._shots > 1
+        sequential = self._shots > 1
         taken = Frame(
             pixels=pixels,
             channels=channels,
@@ -129,13 +129,13 @@ class VirtualStage(GelSurface):
             timestamp_s=self.time_s,
             sequence=self._shot,
             source=f"{self._shot:06d}",
-            exposure_times_s=(self.time_s,) * (len(channels) if in_turn else 1),
+            exposure_times_s=(self.time_s,) * (len(channels) if sequential else 1),
         )
         self._shot += 1
         return taken
 
     def exposures(self) -> list[Pixels]:
-        """Take a frame; every exposure of the rig's sequence by itself, dark ones too.
+        """Take a frame, as a list of the sequence's exposures including dark ones.
 
         Returns
         -------

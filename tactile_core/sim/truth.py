@@ -1,4 +1,4 @@
-"""What is true of the virtual skin, at the pixels of the image."""
+"""Ground truth of a virtual sensor, at the pixels of the image."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from tactile_core.sim.resampling import ImageSampler
 
 @dataclass(frozen=True, eq=False)
 class TrueState:
-    """What is true of the virtual skin; units, frame and signs as in the measured quantities.
+    """Ground truth; units, frame and signs are those of the measured quantities.
 
-    Dense values live at the current image position: the value at x belongs to the skin now at x.
-    They are computed when they are first asked for.
+    Dense fields refer to current image positions: the value at a pixel belongs to the material
+    that is there now. They are computed on first access.
 
     Attributes
     ----------
     wrench : (4,) float64
-        fx, fy in N as the object drags the skin, fz in compression positive, tz in N·mm about the
-        z axis through the image centre, positive from x towards y; of the whole contact, also
-        beyond the view.
+        Force of the object on the gel: fx, fy in N, fz in N and positive in compression, and tz in
+        N·mm about the z axis through the image centre, positive from x towards y. It includes
+        contact outside the field of view.
     markers_px : (N, 2) float64
         x and y of the printed markers.
     time_s : float
-        What quasi-static increments take is not counted.
+        Simulated time; quasi-static increments take none.
     pose : Pose
-        Of the object.
+        Pose of the object.
     depth_mm : float
-        How far beyond the first touch the object is lowered.
+        Depth of the object below first contact.
     mm_per_px : float
     """
 
@@ -49,7 +49,7 @@ class TrueState:
 
     @cached_property
     def height_mm(self) -> Float32:
-        """(H, W) positive where pressed towards the camera, relative to the rest surface."""
+        """(H, W) indentation relative to the undeformed surface, positive towards the camera."""
         return self._sampler.values(self._height_now)
 
     @cached_property
@@ -59,19 +59,19 @@ class TrueState:
 
     @cached_property
     def displacement_mm(self) -> Float32:
-        """(H, W, 2) of the skin since it was untouched: +x right, +y down."""
+        """(H, W, 2) displacement from the undeformed surface: +x right, +y down."""
         moved = self._state.displacement_mm[:2]
         now = [self._sampler.at_present(part, self._origins) for part in moved]
         return np.moveaxis(np.stack([self._sampler.values(part) for part in now]), 0, 2)
 
     @cached_property
     def contact(self) -> Bool:
-        """(H, W) where the object touches."""
+        """(H, W) contact area."""
         return self._mask(self._state.contact)
 
     @cached_property
     def stick(self) -> Bool:
-        """(H, W) in contact, and not moving along the object in the last increment."""
+        """(H, W) stick region: contact without slip in the last increment."""
         return self._mask(self._state.stick)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The part of the grid in which an object touches."""
+"""Window of the grid around a contact."""
 
 from __future__ import annotations
 
@@ -9,19 +9,42 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
 
-_MARGIN_NODES, _MARGIN_SHARE = 2, 0.1
-_MULTIPLE = 8
-"""Sizes go in steps, so that a contact that grows a little finds its response ready."""
+
+@dataclass(frozen=True)
+class WindowParameters:
+    """Size of a window around a contact. It affects the time of a step, not its solution.
+
+    Attributes
+    ----------
+    margin_nodes : int, nodes
+        Margin on each side of the contact.
+        Source: chosen by hand; no script derives it.
+    margin_share : float, share of the contact's size
+        Further margin on each side.
+        Source: chosen by hand; no script derives it.
+    multiple : int, nodes
+        Window sizes are multiples of this, so that a contact that grows slightly reuses the
+        response of the last step.
+        Source: chosen by hand; no script derives it.
+    """
+
+    margin_nodes: int = 2
+    margin_share: float = 0.1
+    multiple: int = 8
+
+
+WINDOW = WindowParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """Some rows and columns of a grid.
+    """Contiguous rows and columns of a grid.
 
     Attributes
     ----------
     rows, columns : slice
-        With both ends.
+        Both have explicit start and stop.
     """
 
     rows: slice
@@ -29,7 +52,7 @@ class Window:
 
     @classmethod
     def around(cls, nodes: NDArray[np.bool_]) -> Window:
-        """Return a window that holds these nodes, of which there is one at least, and a margin."""
+        """Return a window that contains these nodes (at least one) and a margin."""
         return cls(_wide(np.asarray(nodes.any(1))), _wide(np.asarray(nodes.any(0))))
 
     @property
@@ -38,20 +61,20 @@ class Window:
         return self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
 
     def of(self, field: Array) -> Array:
-        """Return a view of the window's part of an array whose last axes are the grid's."""
+        """Return a view of the window in an array whose last two axes are the grid's."""
         return field[..., self.rows, self.columns]
 
-    def holds(self, nodes: NDArray[np.bool_]) -> bool:
+    def contains(self, nodes: NDArray[np.bool_]) -> bool:
         """Whether all of these nodes are inside."""
         return bool(np.count_nonzero(nodes) == np.count_nonzero(self.of(nodes)))
 
     def reaches_its_border(self, nodes: NDArray[np.bool_]) -> bool:
-        """Whether nodes of the window are next to others of the grid, beside the window.
+        """Whether any of these nodes is on a border of the window that is inside the grid.
 
         Parameters
         ----------
         nodes : (ny, nx)
-            Of the grid.
+            Mask on the whole grid.
         """
         inside = self.of(nodes)
         (top, bottom), (left, right) = (
@@ -65,8 +88,8 @@ class Window:
             or (right and inside[:, -1].any())
         )
 
-    def spread_out(self, part: Array, shape: tuple[int, int]) -> Array:
-        """Return an array of the whole grid that is zero outside of the window."""
+    def embedded(self, part: Array, shape: tuple[int, int]) -> Array:
+        """Embed a part in an array of the whole grid that is zero outside the window."""
         whole = np.zeros((*part.shape[:-2], *shape), part.dtype)
         self.of(whole)[...] = part
         return whole
@@ -75,8 +98,8 @@ class Window:
 def _wide(taken: NDArray[np.bool_]) -> slice:
     first = int(taken.argmax())
     last = len(taken) - int(taken[::-1].argmax())
-    margin = _MARGIN_NODES + int(_MARGIN_SHARE * (last - first))
-    size = -(-(last - first + 2 * margin) // _MULTIPLE) * _MULTIPLE
+    margin = WINDOW.margin_nodes + int(WINDOW.margin_share * (last - first))
+    size = -(-(last - first + 2 * margin) // WINDOW.multiple) * WINDOW.multiple
     if 2 * size >= len(taken):
         return slice(0, len(taken))
     start = min(max((first + last - size) // 2, 0), len(taken) - size)

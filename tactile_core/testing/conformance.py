@@ -30,7 +30,7 @@ class PluginConformance(
     SinkChecks,
     ProfileChecks,
 ):
-    """Checks everything that a plugin registers; see docs/conformance.md.
+    """Checks everything that a plugin registers; see docs/how-to/test-a-plugin.md.
 
     Subclass it in a test module and set ``plugin``, and ``expected_failures`` and ``options`` if
     you need them.

@@ -1,4 +1,4 @@
-"""The dense field of analytic skins, and what a field is made of."""
+"""Dense displacement fields of analytic deformations, and their decomposition."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ growths = st.floats(-0.2, 0.2)
 
 
 def similar(shift: Array, degrees: float, growth: float, centre_px: Array) -> Array:
-    """(H, W, 2) field of a skin that is shifted, turned and grown about a present point."""
+    """(H, W, 2) field of a shift, rotation and expansion about a present point."""
     at = SCALE_MM * ((X - centre_px[0]) + 1j * (Y - centre_px[1]))
     was = at * np.exp(-1j * np.radians(degrees)) / (1 + growth) - complex(*shift)
     return np.stack([(at - was).real, (at - was).imag], -1)
@@ -36,7 +36,7 @@ def surface() -> MarkedSurface:
 
 
 @given(shifts, shifts, turns, growths)
-def test_a_similar_gel_is_taken_apart_exactly(
+def test_a_similarity_is_decomposed_exactly(
     x: float, y: float, degrees: float, growth: float
 ) -> None:
     mask = np.hypot(X - 70, Y - 50) < 30
@@ -53,7 +53,7 @@ def test_a_similar_gel_is_taken_apart_exactly(
 
 
 @given(st.floats(20, 140), st.floats(20, 100), turns)
-def test_about_another_point_the_shear_is_that_of_the_gel_there(
+def test_the_shear_about_another_centre_is_that_of_the_gel_there(
     x: float, y: float, degrees: float
 ) -> None:
     field = similar(np.array([0.3, -0.1]), degrees, 0.02, np.array([x, y]))
@@ -62,13 +62,13 @@ def test_about_another_point_the_shear_is_that_of_the_gel_there(
     assert found.rotation_deg == pytest.approx(degrees, abs=1e-9)
 
 
-def test_nothing_in_contact_has_no_parts() -> None:
+def test_an_empty_contact_has_no_shear_rotation_or_spread() -> None:
     found = decomposed(np.ones((*SHAPE, 2)), np.zeros(SHAPE, np.bool_), mm_per_px=SCALE_MM)
     assert (found.shear_mm == 0).all()
     assert found.rotation_deg == found.spread == 0
 
 
-def test_a_single_pixel_neither_turns_nor_grows() -> None:
+def test_a_single_pixel_has_neither_rotation_nor_spread() -> None:
     mask = np.zeros(SHAPE, np.bool_)
     mask[30, 40] = True
     found = decomposed(np.ones((*SHAPE, 2)), mask, mm_per_px=SCALE_MM)
@@ -85,14 +85,14 @@ def test_divergence_and_curl_of_a_linear_field_are_exact(
     np.testing.assert_allclose(curl(field, mm_per_px=SCALE_MM), yx - xy, atol=1e-4)
 
 
-def test_a_turn_has_twice_its_angle_as_curl_and_does_not_spread() -> None:
+def test_the_curl_of_a_rotation_is_twice_its_angle() -> None:
     field = similar(np.zeros(2), 0.1, 0.0, np.array([80.0, 60.0]))
     np.testing.assert_allclose(curl(field, mm_per_px=SCALE_MM), 2 * np.radians(0.1), rtol=1e-2)
     np.testing.assert_allclose(divergence(field, mm_per_px=SCALE_MM), 0, atol=1e-4)
 
 
 @pytest.mark.parametrize("shape", [(5, 5), (5, 5, 3), (1, 5, 2)])
-def test_what_is_no_field_is_refused(shape: tuple[int, ...]) -> None:
+def test_an_array_that_is_not_a_field_is_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match=r"is \(H, W, 2\)"):
         divergence(np.zeros(shape), mm_per_px=SCALE_MM)
 
@@ -103,12 +103,12 @@ def test_a_mask_of_another_size_is_refused() -> None:
 
 
 @given(shifts, shifts)
-def test_a_gel_that_is_shifted_as_a_whole_is_shifted_everywhere(x: float, y: float) -> None:
+def test_a_uniform_shift_is_reproduced_everywhere(x: float, y: float) -> None:
     found = surface().displacement(MARKERS + np.array([x, y]) / SCALE_MM, ALL)
     np.testing.assert_allclose(found, np.broadcast_to([x, y], found.shape), atol=2e-3)
 
 
-def test_the_value_at_a_pixel_belongs_to_the_gel_that_is_there_now() -> None:
+def test_the_field_refers_to_present_positions() -> None:
     centre = np.array([80.0, 60.0])
     now = centre + (MARKERS - centre) @ np.array([[0.0, 1.0], [-1.0, 0.0]]).T * np.sin(0.15)
     now += (MARKERS - centre) * np.cos(0.15)
@@ -124,7 +124,7 @@ def _bump() -> Array:
 
 
 @given(st.integers(0, 2**31))
-def test_a_marker_that_is_not_seen_has_no_say(seed: int) -> None:
+def test_unseen_markers_are_ignored(seed: int) -> None:
     rng = np.random.default_rng(seed)
     seen = rng.random(len(MARKERS)) > 0.3
     now = MARKERS + _bump() / SCALE_MM
@@ -136,7 +136,7 @@ def test_a_marker_that_is_not_seen_has_no_say(seed: int) -> None:
     )
 
 
-def test_the_others_alone_give_what_weights_made_for_them_alone_give() -> None:
+def test_unseen_markers_give_the_same_field_as_absent_ones() -> None:
     rng = np.random.default_rng(1)
     seen = rng.random(len(MARKERS)) > 0.2
     now = MARKERS + _bump() / SCALE_MM
@@ -149,7 +149,7 @@ def test_the_others_alone_give_what_weights_made_for_them_alone_give() -> None:
 
 
 @pytest.mark.parametrize("left", [0, 1, 2])
-def test_few_markers_are_enough_for_a_field_that_is_finite(left: int) -> None:
+def test_few_markers_give_a_finite_field(left: int) -> None:
     now, seen = MARKERS + np.array([3, 0]), np.arange(len(MARKERS)) < left
     for markers, visible in ((MARKERS, seen), (MARKERS[:left], ALL[:left])):
         ours = MarkedSurface(markers, SHAPE, mm_per_px=SCALE_MM)
@@ -158,15 +158,15 @@ def test_few_markers_are_enough_for_a_field_that_is_finite(left: int) -> None:
         np.testing.assert_allclose(found[5, 8], [0.3 * min(left, 1), 0], atol=0.01)
 
 
-def test_the_field_is_supported_near_markers_that_are_seen() -> None:
+def test_the_field_is_supported_near_seen_markers_only() -> None:
     seen = MARKERS[:, 0] < 60
     valid = surface().supported(MARKERS, seen)
     assert valid[:, :52].all()
     assert not valid[:, 75:].any()
 
 
-def test_a_contact_lets_the_field_bend_at_its_border() -> None:
-    """A disc that moves 0.3 mm between markers that are as far apart as it is wide."""
+def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
+    """A disc moves by 0.3 mm between markers whose pitch is its diameter."""
     from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
     from tactile_core.algorithms.displacement.contact_shear import ContactShear
     from tactile_core.algorithms.elasticity import Elastomer
@@ -174,9 +174,9 @@ def test_a_contact_lets_the_field_bend_at_its_border() -> None:
     contact = np.hypot(X - 76, Y - 63) < 16
     grid = CoarseGrid(SHAPE, SHAPE)
     shear = ContactShear(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
-    pulled = shear.fields(contact.astype(np.float32))
-    assert pulled is not None
-    along_x = pulled[..., :1].view(np.float32)
+    fields = shear.fields(contact.astype(np.float32))
+    assert fields is not None
+    along_x = fields[..., :1].view(np.float32)
     truth = 0.3 * along_x / along_x[contact, 0].mean()
     markers = MARKERS[::2]
     now = markers.copy()
@@ -184,11 +184,11 @@ def test_a_contact_lets_the_field_bend_at_its_border() -> None:
         now = markers + _at(truth, now) / SCALE_MM
     ours = MarkedSurface(markers, SHAPE, mm_per_px=SCALE_MM)
     seen = ALL[::2]
-    blind, told = (
+    without, with_contact = (
         np.sqrt(np.mean((ours.displacement(now, seen, mask) - truth) ** 2))
         for mask in (None, contact)
     )
-    assert told < 0.5 * blind
+    assert with_contact < 0.5 * without
 
 
 def _at(field: NDArray[np.float32], points: Array) -> Array:
@@ -198,6 +198,6 @@ def _at(field: NDArray[np.float32], points: Array) -> Array:
     return np.asarray(found, np.float64)[:, 0]
 
 
-def test_markers_of_no_shape_are_refused() -> None:
+def test_markers_of_the_wrong_shape_are_refused() -> None:
     with pytest.raises(InputError, match=r"\(N, 2\)"):
         MarkedSurface(np.zeros(4), SHAPE, mm_per_px=SCALE_MM)

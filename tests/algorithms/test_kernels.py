@@ -160,7 +160,7 @@ def test_spots_agree(shape: tuple[int, int], seed: int, share: float) -> None:
     fast, plain = both_ways(
         lambda compiled: measured_spots(dark, weight, weight, faintest=20, rim=1, compiled=compiled)
     )
-    for name in ("ink", "centres", "spread", "peak", "cut"):
+    for name in ("mass", "centres", "sigma_px", "peak", "truncated"):
         a, b = getattr(fast, name), getattr(plain, name)
         assert a == pytest.approx(b, rel=AGREES, abs=AGREES)
 
@@ -195,7 +195,7 @@ def test_tracks_agree(seed: int, missing: float) -> None:
     def followed(compiled: bool) -> list[np.ndarray]:
         tracker, tracks = MarkerTracker(rest, compiled=compiled), []
         for found in shown:
-            tracker.follow(found)
+            tracker.update(found)
             tracks.append(np.column_stack([tracker.px, tracker.seen]))
         return tracks
 

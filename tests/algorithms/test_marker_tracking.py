@@ -1,4 +1,4 @@
-"""Markers keep their identity under large motion, gaps and impostors, or are said to be unseen."""
+"""Marker tracking: no swapped identities under large motion, missed and spurious detections."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def grid(columns: int = 14, rows: int = 11) -> Any:
 
 
 def bump(places: Any, reach: float = 3.5) -> Any:
-    """(N, 1) 1 in the middle of the markers, 0 far from it."""
+    """(N, 1) Gaussian window, 1 at the centre of the markers."""
     far = np.square(places - places.mean(axis=0)).sum(axis=1, keepdims=True)
     return np.exp(-far / (2 * (reach * PITCH) ** 2))
 
@@ -41,14 +41,14 @@ def swapped(tracker: MarkerTracker, truth: Any) -> int:
 
 @given(seeds)
 @settings(max_examples=10)
-def test_a_drag_of_two_pitches_swaps_no_marker(seed: int) -> None:
+def test_a_shear_of_two_pitches_swaps_no_marker(seed: int) -> None:
     rng, rest = np.random.default_rng(seed), grid()
     angle, step = rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.6)
     along = PITCH * np.array([np.cos(angle), np.sin(angle)])
     tracker = MarkerTracker(rest)
     for pitches in np.arange(0, 2 + step, step).clip(max=2):
         truth = rest + bump(rest) * along * pitches
-        tracker.follow(thinned(truth, rng))
+        tracker.update(thinned(truth, rng))
         assert swapped(tracker, truth) == 0
     assert tracker.seen.mean() > 0.55
     unseen = ~tracker.seen
@@ -67,61 +67,61 @@ def test_a_turn_of_twenty_degrees_swaps_no_marker(seed: int) -> None:
             [np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y], axis=1
         )
         truth = rest.mean(axis=0) + turned
-        tracker.follow(thinned(truth, rng))
+        tracker.update(thinned(truth, rng))
         assert swapped(tracker, truth) == 0
 
 
-def test_markers_that_leave_the_view_come_back_as_themselves() -> None:
+def test_markers_that_leave_the_view_keep_their_identity() -> None:
     rest = grid()
     right = rest[:, 0].max() + PITCH / 2
     tracker = MarkerTracker(rest)
     for pitches in [*np.linspace(0, 1.5, 8), *np.linspace(1.5, 0, 8)]:
         truth = rest + np.array([pitches * PITCH, 0.0])
-        # skin from beyond the other side comes into view with markers of its own
-        strangers = truth[::14] - [PITCH, 0.0]
-        shown = np.concatenate([truth, strangers])
-        tracker.follow(shown[shown[:, 0] < right])
+        # markers that are not in the reference enter the view from the other side
+        new = truth[::14] - [PITCH, 0.0]
+        shown = np.concatenate([truth, new])
+        tracker.update(shown[shown[:, 0] < right])
         assert swapped(tracker, truth) == 0
     assert tracker.seen.all()
 
 
-def test_markers_return_after_frames_that_show_almost_none() -> None:
+def test_markers_are_recovered_after_frames_without_most_of_them() -> None:
     rng, rest = np.random.default_rng(0), grid()
     tracker = MarkerTracker(rest)
-    tracker.follow(rest)
+    tracker.update(rest)
     for _ in range(3):
-        tracker.follow(rest[rng.permutation(len(rest))[:6]])
+        tracker.update(rest[rng.permutation(len(rest))[:6]])
         assert tracker.lost
         assert not tracker.seen.any()
     truth = rest + bump(rest) * [0.4 * PITCH, 0.0]
-    tracker.follow(thinned(truth, rng))
+    tracker.update(thinned(truth, rng))
     assert not tracker.lost
     assert tracker.seen.mean() > 0.5
     assert swapped(tracker, truth) == 0
 
 
-def test_a_release_in_one_frame_brings_every_marker_home() -> None:
+def test_a_release_within_one_frame_swaps_no_marker() -> None:
     rest = grid()
     tracker = MarkerTracker(rest)
     for pitches in np.linspace(0, 1.6, 9):
-        tracker.follow(rest + bump(rest) * [pitches * PITCH, 0.0])
-    tracker.follow(rest)
-    tracker.follow(rest)
+        tracker.update(rest + bump(rest) * [pitches * PITCH, 0.0])
+    tracker.update(rest)
+    tracker.update(rest)
     assert swapped(tracker, rest) == 0
     assert tracker.seen.mean() > 0.9
 
 
-def test_a_start_with_sheared_gel_is_said() -> None:
+def test_a_displaced_first_frame_is_reported() -> None:
     rest = grid()
     undeformed, sheared = MarkerTracker(rest), MarkerTracker(rest)
-    undeformed.follow(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
-    sheared.follow(rest + bump(rest) * [0.3 * PITCH, 0.0])
+    undeformed.update(rest + np.random.default_rng(0).normal(0, 0.3, rest.shape))
+    sheared.update(rest + bump(rest) * [0.3 * PITCH, 0.0])
     assert undeformed.began_displaced is False
     assert sheared.began_displaced is True
     assert swapped(sheared, rest + bump(rest) * [0.3 * PITCH, 0.0]) == 0
 
 
-def test_a_stretched_lattice_shows_a_contact_and_irregular_print_does_not() -> None:
+def test_a_stretched_lattice_shows_a_contact_and_an_irregular_print_does_not() -> None:
     rng, rest = np.random.default_rng(1), grid(16, 14)
     outward = (rest - rest.mean(axis=0)) * bump(rest, 2.0)
     assert shows_contact(rest + 0.4 * outward)
@@ -129,21 +129,21 @@ def test_a_stretched_lattice_shows_a_contact_and_irregular_print_does_not() -> N
     assert not shows_contact(rest + rng.normal(0, 0.05 * PITCH, rest.shape))
 
 
-def test_too_few_markers_are_never_told_apart() -> None:
+def test_fewer_than_four_markers_are_lost() -> None:
     tracker = MarkerTracker(grid()[:3])
-    tracker.follow(grid()[:3])
+    tracker.update(grid()[:3])
     assert tracker.lost
     assert not tracker.seen.any()
 
 
-def test_gel_that_moves_by_half_a_pitch_as_a_whole_is_seen_throughout() -> None:
+def test_a_rigid_step_of_half_a_pitch_loses_no_marker() -> None:
     rng = np.random.default_rng(5)
     rest = grid() + rng.uniform(-2, 2, grid().shape)
     tracker = MarkerTracker(rest)
-    tracker.follow(rest)
+    tracker.update(rest)
     for moved in (14.0, 28.0, 28.0):
         truth = rest + np.array([moved, 0.0])
-        tracker.follow(truth)
+        tracker.update(truth)
         assert tracker.seen.mean() > 0.95
         assert np.hypot(*(tracker.px - truth).T)[tracker.seen].max() < 1
 
@@ -172,12 +172,12 @@ def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
     ],
 )
 def test_virtual_strokes_swap_no_marker(shear: Shear, frames: int, kernels_or_numpy: str) -> None:
-    # numpy finds the same, but in twice the time
+    # numpy gives the same matches in twice the time
     tally = counted(shear, frames if kernels_or_numpy == "compiled" else 200)
     print(tally)
     assert tally.swapped == 0
     assert tally.specks <= 5e-4 * tally.seen
     assert tally.rms_of_right_px < 0.15
-    # a speck beside a missing marker is taken for it now and then; each is off by some pixels
+    # a speck next to a missing marker is sometimes mistaken for it, at an error of some pixels
     assert shear.spurious or tally.rms_px < 0.15
     assert tally.recall > 0.87

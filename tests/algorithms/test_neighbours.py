@@ -1,4 +1,4 @@
-"""Which detection is which marker's, and how far the markers around one can be trusted."""
+"""Mutual nearest neighbours, and the predictions of the neighbourhood."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import NOBODY, paired
+from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, paired
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -18,14 +18,12 @@ PLACES = PITCH_PX * np.stack(np.meshgrid(np.arange(12), np.arange(9)), -1).resha
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 30), st.floats(0, 40))
-def test_a_detection_is_the_nearest_of_the_markers_that_have_none_nearer(
-    seed: int, found: int, within: float
-) -> None:
+def test_matches_are_mutual_nearest_neighbours(seed: int, found: int, within: float) -> None:
     rng = np.random.default_rng(seed)
     markers, detections = rng.uniform(0, 100, (20, 2)), rng.uniform(0, 100, (found, 2))
     within_px = np.where(rng.random(20) < 0.8, within, -1.0)
     owner = paired(markers, detections, within_px)
-    expected = np.full(20, NOBODY)
+    expected = np.full(20, UNMATCHED)
     seeking = np.flatnonzero(within_px >= 0)
     if found and len(seeking):
         apart = cdist(markers, detections)
@@ -38,10 +36,10 @@ def test_a_detection_is_the_nearest_of_the_markers_that_have_none_nearer(
     np.testing.assert_array_equal(owner, expected)
 
 
-def test_markers_to_one_side_tell_the_less_the_further_away_they_are() -> None:
+def test_extrapolation_gets_worse_with_distance() -> None:
     around = Neighbourhood.of(PLACES)
     column = PLACES[:, 0] / PITCH_PX
     inner = (PLACES[:, 1] > 2 * PITCH_PX) & (PLACES[:, 1] < 6 * PITCH_PX)
-    beyond = around.reach_beyond(column <= 5)
+    beyond = around.extrapolation(column <= 5)
     assert (beyond[inner & (column > 1) & (column < 4)] == 1).all()
     assert (beyond[inner & (column == 7)] > 1.5).all()

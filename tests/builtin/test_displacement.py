@@ -1,4 +1,4 @@
-"""The dense field from markers of virtual gels, against the truth and the papers."""
+"""Dense fields from markers of a virtual gel, compared with ground truth and the papers."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _rest_px() -> Array:
 
 
 class Bench:
-    """A skin under an object, its markers seen with noise, and the step that measures them."""
+    """A gel surface under an object, noisy marker positions, and the step under test."""
 
     def __init__(self, kind: str, *, seed: int = 0, **options: object) -> None:
         place = {key: options.pop(key, 0.0) for key in ("x_mm", "y_mm", "angle_deg")}
@@ -50,7 +50,7 @@ class Bench:
     def measured(
         self, *, unseen: float = 0.0, contact: bool = True
     ) -> tuple[DisplacementField, TrueState]:
-        """The field as it is estimated now, and the truth."""
+        """The estimated field and the ground truth."""
         truth = self.surface.truth()
         now = truth.markers_px + self._rng.normal(0, NOISE_PX, truth.markers_px.shape)
         seen = ((now >= 0) & (now <= np.array(SHAPE[::-1]) - 1)).all(1)
@@ -69,7 +69,7 @@ class Bench:
 
 
 def _error(field: DisplacementField, truth: TrueState) -> float:
-    """RMS over the image, over the peak."""
+    """RMS error over the image relative to the peak displacement."""
     off = np.linalg.norm(field.mm - truth.displacement_mm, axis=2)
     return float(np.sqrt(np.mean(off**2)) / np.linalg.norm(truth.displacement_mm, axis=2).max())
 
@@ -109,7 +109,7 @@ def _pressed(kind: str, seed: int = 0) -> Bench:
 
 @pytest.mark.parametrize("move", [_sheared, _slipping, _slid, _twisted])
 @pytest.mark.parametrize("kind", OBJECTS)
-def test_the_field_is_within_a_twentieth_of_its_peak(
+def test_the_error_is_below_a_twentieth_of_the_peak(
     kind: str, move: Callable[[Bench], None]
 ) -> None:
     bench = _pressed(kind)
@@ -118,17 +118,17 @@ def test_the_field_is_within_a_twentieth_of_its_peak(
 
 
 @pytest.mark.parametrize("kind", OBJECTS)
-def test_markers_that_are_missing_do_not_spoil_it(kind: str) -> None:
+def test_missing_markers_add_little_error(kind: str) -> None:
     bench = _pressed(kind)
     _slipping(bench)
     assert _error(*bench.measured(unseen=0.1)) < 0.06
     assert _error(*bench.measured(unseen=0.3)) < 0.09
 
 
-def test_a_contact_that_is_known_makes_it_better() -> None:
+def test_a_known_contact_reduces_the_error() -> None:
     bench = _pressed("flat")
     _slipping(bench)
-    known, unknown = (_error(*bench.measured(contact=told)) for told in (True, False))
+    known, unknown = (_error(*bench.measured(contact=given)) for given in (True, False))
     assert known < 0.8 * unknown
 
 
@@ -144,7 +144,7 @@ def test_under_a_normal_load_the_gel_spreads() -> None:
     assert np.hypot(*parts.shear_mm) < 0.01
 
 
-def test_a_turn_of_0_6_degrees_is_taken_along_everywhere_and_of_4_5_less_so_far_out() -> None:
+def test_0_6_degrees_rotate_the_whole_contact_and_4_5_its_border_less() -> None:
     bench = Bench("flat", size_mm=(40.0, 40.0))
     bench.surface.press(force_n=45.0)
     before, _ = bench.measured()
@@ -166,10 +166,8 @@ def test_a_turn_of_0_6_degrees_is_taken_along_everywhere_and_of_4_5_less_so_far_
     assert outside < 3.9
 
 
-def test_mean_displacement_is_proportional_to_the_shear_force_and_its_peak_follows_the_object() -> (
-    None
-):
-    """Through stick, partial and gross slip of a plate that covers the gel."""
+def test_mean_displacement_is_proportional_to_shear_force_and_its_peak_follows_the_object() -> None:
+    """From stick through partial to gross slip of a plate that covers the gel."""
     bench = Bench("flat", size_mm=(40.0, 40.0))
     bench.surface.press(force_n=45.0)
     before, _ = bench.measured()
@@ -190,7 +188,7 @@ def test_mean_displacement_is_proportional_to_the_shear_force_and_its_peak_follo
     assert peak[-1] < 0.75
 
 
-def test_without_any_marker_there_is_no_field_and_nothing_is_valid() -> None:
+def test_without_markers_the_field_is_zero_and_invalid() -> None:
     markers = MarkerField(
         np.zeros(0, np.int32),
         np.zeros((0, 2), np.float32),
@@ -207,7 +205,7 @@ def test_without_any_marker_there_is_no_field_and_nothing_is_valid() -> None:
 def _moved(
     px: Array, reference_px: Array, gel: Gel | None = None, step: Displacement | None = None
 ) -> tuple[DisplacementField, Displacement]:
-    """The field of markers on a disc of 2 mm that is in contact, and of some far from it."""
+    """The field of markers in a contact of 2 mm radius, and far from it."""
     image = ImageSection(width_px=160, height_px=120, mm_per_px=0.1)
     step = step or Displacement(Displacement.Options(), SensorContext(image, gel or Gel()))
     distance_px = np.hypot(*(reference_px - np.array([80, 60])).T)
@@ -233,7 +231,7 @@ def test_after_a_tare_the_field_is_reported_since_then() -> None:
     assert np.abs(tared.mm).max() < 1e-4
 
 
-def test_a_thicker_gel_is_taken_along_further_from_the_contact() -> None:
+def test_a_thicker_gel_moves_further_from_the_contact() -> None:
     sheared = np.hypot(*(LATTICE - np.array([80, 60])).T) < 18
     px = LATTICE + np.array([2.0, 0.0]) * sheared[:, None]
     reached = [

@@ -1,4 +1,4 @@
-"""core.marker_tracking: markers of the reference, tare, and what it says when it fails."""
+"""``core.marker_tracking``: displacement, tare, and messages when tracking fails."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ def test_after_a_tare_displacement_is_since_then(step: MarkerTracking) -> None:
     assert again.displacement_mm == pytest.approx(np.tile([0.25, 0.0], (80, 1)), abs=1e-5)
 
 
-def test_markers_cut_by_the_border_of_the_reference_are_not_reported(step: MarkerTracking) -> None:
+def test_markers_truncated_in_the_reference_are_not_reported(step: MarkerTracking) -> None:
     cut = PLACES[:, 0] == PLACES[:, 0].min()
     assert len(step.estimate(shown(PLACES), reference(cut=cut)).ids) == 72
 
 
-def test_a_frame_that_shows_too_little_says_so(step: MarkerTracking) -> None:
+def test_a_frame_without_enough_markers_gives_a_warning(step: MarkerTracking) -> None:
     step.estimate(shown(PLACES), reference())
     field = step.estimate(shown(PLACES[:2]), reference())
     assert not field.seen.any()
@@ -71,7 +71,7 @@ def test_a_frame_that_shows_too_little_says_so(step: MarkerTracking) -> None:
     assert step.estimate(shown(PLACES), reference()).seen.all()
 
 
-def test_a_start_in_contact_is_said_once(step: MarkerTracking) -> None:
+def test_a_start_in_contact_is_reported_once(step: MarkerTracking) -> None:
     far = np.square(PLACES - PLACES.mean(axis=0)).sum(axis=1, keepdims=True)
     pressed = PLACES + 0.3 * (PLACES - PLACES.mean(axis=0)) * np.exp(-far / 40**2)
     first = step.estimate(shown(pressed), reference())
@@ -103,7 +103,9 @@ def test_a_revision_without_markers_leaves_the_inherited_step_out(tmp_path: Path
 
 
 @pytest.mark.parametrize("step", ["markers", "marker_tracking", "displacement"])
-def test_a_step_named_beside_a_gel_without_markers_is_a_mistake(tmp_path: Path, step: str) -> None:
+def test_a_step_that_needs_markers_is_refused_for_a_gel_without_them(
+    tmp_path: Path, step: str
+) -> None:
     text = (
         "extends: hex_fingertip\nname: bare\ngel: {markers: null}\n"
         f"estimators:\n  {step}: {{use: core.{step}}}\n"
@@ -114,7 +116,7 @@ def test_a_step_named_beside_a_gel_without_markers_is_a_mistake(tmp_path: Path, 
         load_profile(profile(tmp_path, "bare", text))
 
 
-def test_quantities_of_a_field_are_saved_by_the_contracts_names(step: MarkerTracking) -> None:
+def test_a_field_is_saved_under_the_names_of_the_contract(step: MarkerTracking) -> None:
     field = step.estimate(shown(PLACES), reference())
     assert isinstance(field, MarkerField)
     assert set(field.arrays()) > {

@@ -1,4 +1,4 @@
-"""The step that finds markers: from the frame alone, or from what its mask was told by."""
+"""``core.markers``: detection from a frame, or from the marker contrast of its mask."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def reference_of(frame: Frame) -> Reference:
     return Reference(np.asarray(frame.pixels, np.float32), frame.channels)
 
 
-def test_the_pipeline_finds_markers_without_looking_twice() -> None:
+def test_the_pipeline_computes_the_marker_contrast_once() -> None:
     profile, frame = rig()
     reading = Pipeline(profile).process(frame)
     markers = reading[MarkerDetections]
@@ -50,20 +50,22 @@ def test_the_pipeline_finds_markers_without_looking_twice() -> None:
     assert not len(MarkerDetection(MarkerDetection.Options(), context).estimate(erased).centres_px)
 
 
-def test_pitch_and_size_are_found_where_the_profile_says_auto() -> None:
+def test_pitch_and_diameter_are_found_with_auto() -> None:
     profile, frame = rig(gel={"markers": "auto"})
     reading = Pipeline(profile, reference=reference_of(frame)).process(frame)
     assert len(reading[MarkerDetections].centres_px) == 14 * 10
 
 
-def test_a_gel_without_markers_shows_none() -> None:
+def test_a_gel_without_markers_gives_no_detections() -> None:
     profile, frame = rig()
     step = MarkerDetection(MarkerDetection.Options(), SensorContext(profile.image, Gel()))
     assert step.estimate(frame).centres_px.shape == (0, 2)
 
 
-def test_markers_that_cannot_be_found_are_asked_for() -> None:
+def test_markers_that_are_not_found_must_be_given() -> None:
     profile, _ = rig()
     context = SensorContext(profile.image, Gel(markers="auto"))
-    with pytest.raises(InputError, match="finds no lattice of markers in the reference; say their"):
+    with pytest.raises(
+        InputError, match="finds no lattice of markers in the reference; give their"
+    ):
         MarkerDetection(MarkerDetection.Options(), context)

@@ -1,4 +1,4 @@
-"""The field of a virtual gel without markers, beside what is true."""
+"""Optical flow on a virtual gel without markers, compared with ground truth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tactile_core.sim.truth import TrueState
 
 
 class Bare:
-    """A virtual gel without markers, and the step that follows what is pressed into it."""
+    """A virtual gel without markers, and the step under test."""
 
     def __init__(self, kind: str, depth_mm: float, *, friction: float = 3.0, **options: float):
         self.stage = VirtualStage(
@@ -49,7 +49,7 @@ def _mean(displacement_mm: NDArray[np.float32], truth: TrueState) -> float:
 
 
 @pytest.mark.parametrize("kind", ["coin", "cloth"])
-def test_a_textured_contact_that_sticks_is_followed_over_two_millimetres(kind: str) -> None:
+def test_a_textured_contact_is_tracked_over_two_millimetres(kind: str) -> None:
     bare = Bare(kind, 0.25)
     for step in range(10):
         bare.stage.shear(0.16, 0.12)
@@ -61,7 +61,7 @@ def test_a_textured_contact_that_sticks_is_followed_over_two_millimetres(kind: s
     assert field.valid[truth.contact].mean() > 0.5
 
 
-def test_tare_sets_the_present_imprint_to_nothing() -> None:
+def test_tare_sets_the_displacement_to_zero() -> None:
     bare = Bare("cloth", 0.25)
     for _ in range(3):
         bare.stage.shear(0.1)
@@ -73,7 +73,7 @@ def test_tare_sets_the_present_imprint_to_nothing() -> None:
     assert field.mm[truth.contact, 0].mean() == pytest.approx(-0.09, abs=0.02)
 
 
-def test_nothing_is_left_when_the_object_is_gone() -> None:
+def test_the_field_is_zero_after_release() -> None:
     bare = Bare("coin", 0.25)
     bare.stage.shear(0.2)
     bare.measured()
@@ -83,7 +83,7 @@ def test_nothing_is_left_when_the_object_is_gone() -> None:
     assert not field.valid.any()
 
 
-def test_a_smooth_object_shows_nothing_to_follow_and_that_is_said() -> None:
+def test_a_smooth_object_gives_an_invalid_field() -> None:
     bare = Bare("sphere", 0.4, diameter_mm=12.0)
     bare.stage.shear(0.2)
     field, truth = bare.measured()

@@ -1,4 +1,4 @@
-"""``core.slip`` on a virtual skin, seen by noisy markers, and on what must never alarm."""
+"""``core.slip`` on virtual gels with marker noise: detection, and no false alarms."""
 
 from __future__ import annotations
 
@@ -71,9 +71,7 @@ def runs(kernels_or_numpy: str) -> dict[str, Judged]:
 
 
 @pytest.mark.parametrize("name", list(PLANS))
-def test_it_warns_between_the_first_slip_and_the_last_hold(
-    runs: dict[str, Judged], name: str
-) -> None:
+def test_it_warns_of_partial_slip_before_gross_slip(runs: dict[str, Judged], name: str) -> None:
     run = runs[name]
     first = int(np.argmax(run.alarm))
     assert run.alarm.any()
@@ -82,21 +80,19 @@ def test_it_warns_between_the_first_slip_and_the_last_hold(
 
 
 @pytest.mark.parametrize("name", list(PLANS))
-def test_the_degree_puts_most_frames_in_order(runs: dict[str, Judged], name: str) -> None:
+def test_the_degree_ranks_most_frames_correctly(runs: dict[str, Judged], name: str) -> None:
     run = runs[name]
     held, slipping = run.degree[run.stick_share >= HALF], run.degree[run.stick_share < HALF]
     assert (slipping[:, None] > held).mean() > 0.96
 
 
 @pytest.mark.parametrize("name", list(PLANS))
-def test_an_alarm_does_not_chatter(runs: dict[str, Judged], name: str) -> None:
+def test_an_alarm_is_not_toggled(runs: dict[str, Judged], name: str) -> None:
     assert np.abs(np.diff(runs[name].alarm.astype(int))).sum() <= 1
 
 
 @pytest.mark.parametrize("name", ["disc", "sphere"])
-def test_gross_slip_is_reported_and_entropy_warned_before(
-    runs: dict[str, Judged], name: str
-) -> None:
+def test_gross_slip_is_reported_after_the_entropy_warns(runs: dict[str, Judged], name: str) -> None:
     run = runs[name]
     gross = np.flatnonzero(run.stick_share < GROSS)
     assert all(run.states[i].state == "slip" for i in gross[4:])
@@ -104,7 +100,7 @@ def test_gross_slip_is_reported_and_entropy_warned_before(
     assert (run.states[gross[0] - 1].entropy_bits or 0) > 4
 
 
-def test_a_turn_is_rotation_measured_with_its_sign(runs: dict[str, Judged]) -> None:
+def test_a_rotation_is_reported_with_its_sign(runs: dict[str, Judged]) -> None:
     run = runs["turned disc"]
     slipping = [state for state in run.states if state.state != "stick"]
     assert {state.kind for state in slipping} == {"rotation"}
@@ -123,7 +119,7 @@ def _state(slip: Slip, watch: SlipWatch, surface: GelSurface) -> SlipState:
     return slip.estimate(look.displacement, None, None, None, look.height, look.contact)
 
 
-def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
+def test_a_press_and_a_hold_under_shear_raise_no_alarm() -> None:
     surface, watch, slip = _stepped()
     states = [_state(slip, watch, surface)]
     for depth in (0.04, 0.08, 0.12, 0.16):
@@ -137,7 +133,7 @@ def test_a_press_alone_and_a_hold_in_shear_raise_no_alarm() -> None:
     assert [state.state for state in states] == ["none"] + ["stick"] * 28
 
 
-def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
+def test_frames_with_an_empty_contact_mask_change_no_state() -> None:
     surface, watch, slip = _stepped()
     always = Slip(Slip.Options(), watch.context)
     surface.press(depth_mm=0.1)
@@ -147,28 +143,28 @@ def test_a_mask_that_misses_the_contact_for_a_while_changes_no_state() -> None:
         shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
         mask = look.contact.mask & (number < 2)
         missed = ContactMask(mask, look.contact.mm_per_px)
-        told = slip.estimate(look.displacement, None, None, None, look.height, missed)
-        assert told.state == shown.state
-    assert told.state == "slip"
+        state = slip.estimate(look.displacement, None, None, None, look.height, missed)
+        assert state.state == shown.state
+    assert state.state == "slip"
 
 
-def test_a_height_that_takes_the_object_for_the_rest_surface_changes_no_state() -> None:
+def test_a_constant_height_error_changes_no_state() -> None:
     surface, watch, slip = _stepped()
     always = Slip(Slip.Options(), watch.context)
     surface.press(depth_mm=0.15)
-    told = []
+    states = []
     for _ in range(14):
         surface.shear(0.05, 0.0)
         look = watch.look(surface, 0.0, moving=True)
         shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
         sunk = replace(look.height, mm=look.height.mm - np.float32(0.15))
         nothing = replace(look.contact, mask=np.zeros_like(look.contact.mask))
-        told.append(slip.estimate(look.displacement, None, None, None, sunk, nothing).state)
-        assert told[-1] == shown.state
-    assert {"stick", "slip"} <= set(told)
+        states.append(slip.estimate(look.displacement, None, None, None, sunk, nothing).state)
+        assert states[-1] == shown.state
+    assert {"stick", "slip"} <= set(states)
 
 
-def test_an_object_that_stops_while_most_of_it_holds_raises_no_alarm() -> None:
+def test_an_object_that_stops_while_it_sticks_raises_no_alarm() -> None:
     surface, watch, slip = _stepped()
     surface.press(depth_mm=0.15)
     while True:
@@ -180,7 +176,7 @@ def test_an_object_that_stops_while_most_of_it_holds_raises_no_alarm() -> None:
     assert {state.state for state in states} == {"stick"}
 
 
-def test_letting_go_ends_everything() -> None:
+def test_release_resets_the_state() -> None:
     surface, watch, slip = _stepped()
     surface.press(depth_mm=0.1)
     for _ in range(12):
@@ -192,7 +188,7 @@ def test_letting_go_ends_everything() -> None:
     assert (state.state, state.degree, state.onset_s) == ("none", 0.0, None)
 
 
-def test_a_used_step_pickles_and_goes_on_alike() -> None:
+def test_a_used_step_can_be_pickled() -> None:
     surface, watch, slip = _stepped()
     surface.press(depth_mm=0.1)
     for _ in range(3):
@@ -217,13 +213,13 @@ def test_after_reset_the_same_frames_give_the_same_states() -> None:
     assert [vars(state) for state in run()] == [vars(state) for state in first]
 
 
-def test_without_a_contact_the_gel_that_is_sheared_is_the_contact() -> None:
+def test_without_a_contact_mask_the_sheared_gel_is_the_contact() -> None:
     run = judged(DISC, with_height=False)
     held, slipping = run.degree[run.stick_share >= 0.9], run.degree[run.stick_share < GROSS]
     assert np.median(slipping) > np.median(held) + 0.3
 
 
-def test_gel_at_rest_is_touched_by_nothing() -> None:
+def test_undeformed_gel_has_no_contact() -> None:
     profile = small_profile(DISC)
     context = SensorContext(profile.image, profile.gel)
     shape = profile.image.height_px, profile.image.width_px
@@ -236,7 +232,7 @@ def test_gel_at_rest_is_touched_by_nothing() -> None:
         assert (state.state, state.entropy_bits) == ("none", None)
 
 
-def test_a_contact_after_another_begins_anew() -> None:
+def test_a_new_contact_starts_from_zero() -> None:
     surface, watch, slip = _stepped()
     surface.press(depth_mm=0.15)
     for _ in range(4):
@@ -251,7 +247,7 @@ def test_a_contact_after_another_begins_anew() -> None:
     assert again.rotation_deg == pytest.approx(0.0, abs=0.1)
 
 
-def test_slip_is_reported_from_a_tare_on() -> None:
+def test_a_tare_sets_rotation_and_entropy_to_zero() -> None:
     surface, watch, slip = _stepped()
     surface.press(depth_mm=0.15)
     _state(slip, watch, surface)
@@ -267,7 +263,7 @@ def test_slip_is_reported_from_a_tare_on() -> None:
     assert after.rotation_deg == pytest.approx(0.5, rel=0.2)
 
 
-def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
+def test_the_imprint_does_not_depend_on_the_tare_of_the_markers() -> None:
     stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": 0.3}})
     first = stage.frame()
     undeformed = Reference(first.pixels.astype(np.float32), first.channels)
@@ -277,18 +273,18 @@ def test_a_tare_before_the_first_frame_leaves_the_imprint_as_it_is() -> None:
     stage.shear(0.3, 0.1)
     context = SensorContext(pipeline.profile.image, pipeline.profile.gel)
     plain, tared = Slip(Slip.Options(), context), Slip(Slip.Options(), context)
-    loaded_px, known = None, pipeline.reference
+    loaded_px, reference = None, pipeline.reference
     for _ in range(3):
         frame = stage.frame()
         reading = pipeline.process(frame)
         field, markers = reading[DisplacementField], reading[MarkerField]
         loaded_px = markers.px if loaded_px is None else loaded_px
         since = replace(markers, reference_px=loaded_px)
-        told = plain.estimate(field, frame, known, markers, None, None)
-        assert vars(tared.estimate(field, frame, known, since, None, None)) == vars(told)
+        state = plain.estimate(field, frame, reference, markers, None, None)
+        assert vars(tared.estimate(field, frame, reference, since, None, None)) == vars(state)
         stage.shear(0.2, 0.0)
     assert np.abs(loaded_px - markers.reference_px).max() > 5
-    assert told.degree > 0.2
+    assert state.degree > 0.2
 
 
 def test_thresholds_out_of_order_are_refused() -> None:

@@ -18,7 +18,7 @@ FACTS: dict[str, dict[str, list[str]]] = YAML(typ="safe").load(
 )
 PAGES = sorted(
     path.relative_to(ROOT).as_posix()
-    for pattern in ("*.md", "docs/*.md", "docs/adr/*.md", "plugins/**/*.md", "examples/**/*.md")
+    for pattern in ("*.md", "docs/*.md", "docs/*/*.md", "plugins/**/*.md", "examples/**/*.md")
     for path in ROOT.glob(pattern)
     if path.name != "CHANGELOG.md"
 )
@@ -81,7 +81,7 @@ def test_the_accuracy_page_states_the_results_of_the_benchmark(row: dict[str, An
 
 @pytest.mark.parametrize("page", EVIDENCE)
 def test_every_section_of_measurements_names_its_command(page: str) -> None:
-    exempt = {"Limits", "Recordings that are not at hand"}
+    exempt = {"Limits", "Recordings that were not available"}
     figures = {heading: text for heading, text in parts(page).items() if stated(text)}
     assert [h for h in figures if h not in exempt and "ommand" not in figures[h]] == []
 
@@ -93,14 +93,16 @@ def test_every_file_named_in_a_command_exists(page: str) -> None:
     assert [path for path in named if not (ROOT / path).exists()] == []
 
 
-def unbacked_in(text: str, page: str = "docs/rigs.md", facts: tuple[str, ...] = ()) -> list[str]:
+def unbacked_in(
+    text: str, page: str = "docs/reference/rigs.md", facts: tuple[str, ...] = ()
+) -> list[str]:
     """Return the unbacked figures of a text, with :data:`ACCURACY` as the accuracy page."""
     return unbacked(page, text, facts, {EVIDENCE[0]: ACCURACY}.__getitem__)
 
 
 def test_a_figure_that_links_to_its_section_is_backed() -> None:
     assert unbacked_in("Wrong by [1.39°](accuracy.md#six-leds).") == []
-    assert unbacked_in("[1.39°](docs/accuracy.md#six-leds)", page="README.md") == []
+    assert unbacked_in("[1.39°](docs/reference/accuracy.md#six-leds)", page="README.md") == []
     assert unbacked_in("Slips: [14 of the 14](accuracy.md#grooves).") == []
 
 

@@ -12,7 +12,7 @@ DOCS = ROOT / "docs"
 
 
 def test_every_calibration_of_the_guide_runs_and_prints_the_quoted_output(tmp_path: Path) -> None:
-    Reader(tmp_path).follow(DOCS / "recording.md")
+    Reader(tmp_path).follow(DOCS / "how-to" / "calibrate.md")
     assert not (tmp_path / "wrong").exists()
 
 
@@ -28,5 +28,5 @@ def test_the_estimator_of_the_guide_measures_and_conforms(lab: VirtualLab, tmp_p
     shutil.copytree(lab.bundle, tmp_path / "bundle")
     lab.save(tmp_path / "recording" / "marble.png", BallPress((90.0, 55.0), 6.0, 0.7))
     reader = Reader(tmp_path)
-    reader.follow(DOCS / "first-estimator.md")
+    reader.follow(DOCS / "tutorials" / "first-estimator.md")
     assert "passed" in reader.printed

@@ -1,4 +1,4 @@
-"""The examples in the README run as printed."""
+"""The examples in the README and the short guides run as printed."""
 
 import json
 import re
@@ -17,17 +17,19 @@ from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim import VirtualStage
 
+GUIDES = ROOT / "docs" / "how-to"
+PROFILES = (GUIDES / "write-a-profile.md").read_text()
 PAGES = [ROOT / "README.md", *sorted(ROOT.glob("plugins/*/README.md"))]
 
 
 def test_the_profile_is_valid(tmp_path: Path) -> None:
     path = tmp_path / "my_sensor.yaml"
-    path.write_text(block("yaml"))
+    path.write_text(blocks("yaml", PROFILES)[0])
     assert load_profile(path).name == "my_sensor"
 
 
 def test_a_revision_takes_one_line(tmp_path: Path) -> None:
-    (tmp_path / "my_sensor.yaml").write_text(block("yaml"))
+    (tmp_path / "my_sensor.yaml").write_text(blocks("yaml", PROFILES)[0])
     path = tmp_path / "second.yaml"
     path.write_text('extends: my_sensor.yaml\nrevision: "2"\n')
     assert load_profile(path).revision == "2"
@@ -35,7 +37,7 @@ def test_a_revision_takes_one_line(tmp_path: Path) -> None:
 
 def test_a_variant_of_a_shipped_rig_is_valid(tmp_path: Path) -> None:
     path = tmp_path / "variant.yaml"
-    path.write_text(blocks("yaml")[1])
+    path.write_text(blocks("yaml", PROFILES)[1])
     variant = load_profile(path)
     assert variant.calibration.options["lights"] == "given"
     assert variant.estimators["height"].use == "core.robust_poisson"
@@ -54,11 +56,12 @@ def test_the_calibration_with_a_height_map_runs(
 ) -> None:
     (tmp_path / "lab").mkdir()
     lab = make_height_lab(tmp_path / "lab")
-    shutil.copy(lab.profile, tmp_path / "my_rig.yaml")
+    shutil.copy(lab.profile, tmp_path / "my_sensor.yaml")
     shutil.copytree(lab.press, tmp_path / "scan")
     shutil.copy(lab.tmd, tmp_path / "heightmap.tmd")
     monkeypatch.chdir(tmp_path)
-    (words,) = (words for words in commands() if "heightmap.tmd" in words)
+    page = (ROOT / "docs" / "reference" / "commands.md").read_text()
+    (words,) = (words for words in commands(page) if "heightmap.tmd" in words)
     done = tactile(*words, "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["held_out"]["normal_error_deg"]["mean"] < 2
@@ -82,7 +85,7 @@ def test_the_first_script_prints_a_line_per_image(
 def test_the_script_for_the_virtual_gel_runs(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    exec(blocks("python")[1], {})
+    exec(blocks("python", (GUIDES / "use-a-virtual-sensor.md").read_text())[0], {})
     assert capsys.readouterr().out.endswith("of the contact sticks\n")
 
 
@@ -97,7 +100,7 @@ def test_the_script_for_markers_and_slip_runs_on_a_recording(
     stage.shear(dx_mm=0.2)
     write_png(tmp_path / "recording" / "1.png", stage.frame().pixels)
     monkeypatch.chdir(tmp_path)
-    exec(blocks("python")[2], {})
+    exec(blocks("python", (GUIDES / "measure-slip.md").read_text())[0], {})
     undeformed, sheared = capsys.readouterr().out.splitlines()
     assert undeformed.split()[0] == "none"
     assert 0.15 < float(sheared.split()[1]) < 0.25
@@ -107,3 +110,7 @@ def test_the_script_for_markers_and_slip_runs_on_a_recording(
 def test_every_linked_page_and_picture_exists(page: Path) -> None:
     links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text())
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+def test_the_readme_fits_one_and_a_half_screens() -> None:
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 120

@@ -1,15 +1,17 @@
-"""The documentation site: its navigation, links and pictures are valid. Needs no MkDocs."""
+"""The documentation site: its navigation, links and pictures are valid. Needs no site generator."""
 
 from __future__ import annotations
 
 import posixpath
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 import site_links
 import site_pictures
+import stage_site
 from ruamel.yaml import YAML
 
 ROOT = site_links.ROOT
@@ -90,3 +92,16 @@ def test_links_in_code_are_unchanged() -> None:
 def drawn_names() -> list[str]:
     """Return the names of the generated pictures without drawing them."""
     return [*(f"{name}.png" for name in site_pictures.RIGS), "presses.png"]
+
+
+def test_the_folder_for_the_generator_has_every_page_and_needs_no_plugin(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stage_site, "STAGE", tmp_path / "stage")
+    stage_site.main()
+    pages = tmp_path / "stage" / "pages"
+    config = YAML(typ="safe").load((tmp_path / "stage" / "mkdocs.yml").read_text("utf-8"))
+    assert list(leaves(config["nav"])) == NAV
+    assert {path.relative_to(pages).as_posix() for path in pages.rglob("*.md")} == set(NAV)
+    assert (pages / site_links.GENERATED / "presses.png").is_file()
+    assert not {"hooks", "plugins"} & set(config)

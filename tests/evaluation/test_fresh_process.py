@@ -1,4 +1,4 @@
-"""A fresh process has its own memory, answers in turn and hands its errors back."""
+"""A fresh process has its own memory, answers every message and passes its errors back."""
 
 from collections.abc import Generator
 from typing import Any
@@ -23,7 +23,7 @@ def weigh(megabytes: int) -> Generator[Any, None, None]:
 
 
 def stumble() -> Generator[Any, None, None]:
-    raise InputError("what was given is of no use")
+    raise InputError("the input is of no use")
     yield
 
 
@@ -44,7 +44,7 @@ def vanish() -> Generator[Any, None, None]:
     yield
 
 
-def test_it_answers_each_message_in_turn() -> None:
+def test_it_answers_each_message() -> None:
     with FreshProcess(count, 5) as process:
         assert process.receive() == 5
         process.send(3)
@@ -58,22 +58,22 @@ def test_its_error_is_raised_here() -> None:
         process.receive()
 
 
-def test_an_end_of_file_of_its_own_is_raised_here() -> None:
+def test_its_eof_error_is_raised_here() -> None:
     with pytest.raises(EOFError, match="no data left"), FreshProcess(run_dry) as process:
         process.receive()
 
 
-def test_an_exit_of_its_own_is_reported() -> None:
+def test_its_system_exit_is_reported() -> None:
     with pytest.raises(DeviceError, match="SystemExit: 0"), FreshProcess(leave) as process:
         process.receive()
 
 
-def test_an_end_without_a_word_is_reported() -> None:
+def test_an_unexpected_end_is_reported() -> None:
     with pytest.raises(DeviceError, match="exit code 3"), FreshProcess(vanish) as process:
         process.receive()
 
 
-def test_a_message_to_one_that_has_ended_is_reported_by_its_answer() -> None:
+def test_a_message_to_an_ended_process_is_reported_on_receive() -> None:
     with FreshProcess(vanish) as process:
         for _ in range(3):
             process.send(np.zeros(2**20))
@@ -81,9 +81,9 @@ def test_a_message_to_one_that_has_ended_is_reported_by_its_answer() -> None:
             process.receive()
 
 
-def test_memory_is_that_process_s_own() -> None:
+def test_memory_is_that_of_the_process_alone() -> None:
     if peak_memory_mib() is None:
-        pytest.skip("this system does not tell")
+        pytest.skip("this system does not report memory")
     parents_own = np.ones((400, 2**20), np.uint8)
     peaks = []
     for megabytes in (10, 110):

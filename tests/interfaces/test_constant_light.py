@@ -38,7 +38,7 @@ def test_channels_that_no_image_has_are_refused(channels: tuple[str, ...]) -> No
 
 def test_two_lights_of_one_name_are_refused() -> None:
     light = ConstantLightOptions(name="red", azimuth_deg=0, elevation_deg=10)
-    with pytest.raises(ValidationError, match="one name"):
+    with pytest.raises(ValidationError, match="the same name"):
         ConstantOptions(lights=(light, light))
 
 

@@ -26,12 +26,12 @@ def test_the_gel_has_no_step_and_no_kink_at_the_border() -> None:
     assert np.abs(np.diff(slope)).max() < 0.02
 
 
-def test_the_gel_rests_far_away() -> None:
+def test_the_gel_is_undeformed_far_from_the_ball() -> None:
     height = BallPress((0.0, 0.0), 4.0, 0.8).height_mm((1, 400), SCALE)
     assert height[0, -1] < 1e-6
 
 
-def test_pictures_repeat_by_seed(lab: VirtualLab) -> None:
+def test_images_are_reproducible_by_seed(lab: VirtualLab) -> None:
     flat = np.zeros((120, 160))
     same = [render(lab.profile, flat, seed=4) for _ in range(2)]
     np.testing.assert_array_equal(*same)
@@ -39,7 +39,7 @@ def test_pictures_repeat_by_seed(lab: VirtualLab) -> None:
 
 
 def test_a_surface_that_faces_a_light_is_brighter_in_its_colour(lab: VirtualLab) -> None:
-    # Red shines from azimuth 90°, the bottom: a surface that falls towards +y faces it.
+    # Red comes from azimuth 90°, the bottom: a surface that descends towards +y faces it.
     y = np.arange(120)[:, None] * lab.profile.image.mm_per_px * np.ones(160)
     flat, facing = (render(lab.profile, s * y)[..., 0].mean() for s in (0.0, -0.2))
     assert facing > flat

@@ -1,4 +1,4 @@
-"""A virtual camera behind the ordinary interface."""
+"""The virtual camera behind the camera interface."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ steps:
 @pytest.fixture
 def profile(tmp_path: Path) -> Path:
     (tmp_path / "script.yaml").write_text(SCRIPT)
-    path = tmp_path / "twin.yaml"
+    path = tmp_path / "virtual.yaml"
     path.write_text(
-        "extends: desktop_six_led\nname: twin\n"
+        "extends: desktop_six_led\nname: virtual\n"
         "illumination: {dark: true}\n"
         "image: {width_px: 306, height_px: 256, mm_per_px: 0.0272, rotate_deg: 90}\n"
         "sim: {camera: {use: core.virtual, script: script.yaml, seed: 3}}\n"
@@ -34,14 +34,14 @@ def profile(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_sensor_is_read_like_any_sensor(profile: Path) -> None:
+def test_it_is_read_like_any_sensor(profile: Path) -> None:
     with open_sensor(profile, sim=True, reference="first") as sensor:
         frames = [reading.frame for reading in sensor.stream()]
     assert [frame.pixels.shape for frame in frames] == [(256, 306, 6)] * 3
     assert not np.array_equal(frames[0].pixels, frames[-1].pixels)
 
 
-def test_it_sees_what_the_stage_shows_less_the_dark(profile: Path) -> None:
+def test_its_frames_are_those_of_the_stage_minus_the_dark_exposure(profile: Path) -> None:
     virtual_profile = load_profile(profile, sim=True)
     stage = VirtualStage(virtual_profile, seed=3)
     with open_sensor(virtual_profile, reference="first") as sensor:
@@ -52,7 +52,7 @@ def test_it_sees_what_the_stage_shows_less_the_dark(profile: Path) -> None:
     np.testing.assert_allclose(seen.astype(int), np.maximum(shown.astype(int) - dark, 0), atol=1)
 
 
-def test_a_script_of_ones_own_is_played(tmp_path: Path) -> None:
+def test_a_users_script_is_played(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text(SCRIPT)
     script = tmp_path / "mine.yaml"
     with open_sensor("hex_fingertip", sim=True, script=script, reference="first") as sensor:
@@ -61,7 +61,7 @@ def test_a_script_of_ones_own_is_played(tmp_path: Path) -> None:
         open_sensor("hex_fingertip", script=script)
 
 
-def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
+def test_it_ends_with_its_script_or_restarts(profile: Path) -> None:
     virtual_profile = load_profile(profile, sim=True)
     camera, lights, _ = make_devices(virtual_profile)
     exposures = len(lights.exposures())
@@ -77,7 +77,7 @@ def test_it_ends_with_its_script_or_begins_again(profile: Path) -> None:
 
 
 @pytest.mark.parametrize("pause_s", [0.0, 0.05])
-def test_times_are_the_simulations_own_however_slow_the_machine_is(
+def test_timestamps_are_simulated_and_independent_of_the_machine(
     tmp_path: Path, pause_s: float
 ) -> None:
     script = tmp_path / "timed.yaml"
@@ -92,7 +92,7 @@ def test_times_are_the_simulations_own_however_slow_the_machine_is(
     assert set(walls) == {0.0}
 
 
-def test_time_goes_on_when_the_script_begins_again(profile: Path) -> None:
+def test_time_continues_when_the_script_restarts(profile: Path) -> None:
     camera, lights, _ = make_devices(
         load_profile(profile, sim=True, overrides={"camera": {"loop": True}})
     )

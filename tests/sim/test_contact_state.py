@@ -1,4 +1,4 @@
-"""Where an object's own frame lies in the sensor's."""
+"""Transforms between an object's frame and the sensor frame."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from tactile_core.sim.contact_state import Pose
 
 
-def test_a_turn_goes_from_x_towards_y() -> None:
+def test_a_positive_angle_rotates_x_towards_y() -> None:
     pose = Pose(x_mm=2.0, y_mm=-1.0, angle_deg=90.0)
     own_x = pose.into(np.array([2.0]), np.array([0.0]))
     assert [float(part[0]) for part in own_x] == pytest.approx([1.0, 0.0])
@@ -17,7 +17,7 @@ def test_a_turn_goes_from_x_towards_y() -> None:
 
 
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, -75.0, 180.0])
-def test_there_and_back_is_where_it_was(angle_deg: float) -> None:
+def test_transforms_are_inverse_to_each_other(angle_deg: float) -> None:
     x, y = np.random.default_rng(0).uniform(-5, 5, (2, 20))
     pose = Pose(0.7, -0.3, angle_deg)
     np.testing.assert_allclose(pose.back(*pose.into(x, y)), (x, y), atol=1e-12)

@@ -1,4 +1,4 @@
-"""Coulomb's law at every node: slip from the edge inwards, as theory says."""
+"""Coulomb's law at every node: slip from the edge inwards, in agreement with theory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FRICTION = 0.6
 
 
 class BallOnHalfSpace:
-    """A ball under a force of 0.06 N, about to be moved along x."""
+    """A ball pressed with 0.06 N, before it moves along x."""
 
     def __init__(self, nu: float) -> None:
         self.layer = ElasticLayer(Grid(240, 240, 0.02), Elastomer(np.inf, 0.145, nu), np.float64)
@@ -42,7 +42,7 @@ def ball(request: pytest.FixtureRequest) -> BallOnHalfSpace:
 
 
 def test_stick_radius_agrees_with_cattaneo_and_mindlin(ball: BallOnHalfSpace) -> None:
-    # of a grid the area is known better than any single radius
+    # on a grid, the area is more accurate than a single radius
     area = np.count_nonzero(ball.pressure)
     seen = []
     for distance in np.linspace(0.01, 0.12, 12):
@@ -62,7 +62,7 @@ def test_traction_never_exceeds_friction_times_pressure(ball: BallOnHalfSpace) -
     assert (size <= ball.limit * (1 + 1e-9)).all()
 
 
-def test_where_it_slips_the_traction_is_at_its_limit_and_along_the_slip(
+def test_traction_in_slip_is_at_its_limit_and_along_the_slip(
     ball: BallOnHalfSpace,
 ) -> None:
     grip = ball.moved(0.05)
@@ -74,7 +74,7 @@ def test_where_it_slips_the_traction_is_at_its_limit_and_along_the_slip(
     np.testing.assert_allclose(along, (size * slip)[slips], rtol=1e-6)
 
 
-def test_pulled_far_enough_everything_slips_and_the_force_is_coulombs(
+def test_force_in_gross_slip_is_coulombs(
     ball: BallOnHalfSpace,
 ) -> None:
     grip = ball.moved(0.5)
@@ -82,13 +82,13 @@ def test_pulled_far_enough_everything_slips_and_the_force_is_coulombs(
     assert grip.traction[0].sum() == pytest.approx(ball.limit.sum(), rel=1e-3)
 
 
-def test_friction_that_grows_with_speed_holds_a_quick_slip_back(ball: BallOnHalfSpace) -> None:
+def test_rate_dependent_friction_reduces_fast_slip(ball: BallOnHalfSpace) -> None:
     slow, quick = ball.moved(0.5), ball.moved(0.5, free_slip_mm=1.0)
     assert quick.traction[0].sum() > 1.1 * slow.traction[0].sum()
     assert quick.slip_mm[0][ball.pressure > 0].max() < slow.slip_mm[0][ball.pressure > 0].max()
 
 
-def test_without_friction_nothing_is_sheared() -> None:
+def test_zero_friction_shears_nothing() -> None:
     layer = ElasticLayer(Grid(32, 32, 0.2), Elastomer(2.0, 0.145, 0.48))
     wanted = np.full((2, 32, 32), 0.3, np.float32)
     grip = solve_friction(

@@ -1,4 +1,4 @@
-"""The virtual skin: signs, truth at the pixels, what is kept, and what is impossible."""
+"""The virtual gel surface: signs, ground truth, load control, and impossible moves."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def profile_with(**gel: Any) -> Profile:
 
 
 def pressed(profile: Profile | None = None, mode: Any = "fast", **load: Any) -> GelSurface:
-    """Return a skin with a ball of 8 mm on it."""
+    """Return a gel surface under a ball of 8 mm."""
     place = {key: load.pop(key) for key in ("x_mm", "y_mm") if key in load}
     surface = GelSurface(profile or load_profile("hex_fingertip"), mode)
     surface.indent_with(BALL, **place)
@@ -41,7 +41,7 @@ def test_undeformed_gel_is_flat_and_free() -> None:
 
 
 @pytest.mark.parametrize("mode", ["fast", "accurate"])
-def test_pressed_gel_has_the_objects_shape_where_it_touches(mode: str) -> None:
+def test_gel_in_contact_has_the_objects_shape(mode: str) -> None:
     truth = pressed(mode=mode, x_mm=1.0, y_mm=-0.5).truth()
     x = (np.arange(640) - 319.5) * truth.mm_per_px - 1.0
     y = (np.arange(480)[:, None] - 239.5) * truth.mm_per_px + 0.5
@@ -61,7 +61,7 @@ def test_gradients_are_those_of_the_height() -> None:
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0.1, 0.0), (0.0, -0.1)])
-def test_gel_sheared_along_has_a_force_that_way(dx: float, dy: float) -> None:
+def test_shear_force_is_along_the_displacement(dx: float, dy: float) -> None:
     surface = pressed()
     surface.shear(dx, dy)
     fx, fy, fz, _ = surface.wrench
@@ -73,7 +73,7 @@ def test_gel_sheared_along_has_a_force_that_way(dx: float, dy: float) -> None:
     np.testing.assert_allclose(middle, [dx, dy], atol=0.01)
 
 
-def test_a_turn_from_x_towards_y_has_a_positive_moment() -> None:
+def test_rotation_from_x_towards_y_has_a_positive_moment() -> None:
     surface = pressed()
     surface.twist(3.0)
     assert surface.wrench[3] > 0.05
@@ -85,7 +85,7 @@ def test_moment_is_about_the_image_centre() -> None:
     assert surface.wrench[3] == pytest.approx(2.0 * surface.wrench[1], rel=0.05)
 
 
-def test_markers_and_dense_field_tell_the_same_displacement() -> None:
+def test_markers_and_dense_field_have_the_same_displacement() -> None:
     surface = pressed()
     surface.shear(dx_mm=0.3, dy_mm=0.2, steps=4)
     rest = np.stack(np.meshgrid(np.arange(60, 600, 40.0), np.arange(60, 440, 40.0)), -1)
@@ -100,21 +100,21 @@ def test_markers_and_dense_field_tell_the_same_displacement() -> None:
     np.testing.assert_allclose((now - rest) * truth.mm_per_px, np.stack(dense, 1), atol=2e-3)
 
 
-def test_force_in_newtons_is_met_and_kept() -> None:
+def test_a_given_force_is_reached_and_held() -> None:
     surface = pressed(force_n=1.5)
     assert surface.wrench[2] == pytest.approx(1.5, rel=1e-4)
     surface.shear(dx_mm=0.2, steps=2)
     assert surface.wrench[2] == pytest.approx(1.5, rel=1e-4)
 
 
-def test_depth_is_kept() -> None:
+def test_a_given_depth_is_held() -> None:
     surface = pressed(depth_mm=0.3)
     surface.shear(dx_mm=0.2, steps=2)
     assert surface.truth().depth_mm == pytest.approx(0.3)
     assert surface.state.displacement_mm[2].max() == pytest.approx(0.3, abs=0.01)
 
 
-def test_displacement_of_the_whole_gel_tells_the_force() -> None:
+def test_integrated_displacement_is_proportional_to_the_force() -> None:
     surface = pressed(profile_with(size_mm=None, crown_mm=0.0))
     surface.shear(0.15, -0.1, steps=2)
     total = surface.state.displacement_mm[:2].sum((1, 2), dtype=float) * surface.grid.cell_mm2
@@ -143,7 +143,7 @@ def test_work_of_shearing_is_stored_or_spent_on_slip() -> None:
         slip = new.anchors_mm - old.anchors_mm - np.array([dx, 0.0])[:, None, None]
         work += cell * float(mean[0].sum()) * dx
         spent -= cell * float((mean * slip).sum())
-        # a ball that moves along also presses the skin down in front and lets it rise behind
+        # a moving ball also indents the surface in front of it and unloads it behind
         work += cell * float((press * (new.displacement_mm[2] - old.displacement_mm[2])).sum())
     assert spent > 0
     assert work == pytest.approx(spent + stored() - before, abs=1e-3 * spent)
@@ -159,7 +159,7 @@ def test_work_over_a_closed_loop_is_positive() -> None:
     assert work > 0
 
 
-def test_an_object_that_slides_far_takes_its_contact_along() -> None:
+def test_the_contact_moves_with_an_object_that_slides_far() -> None:
     surface = pressed(x_mm=-3.0, depth_mm=0.3)
     surface.shear(dx_mm=6.0, steps=60)
     fx, fy, fz, _ = surface.wrench
@@ -172,7 +172,7 @@ def test_an_object_that_slides_far_takes_its_contact_along() -> None:
     assert centre[0] == pytest.approx(239.5, abs=2)
 
 
-def test_what_sticks_is_what_friction_could_hold_harder() -> None:
+def test_traction_in_stick_is_below_its_limit() -> None:
     surface = pressed(profile_with(friction=0.4, friction_speed_mm_s=None))
     for _ in range(3):
         surface.shear(0.05, 0.02)
@@ -191,7 +191,7 @@ def test_a_ball_that_rolls_shears_the_gel_little() -> None:
     assert rolled.truth().contact.sum() == pytest.approx(shifted.truth().contact.sum(), rel=0.05)
 
 
-def test_released_the_gel_is_as_it_was() -> None:
+def test_a_released_gel_is_undeformed() -> None:
     surface = pressed()
     surface.shear(dx_mm=0.2)
     surface.release()
@@ -200,7 +200,7 @@ def test_released_the_gel_is_as_it_was() -> None:
     assert not surface.pressed
 
 
-def test_released_quickly_a_marker_is_left_that_fades() -> None:
+def test_a_fast_release_leaves_an_indentation_that_decays() -> None:
     surface = GelSurface(load_profile("hex_fingertip"), "fast")
     surface.indent_with(BALL)
     surface.press(depth_mm=0.4, seconds=0.5)
@@ -213,7 +213,7 @@ def test_released_quickly_a_marker_is_left_that_fades() -> None:
     assert surface.time_s == pytest.approx(330.6)
 
 
-def test_a_dome_is_touched_at_its_top_and_presses_back_like_a_second_ball() -> None:
+def test_a_dome_makes_contact_at_its_top_and_responds_like_a_ball() -> None:
     flat = GelSurface(profile_with(size_mm=None, crown_mm=0.0), "accurate")
     dome = GelSurface(
         profile_with(shape="dome", radius_mm=40.0, size_mm=None, crown_mm=0.0), "accurate"
@@ -226,19 +226,19 @@ def test_a_dome_is_touched_at_its_top_and_presses_back_like_a_second_ball() -> N
     assert dome.truth().height_mm.max() == pytest.approx(0.3, abs=0.002)
 
 
-def test_on_a_dome_the_first_touch_is_where_the_ball_meets_the_slope() -> None:
+def test_first_contact_on_a_dome_is_on_its_slope() -> None:
     surface = GelSurface(
         profile_with(shape="dome", radius_mm=40.0, size_mm=None, crown_mm=0.0), "fast"
     )
     surface.indent_with(make_indenter("sphere", diameter_mm=10.0), x_mm=5.0)
     surface.press(depth_mm=0.2)
     centre = np.argwhere(surface.truth().contact)[:, 1].mean()
-    # both slopes are alike where x / 40 = (5 − x) / 5
+    # both slopes are equal where x / 40 = (5 − x) / 5
     assert (centre - 319.5) * surface.mm_per_px == pytest.approx(5.0 * 40 / 45, abs=0.1)
 
 
 @pytest.mark.parametrize("depth", [0.06, 0.5])
-def test_accurate_mode_has_ten_nodes_on_the_contacts_radius(depth: float) -> None:
+def test_accurate_mode_has_ten_nodes_on_the_contact_radius(depth: float) -> None:
     surface = pressed(mode="accurate", depth_mm=depth)
     assert np.sqrt(surface.state.contact.sum() / np.pi) >= 10
 
@@ -253,7 +253,7 @@ def test_fast_mode_agrees_with_the_accurate_one() -> None:
     assert np.abs(rough.displacement_mm - fine.displacement_mm).max() < 0.015
 
 
-def test_the_same_motions_give_the_same_gel_also_through_a_pickle() -> None:
+def test_motions_are_reproducible_and_survive_pickling() -> None:
     one, other = pressed(), pickle.loads(pickle.dumps(pressed()))
     for surface in (one, other):
         surface.shear(dx_mm=0.1)
@@ -262,7 +262,7 @@ def test_the_same_motions_give_the_same_gel_also_through_a_pickle() -> None:
     np.testing.assert_array_equal(one.wrench, other.wrench)
 
 
-def test_reset_forgets_everything() -> None:
+def test_reset_restores_the_initial_state() -> None:
     surface = pressed()
     surface.hold(1.0)
     surface.reset()
@@ -273,7 +273,7 @@ def test_reset_forgets_everything() -> None:
 
 
 @pytest.mark.parametrize("name", ["baxter_fingertip", "desktop_six_led", "desktop_three_colour"])
-def test_every_rig_has_a_gel_whatever_its_profile_leaves_out(name: str) -> None:
+def test_every_shipped_profile_has_a_virtual_gel(name: str) -> None:
     surface = GelSurface(load_profile(name), "fast")
     surface.indent_with(make_indenter("sphere", diameter_mm=4.0))
     surface.press(depth_mm=0.3)
@@ -298,7 +298,7 @@ def test_every_rig_has_a_gel_whatever_its_profile_leaves_out(name: str) -> None:
         (lambda surface: surface.indent_with(BALL), "release it"),
     ],
 )
-def test_the_impossible_gets_one_sentence_and_changes_nothing(attempt: Any, message: str) -> None:
+def test_an_impossible_move_is_refused_and_changes_nothing(attempt: Any, message: str) -> None:
     surface = pressed()
     before = surface.truth().height_mm
     with pytest.raises(InputError, match=message) as caught:
@@ -308,20 +308,20 @@ def test_the_impossible_gets_one_sentence_and_changes_nothing(attempt: Any, mess
     assert surface.pressed
 
 
-def test_nothing_moves_before_something_is_pressed() -> None:
+def test_moves_before_a_press_are_refused() -> None:
     surface = GelSurface(load_profile("hex_fingertip"), "fast")
     with pytest.raises(InputError, match="choose an indenter first"):
         surface.press(depth_mm=0.1)
     surface.indent_with(BALL)
     with pytest.raises(InputError, match="press an object before"):
         surface.shear(dx_mm=0.1)
-    with pytest.raises(InputError, match="beside the gel"):
+    with pytest.raises(InputError, match="outside the gel"):
         surface.indent_with(BALL, x_mm=50.0)
     with pytest.raises(InputError, match="'accurate' or 'fast'"):
         GelSurface(load_profile("hex_fingertip"), "quick")  # type: ignore[arg-type]
 
 
-def test_only_what_is_round_rolls() -> None:
+def test_only_round_objects_roll() -> None:
     surface = GelSurface(load_profile("hex_fingertip"), "fast")
     surface.indent_with(make_indenter("cylinder", diameter_mm=20.0))
     surface.press(depth_mm=0.2)

@@ -1,4 +1,4 @@
-"""The compiled kernels show what numpy shows, which is the definition."""
+"""The compiled kernels agree with numpy, the reference implementation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactile_core.algorithms.kernels import SWITCH
 from tactile_core.sim import Faults, VirtualStage, kernels
 
 HEIGHT_MM = 3e-4
-"""numpy finds where the surface came from with OpenCV, which rounds: 4 more coarsely than 5."""
+"""numpy inverts the displacement with OpenCV, which rounds; version 4 is coarser than 5."""
 
 needs_kernels = pytest.mark.skipif(
     kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0"
@@ -23,14 +23,14 @@ needs_kernels = pytest.mark.skipif(
 
 
 def both_ways(function: Callable[[bool], Any]) -> tuple[Any, Any]:
-    """What a function returns with the kernels, and without."""
+    """Results of a function with and without the kernels."""
     return function(True), function(False)
 
 
 def slid(
     name: str, compiled: bool, *, faults: Faults | None = None, optics: Any = None
 ) -> VirtualStage:
-    """A ball that has slid over a rig."""
+    """A ball that has slid over the gel surface."""
     looks = {"optics": optics or {}}
     stage = VirtualStage(name, 3, overrides=looks, faults=faults, compiled=compiled)
     stage.indenter("sphere", diameter_mm=5.0, x_mm=-1.0)
@@ -66,7 +66,7 @@ def test_compression_keeps_that_difference_small() -> None:
 
 
 @needs_kernels
-def test_what_the_camera_sees_is_the_truth() -> None:
+def test_rendered_height_and_displacement_are_the_truth() -> None:
     stage = slid("hex_fingertip", True)
     height_mm, displacement_mm = stage.seen(kernels.load())
     truth = stage.truth()
@@ -76,7 +76,7 @@ def test_what_the_camera_sees_is_the_truth() -> None:
 
 @needs_kernels
 @pytest.mark.parametrize("shape", ["round", "square", "triangle"])
-def test_markers_of_every_shape_are_drawn_alike(shape: str) -> None:
+def test_markers_of_every_shape_are_drawn_equally(shape: str) -> None:
     looks = {"markers": {"shape": shape, "layout": "quasi_random"}}
 
     def printed(compiled: bool) -> np.ndarray:
@@ -104,6 +104,6 @@ def imports_numba(choice: str) -> bool:
 
 
 @needs_kernels
-def test_a_stage_loads_numba_unless_it_is_reported_not_to() -> None:
+def test_a_stage_loads_numba_unless_it_is_disabled() -> None:
     assert imports_numba("")
     assert not imports_numba(", compiled=False")

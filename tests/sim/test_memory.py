@@ -1,4 +1,4 @@
-"""A virtual rig may run for as long as one likes: its memory stays flat."""
+"""Memory of a virtual rig stays constant over any number of frames."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ STATUS = Path("/proc/self/status")
 
 WARM_UP = 50
 FLAT_MIB = 8.0
-"""Ten frames, of the thousands that are taken."""
+"""Memory of ten frames; the test takes thousands."""
 
 
 def resident_mib() -> float:
-    """Memory of this process that is in use now."""
+    """Current memory of this process."""
     lines = STATUS.read_text().splitlines()
     return next(float(line.split()[1]) for line in lines if line.startswith("VmRSS:")) / 1024
 
 
 def handled(stage: VirtualStage) -> Iterator[None]:
-    """Press, slide, turn, roll, wait and release, again and again; one motion for each frame."""
+    """Press, shear, twist, roll, hold and release in a loop; one motion per frame."""
     for turn in count():
         size = 3.0 + turn % 4
         if turn % 3:

@@ -37,7 +37,7 @@ def _layer(spacing_mm: float, thickness_mm: float = THICKNESS_MM, nu: float = NU
 
 
 def _ball(layer: ElasticLayer, **load: float) -> tuple[NormalContact, float]:
-    """Press a ball by depth_mm or force_n; return the contact and the force."""
+    """Press a ball to depth_mm or with force_n; return the contact and the force."""
     x, y = layer.grid.nodes_mm
     cell = layer.grid.cell_mm2
     overlap = load.get("depth_mm", 0.0) - (x**2 + y**2) / (2 * RADIUS_MM)
@@ -59,7 +59,7 @@ def test_indentation_of_a_bonded_layer_agrees_with_dimitriadis_2002(
     assert force == pytest.approx(dimitriadis_n(RADIUS_MM, depth, nu), rel=allowed)
 
 
-def test_contact_of_a_ball_with_a_half_space_is_as_wide_as_hertz_says() -> None:
+def test_contact_radius_on_a_half_space_agrees_with_hertz() -> None:
     layer = _layer(0.025, np.inf)
     found, force = _ball(layer, force_n=0.06)
     radius = np.sqrt((found.pressure > 0).sum() * layer.grid.cell_mm2 / np.pi)
@@ -69,7 +69,7 @@ def test_contact_of_a_ball_with_a_half_space_is_as_wide_as_hertz_says() -> None:
     assert found.pressure.max() == pytest.approx(peak, rel=0.01)
 
 
-def test_gel_either_touches_under_pressure_or_leaves_a_gap() -> None:
+def test_pressure_and_gap_are_complementary() -> None:
     layer = _layer(0.1)
     x, y = layer.grid.nodes_mm
     overlap = 0.2 - (x**2 + y**2) / (2 * RADIUS_MM) + 0.02 * np.cos(6 * x)
@@ -80,7 +80,7 @@ def test_gel_either_touches_under_pressure_or_leaves_a_gap() -> None:
     assert gap.min() > -1e-4 * overlap.max()
 
 
-def test_the_force_that_a_depth_needs_leads_to_that_depth() -> None:
+def test_force_control_and_depth_control_agree() -> None:
     layer = _layer(0.1)
     by_depth, force = _ball(layer, depth_mm=0.15)
     by_force, same = _ball(layer, force_n=force)
@@ -91,7 +91,7 @@ def test_the_force_that_a_depth_needs_leads_to_that_depth() -> None:
     )
 
 
-def test_the_work_of_pressing_is_stored_in_the_layer() -> None:
+def test_work_of_pressing_is_stored_in_the_layer() -> None:
     layer = _layer(0.1)
     depths = np.linspace(0, 0.3, 25)
     contacts = [_ball(layer, depth_mm=depth) for depth in depths]

@@ -1,4 +1,4 @@
-"""What Yuan et al. (ICRA 2015, Sensors 2017) saw on the real gel, on the virtual one as shipped."""
+"""Observations of Yuan et al. (ICRA 2015, Sensors 2017), reproduced on the shipped virtual gel."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STEP_MM = 0.05
 PRESSES = {
     # a plate larger than the gel, "in full contact with the sensor"
     "flat": (make_indenter("flat", size_mm=(40.0, 40.0)), 0.0, 45.0),
-    # moved along its length, as a can that is lifted
+    # moved along its axis, like a can that is lifted
     "cylinder": (make_indenter("cylinder", diameter_mm=38.08), 90.0, 18.0),
     "ball": (make_indenter("sphere", diameter_mm=25.0), 0.0, 6.0),
 }
@@ -26,7 +26,7 @@ PRESSES = {
 
 @dataclass(frozen=True)
 class Sheared:
-    """An object pressed and then moved along y in steps; displacements since it was pressed.
+    """An object pressed and then sheared along y in steps; displacements since the press.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Sheared:
     contact: list[NDArray[np.bool_]]
 
     def at(self, moved_mm: float) -> int:
-        """Index of the step at which the object had moved so far."""
+        """Index of the step at which the object has moved this far."""
         return int(np.argmin(np.abs(self.moved_mm - moved_mm)))
 
 
@@ -120,14 +120,14 @@ def test_shear_force_of_a_flat_indenter_is_linear_to_a_fifth_of_a_millimetre(
     np.testing.assert_allclose(plate.force_n[early], stiffness * plate.moved_mm[early], rtol=0.02)
 
 
-def test_then_it_grows_less_and_in_the_end_no_more(plate: Sheared) -> None:
+def test_shear_force_then_saturates(plate: Sheared) -> None:
     stiffness = np.diff(plate.force_n) / STEP_MM
     middle, late = plate.at(0.5), plate.at(0.75)
     assert 0.2 * stiffness[0] < stiffness[middle] < 0.8 * stiffness[0]
     assert abs(stiffness[late - 1]) < 0.02 * stiffness[0]
 
 
-def test_a_flat_indenter_slips_in_part_at_half_a_millimetre_and_wholly_by_0_7(
+def test_a_flat_indenter_slips_partially_at_0_5_mm_and_fully_at_0_7_mm(
     plate: Sheared,
 ) -> None:
     assert plate.stick_share[plate.at(0.2)] == 1
@@ -142,7 +142,7 @@ def test_mean_displacement_of_the_whole_contact_is_proportional_to_the_force(
     assert _r2_of_proportion(plate.force_n, plate.whole_mm) > 0.999
 
 
-def test_mean_displacement_of_the_visible_contact_is_nearly_so_for_every_object(
+def test_mean_displacement_of_the_visible_contact_is_nearly_proportional_to_the_force(
     sheared: Sheared,
 ) -> None:
     assert _r2_of_proportion(sheared.force_n, sheared.visible_mm) > 0.99
@@ -160,7 +160,7 @@ def test_largest_displacement_follows_the_object_to_0_6_mm_and_then_stays_or_fal
 
 def test_partial_slip_starts_at_the_border_and_moves_inwards(can: Sheared) -> None:
     for earlier, later, contact in zip(can.stick, can.stick[1:], can.contact, strict=False):
-        # what slips now is around what still sticks, and what once slipped does not stick again
+        # the slip region surrounds the stick region and only grows
         assert (later & ~earlier).sum() <= 0.02 * contact.sum()
     half = can.at(0.5)
     inside = _distance_to_border(can.contact[half])
@@ -171,7 +171,7 @@ def test_partial_slip_starts_at_the_border_and_moves_inwards(can: Sheared) -> No
 def _distance_to_border(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
     from scipy.ndimage import distance_transform_edt
 
-    # the view's edge is none of the contact's
+    # the border of the view is not a border of the contact
     return np.asarray(distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1])
 
 
@@ -205,7 +205,7 @@ def test_entropy_of_a_cylinder_is_4_to_6_5_in_partial_slip(can: Sheared) -> None
 
 @pytest.fixture(scope="module")
 def turned() -> dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """By angle of the plate: by how much the skin turned about the middle, and how far from it."""
+    """For each angle of the plate: rotation of the gel surface, and distance from the middle."""
     surface = _pressed("flat")
     before = surface.truth().displacement_mm
     found = {}
@@ -216,20 +216,20 @@ def turned() -> dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]]:
         x = (np.arange(width) - (width - 1) / 2) * surface.mm_per_px
         y = (np.arange(height)[:, None] - (height - 1) / 2) * surface.mm_per_px
         r = np.hypot(x, y)
-        # values live where the skin is now: the turn about the middle is seen from there
+        # fields refer to current positions, so the rotation is computed from there
         angles = np.degrees((x * since[..., 1] - y * since[..., 0]) / np.maximum(r, 0.1) ** 2)
         found[angle] = angles, r
     return found
 
 
-def test_a_turn_of_0_6_degrees_is_taken_along_everywhere(
+def test_a_twist_of_0_6_degrees_is_homogeneous(
     turned: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> None:
     angles, r = turned[0.6]
     np.testing.assert_allclose(angles[r > 1], 0.6, rtol=0.02)
 
 
-def test_at_4_5_degrees_the_outer_markers_turn_less(
+def test_at_4_5_degrees_the_outer_markers_rotate_less(
     turned: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> None:
     angles, r = turned[4.5]
@@ -238,7 +238,7 @@ def test_at_4_5_degrees_the_outer_markers_turn_less(
 
 
 def _step_in_shear(before_mm: float, step_mm: float) -> tuple[list[float], list[TrueState]]:
-    """Forces before, right after, 10 s, 3 min and 10 min after a step, and what was true then."""
+    """Forces before, directly after, 10 s, 3 min and 10 min after a step, and ground truths."""
     surface = _pressed("flat")
     surface.shear(dy_mm=before_mm, steps=8)
     forces, truths = [surface.wrench[1]], [surface.truth()]
@@ -266,7 +266,7 @@ def test_after_a_step_the_border_slips_back_while_the_centre_stays() -> None:
     assert forces[1] - forces[2] > 5 * (forces[2] - forces[3]) > 0
 
 
-def test_a_step_is_over_after_three_minutes() -> None:
+def test_relaxation_after_a_step_takes_three_minutes() -> None:
     forces, _ = _step_in_shear(0.45, 0.1)
     assert forces[3] == pytest.approx(forces[4], rel=0.005)
 

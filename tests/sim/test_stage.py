@@ -1,4 +1,4 @@
-"""A virtual rig under an object that moves, and the script that moves it."""
+"""The virtual stage, and scripts that move its object."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_the_same_seed_and_moves_give_the_same_frames() -> None:
     assert not np.array_equal(taken(1), taken(2))
 
 
-def test_a_reset_stage_is_a_new_one() -> None:
+def test_a_reset_stage_equals_a_new_one() -> None:
     stage = VirtualStage("hex_fingertip")
     first = stage.frame().pixels
     stage.indenter("sphere", diameter_mm=4.0)
@@ -71,7 +71,7 @@ def test_a_reset_stage_is_a_new_one() -> None:
     assert not stage.truth().contact.any()
 
 
-def test_markers_are_carried_by_the_gel() -> None:
+def test_markers_move_with_the_gel_surface() -> None:
     stage = VirtualStage("hex_fingertip")
     rest = stage.truth().markers_px
     stage.indenter("flat", size_mm=(8.0, 6.0))
@@ -113,14 +113,14 @@ def test_a_script_is_played_frame_by_frame(script: Path) -> None:
     assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
 
 
-def test_an_impossible_step_is_reported_with_its_line(script: Path) -> None:
+def test_an_impossible_step_is_reported_with_its_line_number(script: Path) -> None:
     script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
     with pytest.raises(InputError, match=r"script.yaml:3:5: .*pressed 7 mm deep .*2 mm thick"):
         list(Script(script).played(VirtualStage("hex_fingertip")))
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ("pres: {depth_mm: 0.5}", r"script.yaml:3:5: .*did you mean 'press'"),
         ("press: {depth_mm: 0.5, force_n: 1}", "depth_mm or force_n"),
@@ -137,15 +137,15 @@ def test_an_impossible_step_is_reported_with_its_line(script: Path) -> None:
         ("indenter: {kind: heightmap, height_mm: [[1], [a]], mm_per_px: 1}", "rows of numbers"),
     ],
 )
-def test_a_mistake_in_a_script_is_reported_with_its_place(
-    script: Path, tmp_path: Path, wrong: str, said: str
+def test_a_mistake_in_a_script_is_reported_with_its_location(
+    script: Path, tmp_path: Path, wrong: str, message: str
 ) -> None:
     script.write_text(SCRIPT.replace("press: {depth_mm: 0.5, frames: 2}", wrong))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         Script(script)
 
 
-def test_the_command_writes_frames_with_the_truth_beside_each(script: Path, tmp_path: Path) -> None:
+def test_the_command_writes_frames_and_their_ground_truth(script: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = "simulate", "desktop_six_led", "--script", script, "--out", out, "--mode", "fast"
     done = tactile(*words)

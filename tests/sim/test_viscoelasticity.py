@@ -1,4 +1,4 @@
-"""Held stress fades as the Prony series says, however time is cut into steps."""
+"""Stress relaxation follows the Prony series for any division of time into steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BRANCHES = (Branch(0.25, 1.0), Branch(0.15, 40.0))
 
 
 def _strained(durations: list[float], positions: list[float]) -> tuple[float, float]:
-    """Stress over modulus after going evenly from place to place; and what is left of it free."""
+    """Stress over modulus after a piecewise linear motion, and residual displacement."""
     u = np.zeros((3, 1, 1))
     stretches = np.zeros((2, 3, 1, 1))
     load = left = 0.0
@@ -35,19 +35,19 @@ def test_held_stress_follows_the_series(seconds: float) -> None:
 
 
 @given(cuts=st.lists(st.floats(0.01, 20.0), min_size=1, max_size=6))
-def test_it_does_not_matter_into_how_many_steps_an_even_motion_is_cut(cuts: list[float]) -> None:
+def test_a_linear_motion_may_be_split_into_any_steps(cuts: list[float]) -> None:
     ends = np.cumsum(cuts) / sum(cuts)
     at_once, _ = _strained([sum(cuts)], [1.0])
     in_steps, _ = _strained(cuts, [float(end) for end in ends])
     assert in_steps == pytest.approx(at_once, rel=1e-9)
 
 
-def test_in_the_end_the_layer_is_elastic() -> None:
+def test_the_relaxed_layer_is_elastic() -> None:
     assert _strained([0.0, 1e5], [1.0, 1.0])[0] == pytest.approx(1.0)
     assert _strained([0.0, np.inf], [1.0, 1.0]) == (1.0, 0.0)
 
 
-def test_let_go_the_gel_comes_back_slowly() -> None:
+def test_an_unloaded_gel_recovers_slowly() -> None:
     u, stretches = np.zeros((3, 1, 1)), np.zeros((2, 3, 1, 1))
     held = TimeStep(BRANCHES, 100.0)
     stretches, u = held.stretched(stretches, np.ones_like(u)), np.ones_like(u)

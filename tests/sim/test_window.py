@@ -1,4 +1,4 @@
-"""A contact that is solved in a window of the grid is that of the whole grid."""
+"""A contact solved in a window of the grid equals that of the whole grid."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CAREFUL = Precision(normal=1e-5, friction=1e-4, sweeps=3)
     seed=st.integers(0, 1000),
 )
 @settings(max_examples=25, deadline=None)
-def test_a_part_of_the_layer_answers_loads_on_it_as_the_whole_does(
+def test_the_response_of_a_window_equals_that_of_the_whole_layer(
     part: tuple[int, int], whole: tuple[int, int], seed: int
 ) -> None:
     layer = ElasticLayer(Grid(whole[1], whole[0], 0.2), GEL.elastomer, np.float64)
@@ -46,11 +46,11 @@ def test_a_part_of_the_layer_answers_loads_on_it_as_the_whole_does(
 
 
 def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> SurfaceState:
-    """Something pressed near the border of a grid, and shifted."""
+    """Press an object near the border of a grid, and shear it."""
     grid = Grid(100, 90, 0.2)
     model = ContactModel(ElasticLayer(grid, GEL.elastomer, np.float64), GEL, CAREFUL)
     indenter, place = make_indenter(kind, **options), Pose(4.0, -3.0)
-    state = model.placed(model.at_rest(), indenter, place)
+    state = model.placed(model.undeformed(), indenter, place)
     share = {name: value / 2 for name, value in load.items()}
     for move in (
         Move(place, **share),
@@ -71,7 +71,7 @@ def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> Surface
         ("letters", {"text": "ii", "size_mm": 3.0}),
     ],
 )
-def test_a_window_changes_nothing(
+def test_a_window_does_not_change_the_solution(
     kind: str, options: dict[str, Any], load: dict[str, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = moved(kind, options, load)
@@ -90,12 +90,14 @@ def test_a_window_changes_nothing(
     first=st.tuples(st.integers(0, 59), st.integers(0, 79)),
     second=st.tuples(st.integers(0, 59), st.integers(0, 79)),
 )
-def test_a_window_holds_what_it_is_around(first: tuple[int, int], second: tuple[int, int]) -> None:
+def test_a_window_contains_the_nodes_that_it_is_around(
+    first: tuple[int, int], second: tuple[int, int]
+) -> None:
     nodes = np.zeros((60, 80), np.bool_)
     nodes[first] = nodes[second] = True
     window = Window.around(nodes)
-    assert window.holds(nodes)
+    assert window.contains(nodes)
     assert not window.reaches_its_border(nodes)
     assert np.count_nonzero(window.of(nodes)) == np.count_nonzero(nodes)
     part = window.of(nodes).astype(float)
-    np.testing.assert_array_equal(window.spread_out(part, nodes.shape), nodes)
+    np.testing.assert_array_equal(window.embedded(part, nodes.shape), nodes)

@@ -2,8 +2,8 @@
 
 A page of the documentation may state three kinds of figures:
 
-- a *measured* one, as the text of a link to the section of ``docs/accuracy.md`` or
-  ``docs/performance.md`` that holds these very words: ``[1.2°](accuracy.md#six-leds)``;
+- a *measured* one, as the text of a link to the section of ``docs/reference/accuracy.md`` or
+  ``docs/reference/performance.md`` that holds these very words: ``[1.2°](accuracy.md#six-leds)``;
 - a *fact* (a setting, a dimension, what a paper says), listed for its page in
   ``tests/docs/facts.yaml``;
 - in a decision that says :data:`OF_ITS_TIME`, any: it is a record and is not brought up to date.
@@ -17,10 +17,10 @@ import posixpath
 import re
 from collections.abc import Callable, Iterable, Iterator
 
-EVIDENCE = ("docs/accuracy.md", "docs/performance.md")
+EVIDENCE = ("docs/reference/accuracy.md", "docs/reference/performance.md")
 OF_ITS_TIME = (
-    "*Figures are those of the decision; [accuracy](../accuracy.md) and "
-    "[performance](../performance.md) hold today's.*"
+    "*Figures are those of the decision; [accuracy](../reference/accuracy.md) and "
+    "[performance](../reference/performance.md) hold today's.*"
 )
 
 _SILENT = re.compile(r"^```.*?^```$|<!--.*?-->|`[^`\n]+`|https?://\S+", re.MULTILINE | re.DOTALL)

@@ -1,4 +1,4 @@
-"""How the skin is dragged: from markers to every pixel, and what a field is made of."""
+"""In-plane displacement of the gel surface: dense fields and their decomposition."""
 
 from tactile_core.algorithms.displacement.decomposition import Decomposition, decomposed
 from tactile_core.algorithms.displacement.derivatives import curl, divergence

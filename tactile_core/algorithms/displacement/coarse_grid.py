@@ -1,4 +1,4 @@
-"""The grid on which a field is computed before it is enlarged to the image."""
+"""The coarse grid on which a displacement field is computed before it is interpolated."""
 
 from __future__ import annotations
 
@@ -12,17 +12,35 @@ from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.shrinking import enlarged, repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
-_MOST_NODES = 64
+
+@dataclass(frozen=True)
+class GridParameters:
+    """Parameters of the coarse grid.
+
+    Attributes
+    ----------
+    max_nodes : int, count
+        Nodes along the longer side of the image, which bound the time of a frame.
+        Source: chosen by hand for speed; no script derives it.
+    """
+
+    max_nodes: int = 64
+
+
+GRID = GridParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class CoarseGrid:
-    """Nodes in the middle of cells of equal size that tile the image.
+    """A grid of equal cells that tile the image, with a node at the centre of each.
 
     Attributes
     ----------
-    shape : (rows, columns) of nodes
-    image_shape : (H, W) in px
+    shape : (int, int)
+        Rows and columns of nodes.
+    image_shape : (int, int)
+        H and W of the image, px.
     """
 
     shape: tuple[int, int]
@@ -30,19 +48,19 @@ class CoarseGrid:
 
     @classmethod
     def of(cls, image_shape: tuple[int, int], cell_px: float) -> CoarseGrid:
-        """Return the grid with cells of about this size, but not more than 64 along a side."""
-        cell = max(cell_px, max(image_shape) / _MOST_NODES)
+        """Return a grid with cells of about this size, and at most 64 along a side."""
+        cell = max(cell_px, max(image_shape) / GRID.max_nodes)
         rows, columns = (max(2, round(side / cell)) for side in image_shape)
         return cls((rows, columns), image_shape)
 
     @property
     def cell_px(self) -> NDArray[np.float64]:
-        """(2,) width and height of a cell."""
+        """(2,) width and height of a cell, px."""
         return np.asarray(np.divide(self.image_shape[::-1], self.shape[::-1]), np.float64)
 
     @property
     def nodes(self) -> Float32:
-        """(rows, columns, 2) column and row of every node, in cells."""
+        """(rows, columns, 2) column and row of each node, in cells."""
         return nodes(self.shape)
 
     @property
@@ -52,35 +70,35 @@ class CoarseGrid:
         return CoarseGrid((rows, columns), self.image_shape)
 
     def in_cells(self, points_px: Array) -> Float32:
-        """(…, 2) column and row of points x, y in the image."""
+        """Convert points (…, 2) from pixels, x and y, to cells, column and row."""
         return np.asarray((points_px + 0.5) / self.cell_px - 0.5, np.float32)
 
     def in_px(self, points: Array) -> NDArray[np.float64]:
-        """(…, 2) x and y in the image of points that are told in cells."""
+        """Convert points (…, 2) from cells, column and row, to pixels, x and y."""
         return np.asarray((points + 0.5) * self.cell_px - 0.5)
 
     def sampled(self, field: Float32, points: Float32) -> Float32:
-        """Values of a field (rows, columns, 2) at points (…, 2) in cells, linear between nodes."""
+        """Interpolate a field (rows, columns, 2) linearly at points (…, 2) in cells."""
         found = cv2.remap(
             field, points, np.empty(0), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
         return np.asarray(found, np.float32)
 
     def share(self, mask: NDArray[np.bool_]) -> Float32:
-        """(rows, columns) how much of each cell is inside a mask (H, W)."""
+        """Share (rows, columns) of each cell that a mask (H, W) covers."""
         rows, columns = self.shape
         small = shrunk(np.negative(mask.view(np.uint8)), (columns, rows))
         return small.astype(np.float32) / np.float32(255)
 
     def marked(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(H, W) of cells (rows, columns)."""
+        """Repeat a mask of cells (rows, columns) to the image (H, W)."""
         return repeated(cells.view(np.uint8), self.image_shape).view(np.bool_)
 
     def refined(self, field: Float32) -> Float32:
-        """(rows, columns, 2) of a field on the half grid, by cubics."""
+        """Interpolate a field on the :attr:`half` grid to (rows, columns, 2), with cubics."""
         size = self.shape[::-1]
         return np.asarray(cv2.resize(field, size, interpolation=cv2.INTER_CUBIC), np.float32)
 
     def enlarged(self, field: Float32) -> Float32:
-        """(H, W, 2) of a field (rows, columns, 2)."""
+        """Interpolate a field (rows, columns, 2) linearly to the image (H, W, 2)."""
         return enlarged(field, self.image_shape)

@@ -1,4 +1,4 @@
-"""A displacement field taken apart as the papers draw it: shear, torsion and normal spread."""
+"""Decompose a displacement field into shear, torsion and normal spread, as the papers do."""
 
 from __future__ import annotations
 
@@ -14,24 +14,25 @@ from tactile_core.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """Shift, turn and growth of the skin about a point, and what none of them explains.
+    """Shear, rotation and spread of the gel surface about a point, and the residual.
 
-    The skin that is now at x came from ``c − shear + turned back and shrunk (x − c)``. Angles and
-    growth need not be small.
+    The surface point that is now at x was at ``c − shear + R⁻¹ (x − c) / (1 + spread)``, with the
+    rotation R. Neither the angle nor the spread needs to be small.
 
     Attributes
     ----------
     shear_mm : (2,) float64
-        How far the skin at the centre was dragged: +x right, +y down.
+        Shear displacement of the surface at the centre: +x right, +y down.
     rotation_deg : float
-        Turn about the centre, positive from x towards y.
+        Rotation about the centre, positive from x towards y.
     spread : float
-        Growth of all lengths about the centre: 0.01 is 1 % larger, as under a normal load.
+        Relative expansion about the centre: 0.01 is 1 %, as under a normal load.
     centre_px : (2,) float64
-        x and y of c in the present image.
+        x and y of the centre c in the current image.
     residual_mm : float
-        RMS over the contact of what is left.
+        RMS of the residual over the contact.
     mm_per_px : float
+        Scale of the image.
     """
 
     shear_mm: NDArray[np.float64]
@@ -42,18 +43,18 @@ class Decomposition:
     mm_per_px: float
 
     def shear_field(self, shape: tuple[int, int]) -> Float32:
-        """(H, W, 2) in mm: the shift, the same everywhere."""
+        """Return the uniform shear displacement (H, W, 2), mm."""
         return np.tile(self.shear_mm.astype(np.float32), (*shape, 1))
 
     def torsion_field(self, shape: tuple[int, int]) -> Float32:
-        """(H, W, 2) in mm: the turn alone."""
-        return self._turned(shape, 1.0)
+        """Return the displacement (H, W, 2) due to the rotation, mm."""
+        return self._rotated(shape, 1.0)
 
     def spread_field(self, shape: tuple[int, int]) -> Float32:
-        """(H, W, 2) in mm: what the growth adds to shift and turn."""
-        return self._turned(shape, 1.0 + self.spread) - self._turned(shape, 1.0)
+        """Return the displacement (H, W, 2) that the spread adds to shear and rotation, mm."""
+        return self._rotated(shape, 1.0 + self.spread) - self._rotated(shape, 1.0)
 
-    def _turned(self, shape: tuple[int, int], growth: float) -> Float32:
+    def _rotated(self, shape: tuple[int, int], growth: float) -> Float32:
         place = self.mm_per_px * _places(shape, self.centre_px)
         moved = place * (1 - np.exp(-1j * np.radians(self.rotation_deg)) / growth)
         return np.stack([moved.real, moved.imag], axis=-1).astype(np.float32)
@@ -66,33 +67,40 @@ def decomposed(
     mm_per_px: float,
     centre_px: Array | None = None,
 ) -> Decomposition:
-    """Take a field apart into shear, torsion and spread, by least squares over the contact.
+    """Decompose a field into shear, torsion and spread, by least squares over the contact.
 
-    Yuan et al. (ICRA 2015, figures 3, 4 and 7; Sensors 2017, section 3.4) draw the three: under a
-    shear load all of the contact moves alike, under torsion it turns about its middle, and under a
-    normal load it spreads from it.
+    The papers show all three patterns ([1]_, figures 3, 4 and 7; [2]_, section 3.4): under a shear
+    load the whole contact moves uniformly, under torsion it rotates about its centre, and under a
+    normal load it spreads from there.
 
     Parameters
     ----------
     displacement_mm : (H, W, 2)
-        The value at x belongs to the skin now at x.
+        Displacement of the surface point that is now at each pixel.
     mask : (H, W) bool, optional
-        The contact; by default the whole image.
+        The contact area. Default: the whole image.
     mm_per_px : float
         Scale of the image.
     centre_px : (2,), optional
-        x and y of the point about which the skin turns and grows, by default the middle of the
-        contact. Another one changes the shear alone.
+        x and y of the centre of rotation and spread. Default: the centroid of the contact. The
+        choice affects only the shear.
 
     Returns
     -------
     Decomposition
-        All zero for an empty contact; no turn and no growth for one of a single pixel.
+        All zero for an empty contact; no rotation and no spread for a single pixel.
 
     Raises
     ------
     InputError
-        The shapes do not fit.
+        The shapes do not match.
+
+    References
+    ----------
+    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+       GelSight tactile sensor", ICRA, 2015.
+    .. [2] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-resolution robot tactile sensors for
+       estimating geometry and force", Sensors 17(12), 2017.
     """
     shape = checked(displacement_mm).shape[:2]
     if mask is not None and mask.shape != shape:
@@ -106,7 +114,7 @@ def decomposed(
     moved = displacement_mm[rows, columns].astype(np.float64) @ np.array([1, 1j])
     shift = moved.mean()
     square = float(np.vdot(at, at).real)
-    # where the skin was is a turned and shrunk picture of where it is, so that this is linear
+    # in complex numbers the former positions are linear in the present ones
     shrink = 1 - np.vdot(at, moved - shift) / square if square > 0 else 1.0 + 0j
     residual = moved - shift - (1 - shrink) * at
     if centre_px is not None:

@@ -1,4 +1,4 @@
-"""What a displacement field does around each pixel: it spreads, or it turns."""
+"""Divergence and curl of a displacement field."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tactile_core.errors import InputError
 
 
 def divergence(displacement_mm: Array, *, mm_per_px: float) -> Float32:
-    """Return ∂u/∂x + ∂v/∂y: how much the skin spreads.
+    """Return the divergence ∂u/∂x + ∂v/∂y, the areal strain of the gel surface.
 
     Central differences; one-sided at the border of the image.
 
@@ -23,7 +23,7 @@ def divergence(displacement_mm: Array, *, mm_per_px: float) -> Float32:
     Returns
     -------
     (H, W) float32
-        Dimensionless; positive where the skin is stretched, as around a normal load.
+        Dimensionless; positive where the surface expands, as under a normal load.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def divergence(displacement_mm: Array, *, mm_per_px: float) -> Float32:
 
 
 def curl(displacement_mm: Array, *, mm_per_px: float) -> Float32:
-    """Return ∂v/∂x − ∂u/∂y: twice the angle in rad by which the skin is turned.
+    """Return the curl ∂v/∂x − ∂u/∂y, twice the local rotation of the gel surface in rad.
 
     Central differences; one-sided at the border of the image.
 
@@ -49,7 +49,7 @@ def curl(displacement_mm: Array, *, mm_per_px: float) -> Float32:
     Returns
     -------
     (H, W) float32
-        Dimensionless; positive where the skin is turned from x towards y.
+        Dimensionless; positive where the surface rotates from x towards y.
 
     Raises
     ------
@@ -61,12 +61,12 @@ def curl(displacement_mm: Array, *, mm_per_px: float) -> Float32:
 
 
 def checked(displacement_mm: Array) -> Array:
-    """Return the field.
+    """Return the field after checking its shape.
 
     Raises
     ------
     InputError
-        It is not (H, W, 2), or narrower than two pixels.
+        The field is not (H, W, 2), or narrower than two pixels.
     """
     shape = displacement_mm.shape
     if len(shape) != 3 or shape[2] != 2 or min(shape[:2]) < 2:

@@ -1,4 +1,4 @@
-"""How the picture of a contact moves from frame to frame, for skins without markers."""
+"""Dense optical flow of the object's imprint, for gels without markers."""
 
 from __future__ import annotations
 
@@ -11,27 +11,75 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
-_LONGEST_SIDE_PX = 320
-_DETAIL_PX = 6.0
-_NEIGHBOURHOOD_PX = (29, 29)
-_FAINT_SHARE = 0.006
-_GREY, _CONTRAST = 128.0, 40.0
-_LONE = np.outer([1, -2, 1], [1, -2, 1]).astype(np.float32) / 6
-_NOISE_SHARE, _NORMAL_MEDIAN, _SAMPLED = 1.2, 0.6745, 3
-_LEAST_WEIGHT = 0.1
-_COARSER = 4
+
+@dataclass(frozen=True)
+class FlowParameters:
+    """Parameters of the optical flow. Lengths are pixels of the reduced image.
+
+    Attributes
+    ----------
+    longest_side_px : int, px
+        The image is reduced to this length.
+        Source: chosen by hand for speed (ADR 27); no script derives it.
+    detail_px : float, px
+        Standard deviation of the Gaussian high-pass filter.
+        Source: chosen by hand; no script derives it.
+    window_px : int, px
+        Side of the box filter, applied twice, that averages the energy of the imprint.
+        Source: chosen by hand; no script derives it.
+    faint_rms : float, share of full scale
+        RMS of an imprint at which its weight is one half.
+        Source: chosen by hand; no script derives it.
+    grey, contrast : float, grey levels
+        Mean, and standard deviation of a strong imprint, in the normalised image.
+        Source: the middle of 8 bits; three standard deviations are within them.
+    noise_factor : float, ratio
+        Margin by which the noise energy that is subtracted exceeds its estimate.
+        Source: chosen by hand; no script derives it.
+    median_of_normal : float, standard deviations
+        Median of the magnitude of a normal variable.
+        Source: maths.
+    sample_step_px : int, px
+        Every how many pixels the noise is sampled.
+        Source: chosen by hand for speed; no script derives it.
+    min_weight : float, ratio
+        Regularises the normalised convolution, so that motion fades out far from any texture.
+        Source: chosen by hand; no script derives it.
+    smoothing_reduction : int, ratio
+        Factor by which the image is reduced before motion is extrapolated.
+        Source: chosen by hand for speed; no script derives it.
+    """
+
+    longest_side_px: int = 320
+    detail_px: float = 6.0
+    window_px: int = 29
+    faint_rms: float = 0.006
+    grey: float = 128.0
+    contrast: float = 40.0
+    noise_factor: float = 1.2
+    median_of_normal: float = 0.6745
+    sample_step_px: int = 3
+    min_weight: float = 0.1
+    smoothing_reduction: int = 4
+
+
+FLOW = FlowParameters()
+"""The values in use."""
+
+_NOISE_KERNEL = np.outer([1, -2, 1], [1, -2, 1]).astype(np.float32) / 6
+"""Immerkær's mask, scaled so that white noise keeps its variance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Imprint:
-    """What an object adds to the picture of the untouched skin, made even in light and contrast.
+    """The change of the image that an object causes, with normalised contrast.
 
     Attributes
     ----------
     grey : (h, w) uint8
-        Shrunk to at most 320 px; 128 where nothing is added.
+        Reduced to at most 320 px; 128 where the image is unchanged.
     weight : (h, w) float32
-        0…1: how much there is to follow.
+        0 to 1: how much texture there is to track.
     """
 
     grey: NDArray[np.uint8]
@@ -39,7 +87,7 @@ class Imprint:
 
 
 def detail(pixels: Array, full_scale: float) -> Float32:
-    """Return what is finer than the light's own changes, so that its drift drops out.
+    """High-pass filter the brightness, which removes illumination drift.
 
     Parameters
     ----------
@@ -50,78 +98,95 @@ def detail(pixels: Array, full_scale: float) -> Float32:
     Returns
     -------
     (h, w) float32
-        Shrunk to at most 320 px; 1 is the full scale.
+        Reduced to at most 320 px; 1 is the full scale.
     """
-    factor = max(1.0, max(pixels.shape[:2]) / _LONGEST_SIDE_PX)
+    factor = max(1.0, max(pixels.shape[:2]) / FLOW.longest_side_px)
     height, width = (max(1, round(side / factor)) for side in pixels.shape[:2])
     small = shrunk(pixels, (width, height)).reshape(height, width, -1)
     share = np.full((1, small.shape[2]), 1 / (small.shape[2] * full_scale), np.float32)
     bright = (small.astype(np.float32) @ share[0]).astype(np.float32)
-    return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), _DETAIL_PX), np.float32)
+    return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), FLOW.detail_px), np.float32)
 
 
 def imprint(now: Float32, undeformed: Float32) -> Imprint:
-    """Return the imprint that a frame's :func:`detail` shows over that of the untouched skin."""
-    added = now - undeformed
-    energy = cv2.blur(cv2.blur(added * added, _NEIGHBOURHOOD_PX), _NEIGHBOURHOOD_PX)
-    energy = np.maximum(energy - np.float32(_noise_energy(added)), 0)
-    energy *= np.float32(_FAINT_SHARE**-2)
-    even = added * (np.float32(_CONTRAST / _FAINT_SHARE) / np.sqrt(energy + 1))
-    grey = np.clip(even + np.float32(_GREY), 0, 255).astype(np.uint8)
+    """Return the imprint, given the :func:`detail` of a frame and of the undeformed surface."""
+    change = now - undeformed
+    window = (FLOW.window_px, FLOW.window_px)
+    energy = cv2.blur(cv2.blur(change * change, window), window)
+    energy = np.maximum(energy - np.float32(_noise_energy(change)), 0)
+    energy *= np.float32(FLOW.faint_rms**-2)
+    normalised = change * (np.float32(FLOW.contrast / FLOW.faint_rms) / np.sqrt(energy + 1))
+    grey = np.clip(normalised + np.float32(FLOW.grey), 0, 255).astype(np.uint8)
     return Imprint(grey, np.asarray(1 - 1 / (1 + energy * energy), np.float32))
 
 
 def motion(earlier: Imprint, now: Imprint, start_px: Float32) -> Float32:
-    """Return how far what is now at each pixel has moved, by dense inverse search (DIS).
+    """Return the optical flow between two imprints, by dense inverse search (DIS) [1]_.
 
     Parameters
     ----------
     earlier, now : Imprint
-        Of one size.
+        Of the same size.
     start_px : (h, w, 2) float32
-        From where to search.
+        Initial flow.
 
     Returns
     -------
     (h, w, 2) float32
-        In px; of no meaning where there is nothing to follow, see :func:`settled`.
+        Displacement since ``earlier`` of what is now at each pixel, px. It is meaningless where
+        there is no texture; see :func:`settled`.
+
+    References
+    ----------
+    .. [1] T. Kroeger, R. Timofte, D. Dai and L. Van Gool, "Fast optical flow using dense inverse
+       search", ECCV, 2016.
     """
-    # made anew: it keeps buffers, which two threads must not share
+    # a new object for each call: it keeps buffers, which threads must not share
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
     return np.asarray(-search.calc(now.grey, earlier.grey, -start_px), np.float32)
 
 
 def settled(moved_px: Float32, weight: Float32, *, reach_px: float) -> Float32:
-    """Return a motion that is that of the surroundings where nothing shows, and 0 far from all.
+    """Replace motion without texture by that of its surroundings, and by 0 far from any texture.
 
     Parameters
     ----------
     moved_px : (h, w, 2) float32
     weight : (h, w) float32
-        0…1: how far the motion is to be trusted.
+        Confidence in the motion, 0 to 1.
     reach_px : float
-        How far what moves takes the skin around it along.
+        Standard deviation of the Gaussian that extrapolates the motion.
 
     Returns
     -------
     (h, w, 2) float32
+
+    References
+    ----------
+    .. [1] H. Knutsson and C.-F. Westin, "Normalized and differential convolution", CVPR, 1993.
     """
     height, width = weight.shape
-    trusted = np.dstack([moved_px * weight[..., None], weight])
-    small = shrunk(trusted, (max(1, width // _COARSER), max(1, height // _COARSER)))
-    wide = cv2.GaussianBlur(small, (0, 0), reach_px / _COARSER)
-    around = wide[..., :2] / (wide[..., 2:] + np.float32(_LEAST_WEIGHT))
+    weighted = np.dstack([moved_px * weight[..., None], weight])
+    coarser = FLOW.smoothing_reduction
+    small = shrunk(weighted, (max(1, width // coarser), max(1, height // coarser)))
+    wide = cv2.GaussianBlur(small, (0, 0), reach_px / coarser)
+    around = wide[..., :2] / (wide[..., 2:] + np.float32(FLOW.min_weight))
     around = cv2.resize(around, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(around + weight[..., None] * (moved_px - around), np.float32)
 
 
-def followed(before_px: Float32, moved_px: Float32) -> Float32:
-    """Return the sum of two motions at the present place of what moved: ``before``, then ``moved``.
+def composed(before_px: Float32, moved_px: Float32) -> Float32:
+    """Return the total motion of ``before_px`` followed by ``moved_px``.
 
     Parameters
     ----------
     before_px, moved_px : (h, w, 2) float32
-        Each told at the place that its motion ended in.
+        Each refers to the position at its end.
+
+    Returns
+    -------
+    (h, w, 2) float32
+        Refers to the present position.
     """
     height, width = moved_px.shape[:2]
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
@@ -130,7 +195,15 @@ def followed(before_px: Float32, moved_px: Float32) -> Float32:
     return np.asarray(moved_px + before, np.float32)
 
 
-def _noise_energy(added: Float32) -> float:
-    """Mean square of what no neighbour shares [Immerkær 1996], were it noise all of it."""
-    lone = cv2.filter2D(added, cv2.CV_32F, _LONE)[1:-1:_SAMPLED, 1:-1:_SAMPLED]
-    return float(_NOISE_SHARE * (np.median(np.abs(lone).astype(np.float64)) / _NORMAL_MEDIAN) ** 2)
+def _noise_energy(change: Float32) -> float:
+    """Variance of the noise, estimated robustly.
+
+    References
+    ----------
+    .. [1] J. Immerkær, "Fast noise variance estimation", Computer Vision and Image Understanding
+       64(2), 1996.
+    """
+    step = FLOW.sample_step_px
+    residual = cv2.filter2D(change, cv2.CV_32F, _NOISE_KERNEL)[1:-1:step, 1:-1:step]
+    sigma = np.median(np.abs(residual).astype(np.float64)) / FLOW.median_of_normal
+    return float(FLOW.noise_factor * sigma**2)

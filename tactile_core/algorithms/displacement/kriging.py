@@ -1,45 +1,69 @@
-"""The likeliest smooth field through values at scattered markers, with weights that are kept."""
+"""Kriging: smooth interpolation of values at scattered markers, with weights computed once."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
-NOISE_VARIANCE = 3e-4
-"""Of a marker, over the variance of the field: 0.1 px of 28 µm beside 0.16 mm."""
 
-_SHIFT_VARIANCE, _SLOPE_VARIANCE = 1e2, 1e1
-"""A shift or a slope of the whole field is not held back."""
+@dataclass(frozen=True)
+class KrigingParameters:
+    """Parameters of the covariance. All variances are relative to that of the field.
+
+    Attributes
+    ----------
+    noise_variance : float, ratio
+        Variance of the noise of a marker.
+        Source: 0.1 px of 28 µm relative to a field of 0.16 mm.
+    shift_variance, slope_variance : float, ratio
+        Variance of a constant and of a linear trend of the field, per range.
+        Source: chosen by hand, large compared with 1, so that trends are not damped.
+    """
+
+    noise_variance: float = 3e-4
+    shift_variance: float = 1e2
+    slope_variance: float = 1e1
+
+
+KRIGING = KrigingParameters()
+"""The values in use."""
 
 
 class Kriging:
-    """Interpolation of values at markers by a Matérn covariance (ν = 3/2) and a plane.
+    """Interpolate values at markers, with a Matérn covariance (ν = 3/2) and a linear trend.
 
-    The weights depend on where the markers are, not on their values nor on which of them are seen:
-    a marker that is not seen takes the value that the others make likeliest, and the result is
-    exactly what the others alone give.
+    The weights depend only on the positions of the markers. An unseen marker gets the most likely
+    value given the others, and the result is exactly that of the seen markers alone.
 
     Parameters
     ----------
     markers_mm : (N, 2) float
-        Where the markers are.
+        Positions of the markers.
     points_mm : (M, 2) float
-        Where the field is wanted.
+        Positions at which the field is interpolated.
     range_mm : float
-        Distance over which the field changes.
+        Length scale of the covariance.
+
+    References
+    ----------
+    .. [1] C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning", MIT
+       Press, 2006, section 4.2.1.
     """
 
     def __init__(self, markers_mm: Array, points_mm: Array, *, range_mm: float) -> None:
         markers, points = (np.array(at, np.float64) / range_mm for at in (markers_mm, points_mm))
         middle = points.mean(axis=0)
         markers, points = markers - middle, points - middle
-        between: Float64 = _covariance(markers, markers) + NOISE_VARIANCE * np.eye(len(markers))
-        self._precision = np.asarray(np.linalg.inv(between), np.float64)
+        noise = KRIGING.noise_variance * np.eye(len(markers))
+        covariance: Float64 = _covariance(markers, markers) + noise
+        self._precision = np.asarray(np.linalg.inv(covariance), np.float64)
         self._weights: Float32 = (_covariance(points, markers) @ self._precision).astype(np.float32)
 
     def completed(self, values: Float64, seen: Bool) -> Float64:
-        """Replace the values of unseen markers by what the others make likeliest.
+        """Replace the values of unseen markers by the most likely ones, given the others.
 
         Parameters
         ----------
@@ -59,12 +83,12 @@ class Kriging:
         completed[unseen] = -np.linalg.solve(rows[:, unseen], rows @ completed)
         return completed
 
-    def weighed(self, values: Float64) -> Float64:
-        """(N, J) inverse covariance times completed values."""
+    def weighted(self, values: Float64) -> Float64:
+        """Multiply completed values (N, J) by the inverse covariance."""
         return np.asarray(self._precision @ values)
 
     def field(self, values: Float64) -> Float32:
-        """(M, J) of completed values (N, J)."""
+        """Interpolate completed values (N, J) at the points, (M, J)."""
         return np.asarray(self._weights @ values.astype(np.float32))
 
 
@@ -72,6 +96,5 @@ def _covariance(a: Float64, b: Float64) -> Float64:
     from scipy.spatial.distance import cdist
 
     far = np.sqrt(3) * cdist(a, b)
-    return np.asarray(
-        (1 + far) * np.exp(-far) + _SHIFT_VARIANCE + _SLOPE_VARIANCE * (a @ b.T), np.float64
-    )
+    trend = KRIGING.slope_variance * (a @ b.T)
+    return np.asarray((1 + far) * np.exp(-far) + KRIGING.shift_variance + trend, np.float64)

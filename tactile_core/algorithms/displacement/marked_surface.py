@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -14,36 +16,70 @@ from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
 from tactile_core.errors import InputError
 
-_RANGE_THICKNESSES = 6.0
-_CELLS_PER_PITCH = 4.0
-_REACH_PITCHES = 1.0
-_RIDGE = 1e-3
-_STEPS = 2
 _TINY = float(np.finfo(np.float32).tiny)
 
 
-class MarkedSurface:
-    """Turns the places of markers into the displacement at every pixel.
+@dataclass(frozen=True)
+class SurfaceParameters:
+    """Parameters of the dense field. They are relative to the marker pitch and the gel thickness.
 
-    What the contact explains (:class:`ContactShear`, four numbers fitted to the markers) is taken
-    off the markers' displacements, the rest is interpolated (:class:`Kriging`), and both are added
-    where the skin is now. All that depends on the untouched markers alone is computed once.
+    Attributes
+    ----------
+    range_thicknesses : float, gel thicknesses
+        Length scale of the covariance of the interpolated part.
+        Source: chosen on virtual gels (ADR 27); no script derives it.
+    cells_per_pitch : float, count
+        Resolution of the coarse grid.
+        Source: chosen by hand for speed; no script derives it.
+    support_pitches : float, pitches
+        The field is valid within this distance of a marker that is seen.
+        Source: the distance to the next marker; beyond it the field is extrapolated.
+    ridge : float, ratio
+        Regularisation of the least-squares fit, relative to its diagonal.
+        Source: chosen by hand; no script derives it.
+    iterations : int, count
+        Fixed-point iterations that move the field from undeformed to present positions.
+        Source: chosen by hand; displacements are smooth, so that two converge (ADR 27).
+    """
+
+    range_thicknesses: float = 6.0
+    cells_per_pitch: float = 4.0
+    support_pitches: float = 1.0
+    ridge: float = 1e-3
+    iterations: int = 2
+
+
+SURFACE = SurfaceParameters()
+"""The values in use."""
+
+
+class MarkedSurface:
+    """Interpolate the displacements of markers to every pixel.
+
+    Four elastic fields of the contact (:class:`ContactShear`) are fitted to the displacements of
+    the markers, and the residual is interpolated (:class:`Kriging`). Their sum is then moved from
+    undeformed to present positions. Everything that depends only on the reference is computed once.
 
     Parameters
     ----------
     reference_px : (N, 2) float
-        x and y of each marker on the untouched skin.
+        Position of each marker on the undeformed gel surface, x and y.
     shape : (H, W)
-        Of the image.
+        Shape of the image.
     mm_per_px : float
         Scale of the image.
     thickness_mm, poisson_ratio : float
-        Of the gel.
+        Thickness and Poisson's ratio of the gel.
 
     Raises
     ------
     InputError
         The markers are not (N, 2).
+
+    References
+    ----------
+    .. [1] C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning", MIT
+       Press, 2006, section 2.7: explicit basis functions.
     """
 
     def __init__(
@@ -60,88 +96,89 @@ class MarkedSurface:
         self.reference_px = np.array(reference_px, np.float64)
         self._pitch_px = pitch(self.reference_px)
         self._mm_per_px = mm_per_px
-        self._grid = grid = CoarseGrid.of(shape, self._pitch_px / _CELLS_PER_PITCH)
+        self._grid = grid = CoarseGrid.of(shape, self._pitch_px / SURFACE.cells_per_pitch)
         self._nodes = grid.nodes
-        # for each node, since broadcasting along so short an axis is slow
+        # tiled to every node, because broadcasting along an axis of two is slow
         self._per_mm = np.tile(
             (1 / (mm_per_px * grid.cell_px)).astype(np.float32), (*grid.shape, 1)
         )
-        reach_px = min(_REACH_PITCHES * self._pitch_px, max(shape))
+        reach_px = min(SURFACE.support_pitches * self._pitch_px, max(shape))
         across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
         self._around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down))
-        # two nodes between markers are enough for what is as smooth as the markers are apart
-        self._rough = grid.half
+        # the residual varies over a pitch, so that two nodes per pitch are enough
+        self._half = grid.half
         self._kriging = Kriging(
             self.reference_px * mm_per_px,
-            self._rough.in_px(self._rough.nodes).reshape(-1, 2) * mm_per_px,
-            range_mm=_RANGE_THICKNESSES * thickness_mm,
+            self._half.in_px(self._half.nodes).reshape(-1, 2) * mm_per_px,
+            range_mm=SURFACE.range_thicknesses * thickness_mm,
         )
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
         self._shear = ContactShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
-        """(H, W, 2) float32: :meth:`cells` at every pixel, linear between their middles."""
+        """Return :meth:`cells`, interpolated linearly to every pixel, (H, W, 2) float32."""
         return self._grid.enlarged(self.cells(px, seen, contact))
 
     def cells(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
-        """Return the displacement of the gel surface that is now in each cell of a coarse grid.
+        """Return the displacement of the surface that is now in each cell of a coarse grid.
 
         Parameters
         ----------
         px : (N, 2) float
-            x and y of each marker now.
+            Present position of each marker, x and y.
         seen : (N,) bool
-            The others have no say.
+            Markers that are used.
         contact : (H, W) bool, optional
-            Where the object touches now. With it the field bends at the border of the contact,
-            without it up to a pitch around.
+            The present contact area. With it the field bends sharply at the border of the contact;
+            without it the bend is spread over about one pitch.
 
         Returns
         -------
         (rows, columns, 2) float32
-            +x right, +y down, mm; 0 where no marker is seen at all. The cells tile the image.
+            +x right, +y down, mm; 0 if no marker is seen. The cells tile the image.
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
-        pulled = None if contact is None else self._shear.fields(grid.share(contact))
-        if pulled is None or not seen.any():
+        shear_fields = None if contact is None else self._shear.fields(grid.share(contact))
+        if shear_fields is None or not seen.any():
             moved_mm = self._kriging.completed(moved_mm, seen)
             sheared = np.zeros((*grid.shape, 2), np.float32)
         else:
-            moved_mm, strength = self._without(moved_mm, pulled, grid.in_cells(px), seen)
-            sheared = (pulled @ strength.astype(np.complex64))[..., None].view(np.float32)
-        rest = grid.refined(self._kriging.field(moved_mm).reshape(*self._rough.shape, 2))
-        return self._carried(rest, sheared)
+            moved_mm, strength = self._without(moved_mm, shear_fields, grid.in_cells(px), seen)
+            sheared = (shear_fields @ strength.astype(np.complex64))[..., None].view(np.float32)
+        residual = grid.refined(self._kriging.field(moved_mm).reshape(*self._half.shape, 2))
+        return self._at_present(residual, sheared)
 
     def supported(self, px: Array, seen: Bool) -> Bool:
-        """(H, W) bool: within a pitch of a marker that is seen."""
+        """Return where the field is valid, (H, W) bool: within a pitch of a marker that is seen."""
         grid = self._grid
         near = np.asarray(cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around))
         return grid.marked(near.view(np.bool_))
 
     def _without(
-        self, moved_mm: Float64, pulled: Complex64, at: Float32, seen: Bool
+        self, moved_mm: Float64, fields_mm: Complex64, at: Float32, seen: Bool
     ) -> tuple[Float64, Float64]:
-        """Displacements that the contact leaves unexplained, and the strength of its pulls.
+        """Residual displacements of the markers, and the strengths of the contact's fields.
 
-        The strengths are those that make the rest most likely.
+        The strengths are the generalised least-squares estimate under the kriging covariance.
         """
-        there = self._grid.sampled(pulled.view(np.float32), at[:, None])[:, 0]
+        there = self._grid.sampled(fields_mm.view(np.float32), at[:, None])[:, 0]
         columns = self._kriging.completed(np.hstack([there, moved_mm]), seen)
-        # along x and along y each field has one strength: both add to the same equations
-        fields, against = (a.view(np.complex128) for a in (columns, self._kriging.weighed(columns)))
-        products = (fields.conj().T @ against).real
+        # the strength of a field is the same along x and y: both add to the same equations
+        pairs = columns, self._kriging.weighted(columns)
+        fields, weighted = (a.view(np.complex128) for a in pairs)
+        products = (fields.conj().T @ weighted).real
         normal, right = products[:-1, :-1], products[:-1, -1]
         size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
         scaled = normal / (size * size[:, None])
-        scaled.flat[:: len(size) + 1] += _RIDGE
+        scaled.flat[:: len(size) + 1] += SURFACE.ridge
         strength = np.linalg.solve(scaled, right / size) / size
-        left = fields[:, -1] - fields[:, :-1] @ strength
-        return left[:, None].view(np.float64), strength
+        residual = fields[:, -1] - fields[:, :-1] @ strength
+        return residual[:, None].view(np.float64), strength
 
-    def _carried(self, rest: Float32, sheared: Float32) -> Float32:
-        """The sum at the present place of the skin, ``rest`` being told at its untouched place."""
-        moved = sheared + rest
-        for _ in range(_STEPS):
-            moved = sheared + self._grid.sampled(rest, self._nodes - moved * self._per_mm)
+    def _at_present(self, residual: Float32, sheared: Float32) -> Float32:
+        """Sum at present positions; ``residual`` refers to undeformed ones."""
+        moved = sheared + residual
+        for _ in range(SURFACE.iterations):
+            moved = sheared + self._grid.sampled(residual, self._nodes - moved * self._per_mm)
         return moved

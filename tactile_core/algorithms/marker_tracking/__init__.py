@@ -1,7 +1,6 @@
-"""Which detection is which marker: identities that survive large motion, gaps and impostors."""
+"""Multi-marker tracking: identities that survive large motion, missed and spurious detections."""
 
-from tactile_core.algorithms.marker_tracking.evenness import shows_contact
-from tactile_core.algorithms.marker_tracking.growth import FEWEST_MARKERS
+from tactile_core.algorithms.marker_tracking.stretch import shows_contact
 from tactile_core.algorithms.marker_tracking.tracker import MarkerTracker
 
-__all__ = ["FEWEST_MARKERS", "MarkerTracker", "shows_contact"]
+__all__ = ["MarkerTracker", "shows_contact"]

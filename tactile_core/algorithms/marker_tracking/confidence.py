@@ -1,36 +1,32 @@
-"""Confidence in the identity of each marker that is tracked."""
+"""Confidence in the identity of each tracked marker."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.marker_tracking.growth import SUPPORT, Scene
-
-_LEAP, _STRANGE, _AGREEING = 0.3, 0.15, 0.2
-_UNSURE, _UNKNOWN = 0.1, 0.2
-_GRANTED_TO_FEW, _GRANTED_TO_MANY = 0.3, 2.0
-_MOST_GAPS = 1
-_ODD, _ODDER_THAN_OTHERS = 0.04, 2.0
-_ODD_WHEN_FREE = 6.0
-"""Times the cube of what is free: a speck is likely only beside many gaps and impostors."""
+from tactile_core.algorithms.marker_tracking.growth import Scene
+from tactile_core.algorithms.marker_tracking.parameters import CONFIDENCE, GROWTH
 
 
 class Confidence:
-    """Remembers which markers are identified with confidence.
+    """Remember which markers are identified with confidence.
 
-    All limits are shares of the distance to the nearest other marker. A marker loses confidence
-    when it leaps, moves unlike its neighbours, or was inferred with doubt in earlier frames: sooner
-    where it has few neighbours, later where hardly any marker is missing, because only a gap lets a
-    neighbour be mistaken for it. It regains confidence once the confident markers around it predict
-    its displacement; after a leap, or when its place was unknown, they must do so in two of the
-    frames in which it is tracked, since gaps and chance can show a neighbour in its place in one
-    frame. A marker that deviates from its neighbours' prediction further than they do may be a
-    speck: it does not count as seen in this frame, and nothing else follows.
+    A marker loses confidence when it jumps, deviates from its neighbours, or returns after its
+    inferred position was uncertain. All limits are relative to the spacing of the markers. They are
+    narrower where a marker has few neighbours and wider where nearly none is missing, since it
+    takes a gap to mistake one marker for another.
+
+    A marker regains confidence once the displacement of the confident markers around it predicts
+    its own. After a jump, or when its position was unknown, two tracked frames must agree, since in
+    a single frame a gap may put a neighbour in its place.
+
+    A marker whose residual is larger than those nearby may be a speck. It is not seen in this
+    frame, without further consequences.
     """
 
     def __init__(self, count: int) -> None:
-        self._sure = np.ones(count, np.bool_)
+        self._confident = np.ones(count, np.bool_)
         self._agreed = np.zeros(count, np.bool_)
 
     def judge(
@@ -39,90 +35,102 @@ class Confidence:
         step_px: Array,
         momentum_px: Array,
         displaced_px: Array,
-        followed: Bool,
+        tracked: Bool,
         before: Bool,
-        calm: bool,
+        smooth: bool,
     ) -> Bool:
-        """Doubt markers, or trust them again, and say which are seen.
+        """Update the confidence, and return the markers that are seen.
 
         Parameters
         ----------
         scene : Scene
-            Its doubt is that before the markers were found in this frame.
+            Its uncertainty is that before this frame.
         step_px, momentum_px, displaced_px : (N, 2) float64
-            By how much each marker moved, was expected to, and is away from rest.
-        followed, before : (N,) bool
-            Markers that are found in this frame, and in the one before.
-        calm : bool
-            Whether all that are found moved as their neighbours do, by less than half their room.
+            Step of each marker, its predicted step, and its displacement from the reference.
+        tracked, before : (N,) bool
+            Markers that are matched in this frame, and in the previous one.
+        smooth : bool
+            Whether all matched markers moved as their neighbours do, by less than half a spacing.
 
         Returns
         -------
         (N,) bool
         """
-        if calm and followed.all() and self._sure.all():
+        if smooth and tracked.all() and self._confident.all():
             # none of the limits below can be exceeded
-            self._agreed = followed
-            return followed
-        off_px = step_px - scene.around.fit(step_px, followed.astype(np.float64))
-        distance = np.hypot(off_px[:, 0], off_px[:, 1])
-        granted_px = self._granted(scene, followed) * scene.room_px
-        surprise_px = self._surprise_px(step_px, momentum_px, followed)
-        leapt = (surprise_px > _LEAP * granted_px) | (distance > _STRANGE * granted_px)
-        leapt &= followed
-        returned = followed & ~before & (scene.doubt_px > _UNSURE * granted_px)
-        self._agreed = self._agreed & ~leapt
-        self._sure = self._sure & ~leapt & ~returned
-        if self._sure.all():
-            self._agreed = self._agreed | followed
+            self._agreed = tracked
+            return tracked
+        residual_px = step_px - scene.around.fit(step_px, tracked.astype(np.float64))
+        distance = np.hypot(residual_px[:, 0], residual_px[:, 1])
+        allowed_px = self._allowance(scene, tracked) * scene.spacing_px
+        surprise_px = self._surprise_px(step_px, momentum_px, tracked)
+        jumped = surprise_px > CONFIDENCE.jump_spacings * allowed_px
+        jumped |= distance > CONFIDENCE.deviation_spacings * allowed_px
+        jumped &= tracked
+        uncertain = scene.uncertainty_px > CONFIDENCE.uncertain_spacings * allowed_px
+        returned = tracked & ~before & uncertain
+        self._agreed = self._agreed & ~jumped
+        self._confident = self._confident & ~jumped & ~returned
+        if self._confident.all():
+            self._agreed = self._agreed | tracked
         else:
-            trusted = self._told_by_sure(scene, displaced_px, followed)
-            self._sure = self._sure | (trusted & self._agreed)
-            self._agreed = np.where(followed, trusted, self._agreed)
-        return np.asarray(followed & self._sure & ~self._odd(scene, distance, followed, granted_px))
+            agrees = self._consistent(scene, displaced_px, tracked)
+            self._confident = self._confident | (agrees & self._agreed)
+            self._agreed = np.where(tracked, agrees, self._agreed)
+        outlier = self._outlier(scene, distance, tracked, allowed_px)
+        return np.asarray(tracked & self._confident & ~outlier)
 
-    def forget(self, scene: Scene, doubt_px: Array, followed: Bool) -> None:
-        """Doubt markers whose inferred places are doubtful, or told by others that are."""
-        told = followed | (scene.around.supporters(followed & self._sure) >= SUPPORT)
-        self._sure = self._sure & told & (doubt_px <= _UNSURE * scene.room_px)
-        self._agreed = self._agreed & told & (doubt_px <= _UNKNOWN * scene.room_px)
-
-    @staticmethod
-    def _granted(scene: Scene, followed: Bool) -> Array:
-        """Less where few neighbours are known, more where hardly one is missing, (N,)."""
-        known = scene.around.supporters(followed)
-        most = scene.around.index.shape[1] - _MOST_GAPS
-        granted = np.where(known >= most, _GRANTED_TO_MANY, 1.0)
-        return np.where(known < SUPPORT, _GRANTED_TO_FEW, granted)
+    def forget(self, scene: Scene, uncertainty_px: Array, tracked: Bool) -> None:
+        """Drop confidence in markers whose inferred position is uncertain or poorly supported."""
+        support = scene.around.supporters(tracked & self._confident)
+        supported = tracked | (support >= GROWTH.min_neighbours)
+        spacing_px = scene.spacing_px
+        certain = uncertainty_px <= CONFIDENCE.uncertain_spacings * spacing_px
+        located = uncertainty_px <= CONFIDENCE.unknown_spacings * spacing_px
+        self._confident = self._confident & supported & certain
+        self._agreed = self._agreed & supported & located
 
     @staticmethod
-    def _surprise_px(step_px: Array, momentum_px: Array, followed: Bool) -> Array:
-        """How far each marker moved, beyond what it did before or what most do, (N,) px."""
-        common_px = np.median(step_px[followed], axis=0) if followed.any() else 0.0
+    def _allowance(scene: Scene, tracked: Bool) -> Array:
+        """Factor (N,) of the limits: small with few neighbours, large with nearly all of them."""
+        known = scene.around.supporters(tracked)
+        most = scene.around.index.shape[1] - CONFIDENCE.max_gaps
+        allowance = np.where(known >= most, CONFIDENCE.full_neighbours_allowance, 1.0)
+        few = known < GROWTH.min_neighbours
+        return np.where(few, CONFIDENCE.few_neighbours_allowance, allowance)
+
+    @staticmethod
+    def _surprise_px(step_px: Array, momentum_px: Array, tracked: Bool) -> Array:
+        """Distance (N,) of each step from zero, its momentum or the median step, the least, px."""
+        common_px = np.median(step_px[tracked], axis=0) if tracked.any() else 0.0
         surprises_px = np.stack([step_px, step_px - momentum_px, step_px - common_px])
         return np.asarray(np.sqrt(np.einsum("kij,kij->ki", surprises_px, surprises_px).min(axis=0)))
 
     @staticmethod
-    def _odd(scene: Scene, distance: Array, followed: Bool, granted_px: Array) -> Bool:
-        """Markers that deviate from their neighbours' prediction, and further than these do."""
-        free = _ODD_WHEN_FREE * scene.free_share(followed) ** 3
-        limit_px = max(_ODD, free) * granted_px
-        odd = distance > limit_px
-        if odd.any():
-            nearby = scene.around.nearby(np.minimum(distance, scene.room_px / 4), followed)
-            odd &= distance > limit_px + _ODDER_THAN_OTHERS * nearby
-        return np.asarray(odd)
+    def _outlier(scene: Scene, distance: Array, tracked: Bool, allowed_px: Array) -> Bool:
+        """Markers (N,) whose residual exceeds the limit and the residuals nearby."""
+        clutter = CONFIDENCE.clutter_factor * scene.clutter_tolerance(tracked) ** 3
+        limit_px = max(CONFIDENCE.outlier_spacings, clutter) * allowed_px
+        outlier = distance > limit_px
+        if outlier.any():
+            capped = np.minimum(distance, GROWTH.residual_cap * scene.spacing_px)
+            nearby = scene.around.nearby(capped, tracked)
+            outlier &= distance > limit_px + CONFIDENCE.outlier_residuals * nearby
+        return np.asarray(outlier)
 
-    def _told_by_sure(self, scene: Scene, displaced_px: Array, followed: Bool) -> Bool:
-        """Sure markers, and outwards from them those whose displacement they tell."""
+    def _consistent(self, scene: Scene, displaced_px: Array, tracked: Bool) -> Bool:
+        """Confident markers and, outwards from them, those whose displacement they predict."""
         around = scene.around
-        trusted = followed & self._sure
-        while (trusted != followed).any():
-            off_px = displaced_px - around.fit(displaced_px, trusted.astype(np.float64))
-            distance = np.hypot(off_px[:, 0], off_px[:, 1]) * around.reach_beyond(trusted) ** 2
-            near = distance < _AGREEING * scene.room_px
-            told = followed & ~trusted & near & (around.supporters(trusted) >= SUPPORT)
-            if not told.any():
+        limit_px = CONFIDENCE.agreement_spacings * scene.spacing_px
+        consistent = tracked & self._confident
+        while (consistent != tracked).any():
+            predicted_px = around.fit(displaced_px, consistent.astype(np.float64))
+            residual_px = displaced_px - predicted_px
+            distance = np.hypot(residual_px[:, 0], residual_px[:, 1])
+            near = distance * around.extrapolation(consistent) ** 2 < limit_px
+            supported = around.supporters(consistent) >= GROWTH.min_neighbours
+            added = tracked & ~consistent & near & supported
+            if not added.any():
                 break
-            trusted = trusted | told
-        return trusted
+            consistent = consistent | added
+        return consistent

@@ -1,4 +1,4 @@
-"""Explanations of a frame that motion alone does not explain: several are tried."""
+"""Several hypotheses for a frame that a small, smooth motion does not explain."""
 
 from __future__ import annotations
 
@@ -8,129 +8,123 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.marker_tracking.growth import FEWEST_MARKERS, Scene
+from tactile_core.algorithms.marker_tracking.growth import Scene
 from tactile_core.algorithms.marker_tracking.nearest import nearest
-from tactile_core.algorithms.marker_tracking.pairing import NOBODY
-
-_FIRST_GATE = 0.45
-_ALIKE = 0.3
-_SEEDS = 3
-_SMALLEST_SEED = 0.04
-_SAME_SEED = 0.98
-_GROWTH_ROUNDS, _TIDYING_ROUNDS = 15, 3
-_SHIFTS = 3
-_FARTHEST_SHIFT = 1.2
-_BINS_PER_PITCH = 6
-_CANDIDATES = 6
-_TOO_CLOSE = 0.05
-"""Explanations whose scores differ by less are equally good."""
+from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED
+from tactile_core.algorithms.marker_tracking.parameters import GROWTH, HYPOTHESES
 
 
 def best_explanation(
     scene: Scene,
     last_px: Array,
     momentum_px: Array,
-    rest_px: Array,
-    sought: Bool,
-    certain: Bool,
+    reference_px: Array,
+    searched: Bool,
+    tracked: Bool,
 ) -> Intp:
-    """Explain a frame in several ways and take what the best ones have in common.
+    """Match a frame under several hypotheses, and keep the matches that the best ones share.
 
-    The skin goes on as it moved, stands still, moves by a shift that many detections share, or
-    is back at rest. Each is tried on every large piece of skin that it explains, and grows from
-    there.
+    The gel surface continues its motion, stops, moves by a shift that many detections share, or
+    is undeformed again. Each hypothesis starts from its largest coherent regions and grows them.
 
     Parameters
     ----------
     scene : Scene
     last_px : (N, 2) float64
-        Where the markers were.
+        Positions in the previous frame.
     momentum_px : (N, 2) float64
-        By how much they should have moved on.
-    rest_px : (N, 2) float64
-        Where they are on the resting skin.
-    sought : (N,) bool
-        Markers whose last place is known well enough to look for them around it.
-    certain : (N,) bool
-        Markers that were seen in the last frame.
+        Predicted steps.
+    reference_px : (N, 2) float64
+        Positions on the undeformed surface.
+    searched : (N,) bool
+        Markers whose last position is certain enough to search around it.
+    tracked : (N,) bool
+        Markers that were matched in the previous frame.
 
     Returns
     -------
     (N,) intp
-        The detection of each marker; -1 where none is sure.
+        The detection of each marker; -1 where there is none, or where the best explanations
+        disagree.
     """
-    beginnings: list[Intp] = []
+    seeds: list[Intp] = []
     explanations: list[tuple[float, Intp]] = []
-    everyone = np.ones_like(sought)
-    still = np.zeros_like(last_px)
-    tried = [(last_px + momentum_px, still, sought), (last_px, still, sought)]
-    tried += [(last_px, still + shift, sought) for shift in _shared_shifts(scene, last_px)]
-    tried += [(rest_px, still, everyone)]
-    for base_px, guess_px, seeking in tried:
-        for seed in _seeds(scene, base_px, guess_px, seeking):
-            if any((seed == other).mean() > _SAME_SEED for other in beginnings):
+    all_markers = np.ones_like(searched)
+    zero = np.zeros_like(last_px)
+    tried = [(last_px + momentum_px, zero, searched), (last_px, zero, searched)]
+    tried += [(last_px, zero + shift, searched) for shift in _shared_shifts(scene, last_px)]
+    tried += [(reference_px, zero, all_markers)]
+    growth_rounds, refinement_rounds = HYPOTHESES.growth_rounds, HYPOTHESES.refinement_rounds
+    for base_px, guess_px, markers in tried:
+        for seed in _seeds(scene, base_px, guess_px, markers):
+            if any((seed == other).mean() > HYPOTHESES.same_seed_share for other in seeds):
                 continue
-            beginnings.append(seed)
-            owner = scene.grown(base_px, seed, seeking, rounds=_GROWTH_ROUNDS, relaxed=True)
-            owner = scene.grown(base_px, owner, seeking, rounds=_TIDYING_ROUNDS, relaxed=False)
-            owner = scene.sure(base_px, scene.whole(base_px, owner), certain)
+            seeds.append(seed)
+            owner = scene.grow(base_px, seed, markers, rounds=growth_rounds, relaxed=True)
+            owner = scene.grow(base_px, owner, markers, rounds=refinement_rounds, relaxed=False)
+            owner = scene.unambiguous(base_px, scene.connected(base_px, owner), tracked)
             explanations.append((_score(scene, owner, last_px, momentum_px), owner))
     if not explanations:
-        return np.full(len(last_px), NOBODY, np.intp)
-    best, agreed = max(explanations, key=lambda each: each[0])
-    agreed = agreed.copy()
+        return np.full(len(last_px), UNMATCHED, np.intp)
+    best, shared = max(explanations, key=lambda each: each[0])
+    shared = shared.copy()
     for score, owner in explanations:
-        if score > best - _TOO_CLOSE:
-            agreed[owner != agreed] = NOBODY
-    return agreed
+        if score > best - HYPOTHESES.score_tie:
+            shared[owner != shared] = UNMATCHED
+    return shared
 
 
-def _seeds(scene: Scene, base_px: Array, guess_px: Array, seeking: Bool) -> Iterator[Intp]:
-    """Large pieces of skin whose markers, paired with what is nearest, move alike."""
-    gate = np.where(seeking, _FIRST_GATE * scene.room_px, -1.0)
+def _seeds(scene: Scene, base_px: Array, guess_px: Array, searched: Bool) -> Iterator[Intp]:
+    """Seed regions: large groups of mutual nearest neighbours with coherent steps."""
+    gate = np.where(searched, HYPOTHESES.seed_gate_spacings * scene.spacing_px, -1.0)
     owner = scene.paired(base_px + guess_px, gate)
-    step, known = scene.moved(base_px, owner)
+    step, known = scene.steps(base_px, owner)
     if not known.any():
         return
-    piece = scene.around.pieces(scene.around.agreeing(step, known, _ALIKE, 2.0))
-    size = np.bincount(piece[known])
-    for number in np.argsort(-size, kind="stable")[:_SEEDS]:
-        if size[number] >= max(FEWEST_MARKERS, _SMALLEST_SEED * len(known)):
-            yield np.where(known & (piece == number), owner, NOBODY)
+    bonds = scene.around.coherent(
+        step, known, HYPOTHESES.seed_tear_pitches, HYPOTHESES.seed_reach_pitches
+    )
+    region = scene.around.components(bonds)
+    size = np.bincount(region[known])
+    for number in np.argsort(-size, kind="stable")[: HYPOTHESES.max_seeds]:
+        if size[number] >= max(GROWTH.min_markers, HYPOTHESES.min_seed_share * len(known)):
+            yield np.where(known & (region == number), owner, UNMATCHED)
 
 
 def _score(scene: Scene, owner: Intp, last_px: Array, momentum_px: Array) -> float:
-    """Many markers explained, by a small motion that is even, or that goes on evenly."""
-    step, known = scene.moved(last_px, owner)
-    if known.sum() < FEWEST_MARKERS:
+    """Share of matched markers, less the cost of long or uneven steps or of their change."""
+    step, known = scene.steps(last_px, owner)
+    if known.sum() < GROWTH.min_markers:
         return -np.inf
     one, other = scene.around.pairs.T
     both = known[one] & known[other]
+    apart = np.maximum(scene.around.apart[both], HYPOTHESES.min_distance_pitches)
     cost = np.inf
-    for surprise in (step, step - momentum_px):
-        surprise = surprise / scene.around.pitch_px
-        uneven = np.hypot(*(surprise[one] - surprise[other])[both].T)
-        uneven = np.minimum((uneven / np.maximum(scene.around.apart[both], 0.7)) ** 2, 1)
-        size = np.minimum(np.hypot(*surprise[known].T), 1.5)
-        cost = min(cost, 0.25 * uneven.sum() / known.sum() + 0.3 * size.mean())
+    for motion in (step, step - momentum_px):
+        motion = motion / scene.around.pitch_px
+        uneven = np.hypot(*(motion[one] - motion[other])[both].T)
+        strain = np.minimum((uneven / apart) ** 2, 1)
+        length = np.minimum(np.hypot(*motion[known].T), HYPOTHESES.max_motion_pitches)
+        strain_cost = HYPOTHESES.strain_cost * strain.sum() / known.sum()
+        cost = min(cost, strain_cost + HYPOTHESES.motion_cost * length.mean())
     return float(known.mean() - cost)
 
 
 def _shared_shifts(scene: Scene, last_px: Array) -> list[Array]:
-    """The (2,) shifts by which most detections lie beside some marker."""
-    pitch = scene.around.pitch_px
-    reach = _FARTHEST_SHIFT * pitch
-    wanted = min(_CANDIDATES, len(scene.found_px))
+    """The (2,) shifts for which most detections vote, by a smoothed histogram."""
+    pitch, bins_per_pitch = scene.around.pitch_px, HYPOTHESES.bins_per_pitch
+    reach = HYPOTHESES.farthest_shift_pitches * pitch
+    wanted = min(HYPOTHESES.candidates, len(scene.found_px))
     distance, index = nearest(last_px, scene.found_px, wanted, reach)
     marker, rank = np.nonzero(np.isfinite(distance))
     shift = scene.found_px[index[marker, rank]] - last_px[marker]
-    bins = np.floor((shift + reach) / pitch * _BINS_PER_PITCH).astype(np.intp) + 1
-    side = int(2 * _FARTHEST_SHIFT * _BINS_PER_PITCH) + 4
+    bins = np.floor((shift + reach) / pitch * bins_per_pitch).astype(np.intp) + 1
+    side = int(2 * HYPOTHESES.farthest_shift_pitches * bins_per_pitch) + 4
     votes = np.zeros((side, side))
     np.add.at(votes, (bins[:, 0], bins[:, 1]), 1)
     votes = np.asarray(cv2.blur(votes, (3, 3)))
     found = []
-    for _ in range(_SHIFTS):
+    for _ in range(HYPOTHESES.max_shifts):
         peak = np.unravel_index(int(votes.argmax()), votes.shape)
         if votes[peak] <= 0:
             break

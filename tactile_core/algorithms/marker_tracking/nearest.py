@@ -1,4 +1,4 @@
-"""The nearest points, from a tree."""
+"""Nearest points, from a k-d tree."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from tactile_core.algorithms.arrays.types import Array
 def nearest(
     places: Array, among: Array, count: int, within: float = np.inf
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Return distance and index (N, count) of the points ``among`` which are nearest to places.
+    """Return distances and indices (N, count) of the nearest points of ``among``, nearest first.
 
-    Beyond ``within`` the distance is infinite and the index is no index.
+    Beyond ``within`` the distance is infinite and the index is ``len(among)``.
     """
     from scipy.spatial import KDTree
 

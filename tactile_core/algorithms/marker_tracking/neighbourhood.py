@@ -1,4 +1,4 @@
-"""The markers around each marker of the resting skin, and what they say of its motion."""
+"""The neighbours of each marker, and the local plane fits that predict it from them."""
 
 from __future__ import annotations
 
@@ -11,41 +11,38 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.marker_tracking.nearest import nearest
-
-_NEIGHBOURS = 10
-_REACH = 1.3
-_TAME = 0.05
-"""Keeps slopes small where the neighbours lie to one side, so that borders do not fly off."""
-
-
-_AMONG = 1.1
-"""In pitches: with the middle of its neighbours nearer than this, a marker is among them."""
+from tactile_core.algorithms.marker_tracking.parameters import NEIGHBOURHOOD
 
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """Who is near whom on the resting skin; this never changes while the skin is dragged.
+    """The neighbours of each marker in the reference; they never change while the gel is sheared.
 
     Attributes
     ----------
     index : (N, K) intp
         The neighbours of each marker, nearest first.
     moments : (N, K, 6) float64
-        Weight w, w x, w y, w x², w x y and w y² of each neighbour's place.
+        Weight w of each neighbour, times 1, x, y, x², x y and y² of its offset.
     shares : (N, K) float64
-        What each neighbour adds to the plane at a marker's place when all are trusted alike.
+        Coefficient of each neighbour in the plane fit at the marker, with equal trust in all.
     offsets : (N, K, 2) float64
-        Where each neighbour is from the marker, in pitches.
+        Position of each neighbour relative to the marker, in pitches.
     pairs : (E, 2) intp
-        Every two markers of which one is among the other's neighbours.
+        Pairs of markers, at least one of which is a neighbour of the other.
     apart : (E,) float64
-        Their distance, in pitches.
+        Distance between the markers of each pair, in pitches.
     pitch_px : float
-        Median distance of nearest neighbours.
+        Median distance between nearest neighbours.
     nearest_px : (N,) float64
         Distance of each marker's nearest neighbour, at most the pitch.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
+
+    References
+    ----------
+    .. [1] W. S. Cleveland, "Robust locally weighted regression and smoothing scatterplots", Journal
+       of the American Statistical Association 74(368), 1979.
     """
 
     index: NDArray[np.intp]
@@ -60,16 +57,17 @@ class Neighbourhood:
 
     @classmethod
     def of(cls, places_px: Array, *, compiled: bool = False) -> Neighbourhood:
-        """Return the neighbourhood of (N, 2) markers; N at least 2."""
+        """Return the neighbourhood of (N, 2) markers; N is at least 2."""
         count = len(places_px)
-        wanted = min(_NEIGHBOURS, count - 1)
+        wanted = min(NEIGHBOURHOOD.neighbours, count - 1)
         distance, index = nearest(places_px, places_px, wanted + 1)
         distance, index = distance[:, 1:], index[:, 1:]
         pitch = float(np.median(distance[:, 0]))
-        reach = _REACH * distance.max(axis=1, keepdims=True)
+        reach = NEIGHBOURHOOD.kernel_reach * distance.max(axis=1, keepdims=True)
         weight = (1 - (distance / reach) ** 2) ** 2
         x, y = np.moveaxis((places_px[index] - places_px[:, None]) / reach[..., None], -1, 0)
-        powers = [np.ones_like(x), x, y, x * x + _TAME, x * y, y * y + _TAME]
+        ridge = NEIGHBOURHOOD.ridge
+        powers = [np.ones_like(x), x, y, x * x + ridge, x * y, y * y + ridge]
         one = np.repeat(np.arange(count), wanted)
         lower, upper = np.minimum(one, index.ravel()), np.maximum(one, index.ravel())
         pairs = np.stack(np.divmod(np.unique(lower * count + upper), count), axis=1)
@@ -87,25 +85,25 @@ class Neighbourhood:
             compiled,
         )
 
-    def room_px(self, places_px: Array) -> Array:
-        """Distance of each marker's nearest neighbour, at rest or at (N, 2) places, the lesser."""
+    def spacing_px(self, places_px: Array) -> Array:
+        """Distance (N,) to the nearest neighbour, in the reference or at (N, 2), the shorter."""
         # neighbour by neighbour: a minimum over the first axis is many times faster
         x, y = (side.take(self.index.T) - side for side in (places_px[:, 0], places_px[:, 1]))
         return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=0))))
 
     def fit(self, values: Array, trust: Array) -> Array:
-        """What its neighbours let expect of each marker: a plane through theirs, at its place.
+        """Predict the value of each marker from its neighbours, by a weighted plane fit.
 
         Parameters
         ----------
         values : (N, 2) float64
         trust : (N,) float64
-            Weight of each marker as a neighbour, 0 for one that says nothing.
+            Weight of each marker as a neighbour; 0 leaves it out.
 
         Returns
         -------
         (N, 2) float64
-            0 where no neighbour is trusted.
+            0 where no neighbour has a weight.
         """
         loops = kernels.chosen(self.compiled)
         if loops is not None:
@@ -117,58 +115,61 @@ class Neighbourhood:
         return np.asarray((share[:, None] @ values[self.index])[:, 0])
 
     def deviation(self, values: Array, known: Bool, rounds: int = 2) -> tuple[Array, Array]:
-        """What each marker's neighbours let expect, and how far from it the marker is.
+        """Predict each marker by a robust plane fit, and return its residual.
 
-        Markers that deviate lose their say over their neighbours, round by round.
+        The fit is reweighted iteratively with Cauchy weights, so outliers lose their influence.
 
         Returns
         -------
         expected : (N, 2) float64
         distance : (N,) float64
+            Length of the residual.
         """
         trust = known.astype(np.float64)
-        for turn in range(rounds + 1):
+        for iteration in range(rounds + 1):
             expected = self.fit(values, trust)
             distance = np.hypot(*(values - expected).T)
-            if turn == rounds or not known.any():
+            if iteration == rounds or not known.any():
                 break
-            scale = max(sigma_of(distance[known]), 0.01 * self.pitch_px)
-            trust = known / (1 + (distance / (3 * scale)) ** 2)
+            least = NEIGHBOURHOOD.min_sigma_pitches * self.pitch_px
+            scale = max(sigma_of(distance[known]), least)
+            trust = known / (1 + (distance / (NEIGHBOURHOOD.outlier_sigmas * scale)) ** 2)
         return expected, distance
 
     def nearby(self, distance: Array, known: Bool) -> Array:
-        """Mean (N,) of what is told of the known markers around each; 0 where none is known."""
+        """Mean (N,) over the known neighbours of each marker; 0 without any."""
         counted = known[self.index]
         total = (distance[self.index] * counted).sum(axis=1)
         return np.asarray(total / np.maximum(counted.sum(axis=1), 1))
 
-    def reach_beyond(self, known: Bool) -> Array:
-        """By how much worse the known neighbours tell of a marker when they lie to one side, (N,).
+    def extrapolation(self, known: Bool) -> Array:
+        """Factor (N,) by which a prediction gets worse if the known neighbours are on one side.
 
-        1 while the marker is among them, then as the square of the distance of their middle.
+        1 for a marker that is surrounded; then it grows as the square of the distance to the mean
+        position of the known neighbours.
         """
         counted = known[self.index].astype(np.float64)
         middle = (counted[:, None] @ self.offsets)[:, 0]
         distance = np.hypot(middle[:, 0], middle[:, 1]) / np.maximum(counted.sum(axis=1), 1)
-        return np.asarray(np.maximum(distance / _AMONG, 1) ** 2)
+        return np.asarray(np.maximum(distance / NEIGHBOURHOOD.inside_pitches, 1) ** 2)
 
     def supporters(self, known: Bool) -> NDArray[np.intp]:
-        """How many neighbours of each marker are known."""
+        """Number (N,) of known neighbours of each marker."""
         return np.asarray(known[self.index].sum(axis=1))
 
-    def agreeing(self, values: Array, known: Bool, most: float, beyond: float = 1.0) -> Bool:
+    def coherent(self, values: Array, known: Bool, most: float, beyond: float = 1.0) -> Bool:
         """Which pairs of known markers differ by less than ``most`` pitches per pitch of distance.
 
-        Pairs up to one pitch apart are all granted the same, those further apart as much as at
-        ``beyond`` pitches.
+        The allowed difference is constant for pairs closer than one pitch and for those farther
+        apart than ``beyond`` pitches.
         """
         one, other = self.pairs.T
         difference = np.hypot(*(values[one] - values[other]).T)
-        granted = most * self.pitch_px * np.clip(self.apart, 1, beyond)
-        return np.asarray(known[one] & known[other] & (difference <= granted))
+        allowed = most * self.pitch_px * np.clip(self.apart, 1, beyond)
+        return np.asarray(known[one] & known[other] & (difference <= allowed))
 
-    def pieces(self, bonds: Bool) -> NDArray[np.int32]:
-        """Number the pieces into which the markers fall when only some pairs hold together.
+    def components(self, bonds: Bool) -> NDArray[np.int32]:
+        """Label the connected components of the markers, given the pairs that are connected.
 
         Parameters
         ----------
@@ -188,7 +189,7 @@ class Neighbourhood:
 
 
 def _shares(moments: Array, trusted: Array) -> Array:
-    """What each neighbour, (N, K) trusted, adds to the plane at a marker's place."""
+    """Coefficients of the neighbours (N, K) in the plane fit at a marker, by Cramer's rule."""
     one, x, y, xx, xy, yy = (trusted[:, None] @ moments)[:, 0].T
     minors = np.stack([xx * yy - xy * xy, xy * y - x * yy, x * xy - xx * y], axis=-1)
     determinant = one * minors[:, 0] + x * minors[:, 1] + y * minors[:, 2]

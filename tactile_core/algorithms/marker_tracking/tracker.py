@@ -1,66 +1,62 @@
-"""Follows the markers of the resting skin from frame to frame."""
+"""Track the markers of the undeformed gel surface from frame to frame."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.marker_tracking.beginning import FEW_MISFITS, begun
 from tactile_core.algorithms.marker_tracking.confidence import Confidence
-from tactile_core.algorithms.marker_tracking.growth import FEWEST_MARKERS, SUPPORT, Scene
+from tactile_core.algorithms.marker_tracking.growth import Scene
 from tactile_core.algorithms.marker_tracking.hypotheses import best_explanation
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import NOBODY
-
-_MOMENTUM = 0.7
-_MISFITS = 0.12
-_LEAST_SEEN, _LEAST_FOUND_AGAIN = 0.2, 0.4
-_UNSEEN_WEIGHT = 0.02
-"""Weight of a marker that is not seen; it matters only where no neighbour is seen."""
-
-_DOUBTFUL = 0.3
-"""Of the room around a marker: it is not looked for where its place is less certain."""
-
-_UNSUPPORTED = 0.1
-_SMALL_MOTION = 0.1
+from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED
+from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
+from tactile_core.algorithms.marker_tracking.small_motion import matched
 
 
 class MarkerTracker:
-    """Keeps the identity of markers.
+    """Track markers and keep their identities.
 
-    Each marker is expected where it was, moved on by its momentum, and paired with the detection
-    that is mutually nearest. Its neighbours on the resting skin then say where it should be: a
-    plane through their motions, in which those that deviate lose their say. Markers that do not fit
-    are dropped and looked for anew where the plane has them. When many do not fit, or the motion
-    tears, the frame is explained in several ways, and only what the best of them have in common
-    counts: a marker whose identity is not sure is not seen. Its place is then the plane's, with
-    what set it off from its neighbours when it was last seen.
+    Each marker is predicted at its last position plus momentum, and matched with the detection
+    that is mutually nearest. A robust plane fit through the steps of its neighbours in the
+    reference [1]_ then checks the match: outliers are dropped, and searched for where the fit
+    predicts them. If many markers are outliers, or the motion tears the surface, several
+    hypotheses are tried by region growing, and only matches that the best ones share are kept.
+
+    A marker without a match, or whose identity is uncertain, is not ``seen``. Its position is then
+    the prediction of its neighbours, with its last offset from them.
 
     Parameters
     ----------
     reference_px : (N, 2) float
-        The markers on the resting skin.
+        The markers on the undeformed gel surface.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Attributes
     ----------
     reference_px, px : (N, 2) float64
-        Where each marker was on the resting skin, and where it is now.
+        Position of each marker on the undeformed surface, and in the last frame.
     seen : (N,) bool
-        False where ``px`` is inferred from neighbours, or the identity of the marker is not sure.
+        False where ``px`` is inferred from neighbours, or the identity of the marker is uncertain.
     lost : bool
-        So few were found that none can be told apart; ``px`` stays as it was.
+        True if too few markers were matched in the last frame; ``px`` is then that of an earlier
+        frame.
     began_displaced : bool or None
-        Whether the first frame showed the markers away from the reference or could not be matched
-        to it; None before that frame.
+        Whether the first frame showed displaced markers, or none that match the reference. None
+        before the first frame.
+
+    References
+    ----------
+    .. [1] W. S. Cleveland, "Robust locally weighted regression and smoothing scatterplots", Journal
+       of the American Statistical Association 74(368), 1979.
     """
 
     def __init__(self, reference_px: Array, *, compiled: bool = False) -> None:
         self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
         count = len(self.reference_px)
         self._around: Neighbourhood | None = None
-        if count >= FEWEST_MARKERS:
+        if count >= GROWTH.min_markers:
             self._around = Neighbourhood.of(self.reference_px, compiled=compiled)
             self._low_px = self.reference_px.min(axis=0)
             self._high_px = self.reference_px.max(axis=0)
@@ -68,13 +64,16 @@ class MarkerTracker:
         self.seen = np.zeros(count, np.bool_)
         self.lost = False
         self.began_displaced: bool | None = None
-        self._followed = self.seen
+        self._tracked = self.seen
         self._confidence = Confidence(count)
         self._momentum_px = np.zeros((count, 2))
-        self._doubt_px = np.zeros(count)
+        self._uncertainty_px = np.zeros(count)
 
-    def follow(self, found_px: Array) -> None:
-        """Find the markers among (M, 2) detections; any may be missing, others too many."""
+    def update(self, found_px: Array) -> None:
+        """Match the markers with the (M, 2) detections of the next frame.
+
+        Detections may be missing or spurious, in any order.
+        """
         found_px = np.asarray(found_px, np.float64).reshape(-1, 2)
         if self._around is None:
             self.lost = True
@@ -83,98 +82,106 @@ class MarkerTracker:
             self._around,
             found_px,
             self._in_view(self._around.pitch_px),
-            self._around.room_px(self.px),
-            self._doubt_px,
+            self._around.spacing_px(self.px),
+            self._uncertainty_px,
         )
-        owner, calm = self._explained(scene)
+        owner, smooth = self._matched(scene)
         known = owner >= 0
-        share = _LEAST_FOUND_AGAIN if self.lost else _LEAST_SEEN
-        self.lost = bool(
-            np.count_nonzero(known) < max(FEWEST_MARKERS, share * np.count_nonzero(scene.in_view))
-        )
+        share = TRACKER.min_recovered if self.lost else TRACKER.min_tracked
+        enough = max(GROWTH.min_markers, share * np.count_nonzero(scene.in_view))
+        self.lost = bool(np.count_nonzero(known) < enough)
         if self.lost:
-            self.seen = self._followed = np.zeros(len(self.px), np.bool_)
+            self.seen = self._tracked = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
-            self._accept(scene, self._around, owner, calm)
+            self._accept(scene, self._around, owner, smooth)
         if self.began_displaced is None:
             self.began_displaced = self.lost or self._displaced(self._around)
 
-    def _explained(self, scene: Scene) -> tuple[Intp, bool]:
+    def _matched(self, scene: Scene) -> tuple[Intp, bool]:
+        """Matches of all markers, and whether the motion is smooth."""
         count = len(self.px)
-        if len(scene.found_px) < FEWEST_MARKERS:
-            return np.full(count, NOBODY, np.intp), False
-        sought = (self._doubt_px <= _DOUBTFUL * scene.room_px) | self.lost
-        owner, calm = (None, False) if self.lost else self._continued(scene, sought)
+        if len(scene.found_px) < GROWTH.min_markers:
+            return np.full(count, UNMATCHED, np.intp), False
+        located = self._uncertainty_px <= TRACKER.searched_spacings * scene.spacing_px
+        searched = located | self.lost
+        owner, smooth = (None, False) if self.lost else self._small_motion(scene, searched)
         if owner is None:
             owner = best_explanation(
-                scene, self.px, self._momentum_px, self.reference_px, sought, self._followed
+                scene, self.px, self._momentum_px, self.reference_px, searched, self._tracked
             )
-        return owner, calm
+        return owner, smooth
 
-    def _continued(self, scene: Scene, sought: Bool) -> tuple[Intp | None, bool]:
-        """The frame as a small step, None where it is not, and whether it is a calm one."""
-        owner, (small, calm) = begun(scene, self.px, self._momentum_px, sought)
+    def _small_motion(self, scene: Scene, searched: Bool) -> tuple[Intp | None, bool]:
+        """Matches under a small motion, None where it does not explain the frame; and smooth."""
+        owner, (small, smooth) = matched(scene, self.px, self._momentum_px, searched)
         if not small:
             return None, False
-        if calm:
+        if smooth:
             return owner, True
         base_px = self.px + self._momentum_px
-        step, known = scene.moved(base_px, owner)
+        step, known = scene.steps(base_px, owner)
         _, distance = scene.around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
-        if misfit.sum() > max(FEW_MISFITS, _MISFITS * known.sum()):
+        few = max(SMALL_MOTION.max_misfits, SMALL_MOTION.max_misfit_share * known.sum())
+        if misfit.sum() > few:
             return None, False
-        owner = np.where(misfit, NOBODY, owner)
-        held = scene.whole(base_px, owner)
-        if (held != owner).sum() > FEW_MISFITS:
+        owner = np.where(misfit, UNMATCHED, owner)
+        region = scene.connected(base_px, owner)
+        if (region != owner).sum() > SMALL_MOTION.max_misfits:
             return None, False
-        owner = scene.whole(base_px, scene.grown(base_px, held, sought, rounds=4, relaxed=False))
-        return scene.sure(base_px, owner, self._followed), False
+        rounds = SMALL_MOTION.rounds
+        grown = scene.grow(base_px, region, searched, rounds=rounds, relaxed=False)
+        owner = scene.connected(base_px, grown)
+        return scene.unambiguous(base_px, owner, self._tracked), False
 
-    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp, calm: bool) -> None:
-        followed = owner >= 0
-        step_px, _ = scene.moved(self.px, owner)
+    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp, smooth: bool) -> None:
+        """Update positions, confidence and momentum from the matches."""
+        tracked = owner >= 0
+        step_px, _ = scene.steps(self.px, owner)
         px = self.px + step_px
         self.seen = self._confidence.judge(
             scene,
             step_px,
             self._momentum_px,
             px - self.reference_px,
-            followed,
-            self._followed,
-            calm,
+            tracked,
+            self._tracked,
+            smooth,
         )
-        self._doubt_px = np.where(followed, 0.0, self._doubt_px)
-        if not followed.all():
-            self._infer(around, px, step_px, followed)
-            self._confidence.forget(scene, self._doubt_px, followed)
-        self._momentum_px = _MOMENTUM * (px - self.px)
-        self.px, self._followed = px, followed
+        self._uncertainty_px = np.where(tracked, 0.0, self._uncertainty_px)
+        if not tracked.all():
+            self._infer(around, px, step_px, tracked)
+            self._confidence.forget(scene, self._uncertainty_px, tracked)
+        self._momentum_px = TRACKER.momentum * (px - self.px)
+        self.px, self._tracked = px, tracked
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
-        """Fill in the places of unseen markers: by step or by displacement, whichever is surer."""
-        trust = np.where(seen, 1.0, _UNSEEN_WEIGHT)
+        """Infer unseen positions from steps or from displacements, whichever is more certain."""
+        trust = np.where(seen, 1.0, TRACKER.unseen_weight)
         for _ in range(2):
             expected_px = around.fit(step_px, trust)
             step_px[~seen] = expected_px[~seen]
-        doubt_px = self._doubt_px + 2 * self._strangeness(around, step_px - expected_px, seen)
+        residual_px = self._residual_px(around, step_px - expected_px, seen)
+        uncertainty_px = self._uncertainty_px + TRACKER.step_uncertainty * residual_px
         px[~seen] = (self.px + step_px)[~seen]
         moved_px = px - self.reference_px
         smooth_px = around.fit(moved_px, trust)
-        smooth_doubt_px = 3 * self._strangeness(around, moved_px - smooth_px, seen)
-        better = ~seen & (smooth_doubt_px < doubt_px)
+        residual_px = self._residual_px(around, moved_px - smooth_px, seen)
+        smooth_uncertainty_px = TRACKER.displacement_uncertainty * residual_px
+        better = ~seen & (smooth_uncertainty_px < uncertainty_px)
         px[better] = (self.reference_px + smooth_px)[better]
-        self._doubt_px = np.where(seen, 0.0, np.minimum(doubt_px, smooth_doubt_px))
+        least_px = np.minimum(uncertainty_px, smooth_uncertainty_px)
+        self._uncertainty_px = np.where(seen, 0.0, least_px)
 
     @staticmethod
-    def _strangeness(around: Neighbourhood, deviation: Array, seen: Bool) -> Array:
-        """How badly the seen markers around each one are told by their own neighbours, (N,) px."""
-        distance = np.hypot(deviation[:, 0], deviation[:, 1])
-        supported = around.supporters(seen) >= SUPPORT
-        unknown = _UNSUPPORTED * around.pitch_px
-        strangeness = around.nearby(distance, seen) * around.reach_beyond(seen)
-        return np.where(supported, strangeness, unknown)
+    def _residual_px(around: Neighbourhood, residual_px: Array, seen: Bool) -> Array:
+        """Mean residual (N,) of the seen markers around each one, px; more outside of them."""
+        distance = np.hypot(residual_px[:, 0], residual_px[:, 1])
+        supported = around.supporters(seen) >= GROWTH.min_neighbours
+        unknown = TRACKER.unsupported_pitches * around.pitch_px
+        nearby = around.nearby(distance, seen) * around.extrapolation(seen)
+        return np.where(supported, nearby, unknown)
 
     def _in_view(self, pitch_px: float) -> Bool:
         (left, top), (right, bottom) = self._low_px - pitch_px / 2, self._high_px + pitch_px / 2
@@ -183,4 +190,5 @@ class MarkerTracker:
 
     def _displaced(self, around: Neighbourhood) -> bool:
         smooth_px = around.fit(self.px - self.reference_px, self.seen.astype(np.float64))
-        return bool(np.hypot(*smooth_px.T).max() > _SMALL_MOTION * around.pitch_px)
+        limit_px = TRACKER.small_motion_pitches * around.pitch_px
+        return bool(np.hypot(*smooth_px.T).max() > limit_px)

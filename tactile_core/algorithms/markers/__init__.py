@@ -1,4 +1,4 @@
-"""Printed markers: which pixels they hide, where they are, and how they are laid out."""
+"""Printed markers in one frame: contrast, mask, centroids, and the geometry of the lattice."""
 
 from tactile_core.algorithms.markers.contrast import contrast_of
 from tactile_core.algorithms.markers.detection import find_markers

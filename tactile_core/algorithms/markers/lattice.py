@@ -1,42 +1,117 @@
-"""The lattice of printed markers: whether there is one, how large they are and how far apart."""
+"""Find printed markers, their diameter and their pitch in an image of the undeformed surface."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.pitch import spacings
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.markers.contrast import brightness_of, check_image, surroundings
+from tactile_core.algorithms.markers.contrast import background_of, brightness_of, check_image
 
-_LEAST_DOT_PX = 3.0
-_SIZE_STEP = 1.25
-_ALIKE = 1.45
-_LEAST_CONTRAST = 0.1
-_LEAST_DOTS = 12
-_LEAST_REGULAR = 0.7
+
+@dataclass(frozen=True)
+class LatticeParameters:
+    """Parameters of the search for a marker lattice. Sizes are relative to the diameter tried.
+
+    Attributes
+    ----------
+    smallest_diameter_px : float, px
+        The first diameter tried; smaller markers have too few pixels for a shape.
+        Source: chosen by hand; no script derives it.
+    diameters_per_side : float, ratio
+        The largest diameter tried fits this many times into the shorter side of the image.
+        Source: chosen by hand: larger markers leave room for only a few.
+    diameter_step : float, ratio
+        Ratio of successive diameters.
+        Source: chosen by hand; less than ``diameter_ratio``, so that the searches overlap.
+    smoothing_px, smoothing_diameters : float, px and marker diameters
+        Standard deviation of the Gaussian before the search: a constant plus a share of the
+        diameter.
+        Source: chosen by hand; no script derives it.
+    peak_share : float, share of the typical peak
+        A spot is the pixels whose contrast exceeds this share.
+        Source: half of the maximum, the usual definition of a blurred width.
+    diameter_ratio : float, ratio
+        Spots count whose diameter differs from the one tried by less than this factor.
+        Source: chosen by hand; no script derives it.
+    min_contrast : float, share of the background
+        Minimum of the typical contrast of the spots.
+        Source: chosen by hand; no script derives it.
+    min_markers : int, count
+        Fewest spots that form a lattice.
+        Source: chosen by hand; fewer are found in textures, too.
+    regular_share : float, share of the spots
+        Share of the spots that must have their nearest neighbour at the pitch.
+        Source: chosen by hand; no script derives it.
+    pitch_tolerance : float, pitches
+        Deviation of the distance to the nearest neighbour that counts as regular.
+        Source: chosen by hand; no script derives it.
+    min_pitch_diameters : float, marker diameters
+        Minimum pitch; a weave has spots that nearly touch.
+        Source: chosen by hand, at half of the three diameters of the 2015 paper.
+    min_area, min_area_px : float, squared diameters and px
+        Smallest area of a spot that contributes to the typical peak, and of any spot.
+        Source: chosen by hand; no script derives it.
+    fill : float, share of the bounding box
+        Minimum area of a compact spot.
+        Source: chosen by hand, below the π/4 of a disc.
+    aspect : float, ratio
+        Maximum ratio of the sides of the bounding box of a compact spot.
+        Source: chosen by hand; no script derives it.
+    """
+
+    smallest_diameter_px: float = 3.0
+    diameters_per_side: float = 10.0
+    diameter_step: float = 1.25
+    smoothing_px: float = 0.3
+    smoothing_diameters: float = 0.08
+    peak_share: float = 0.5
+    diameter_ratio: float = 1.45
+    min_contrast: float = 0.1
+    min_markers: int = 12
+    regular_share: float = 0.7
+    pitch_tolerance: float = 0.2
+    min_pitch_diameters: float = 1.5
+    min_area: float = 0.2
+    min_area_px: float = 3
+    fill: float = 0.55
+    aspect: float = 2.0
+
+
+LATTICE = LatticeParameters()
+"""The values in use."""
 
 
 def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
-    """Find whether dots are printed on the skin, how large they are and how far apart.
+    """Find the diameter and the pitch of printed markers, if the gel has any.
 
-    Dots of many sizes are tried. Those count that are as large as tried, alike in area, compact,
-    and that lie in a lattice: most have their nearest neighbours at much the same distance.
+    Many diameters are tried. For each, dark spots count that are compact and close to that
+    diameter, and most of them must have their nearest neighbour at the same distance. The diameter
+    whose spots absorb most light wins.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K) uint8, uint16 or float32
-        The untouched skin.
+        Image of the undeformed gel surface.
 
     Returns
     -------
     (diameter_px, pitch_px) or None
-        None where there are no twelve such dots.
+        None where fewer than twelve regular markers are found.
+
+    Raises
+    ------
+    InputError
+        The image is not (H, W, K).
     """
     check_image(pixels)
-    largest_px = min(pixels.shape[:2]) / 10
-    count = max(0, int(np.log(largest_px / _LEAST_DOT_PX) / np.log(_SIZE_STEP)) + 1)
-    tried = [_lattice(pixels, _LEAST_DOT_PX * _SIZE_STEP**i) for i in range(count)]
+    smallest_px = LATTICE.smallest_diameter_px
+    largest_px = min(pixels.shape[:2]) / LATTICE.diameters_per_side
+    count = max(0, int(np.log(largest_px / smallest_px) / np.log(LATTICE.diameter_step)) + 1)
+    tried = [_lattice(pixels, smallest_px * LATTICE.diameter_step**i) for i in range(count)]
     found = [lattice for lattice in tried if lattice is not None]
     if not found:
         return None
@@ -45,49 +120,49 @@ def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
 
 
 def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | None:
-    """(score, diameter, pitch) of the dots that are about this large, if they form a lattice."""
-    brightness = cv2.GaussianBlur(
-        brightness_of(pixels, 1).astype(np.float32), (0, 0), 0.3 + 0.08 * diameter_px
-    )
-    closed = surroundings(brightness, diameter_px)
-    contrast = (closed - brightness) / closed
+    """(score, diameter, pitch) of the markers of about this diameter, if they form a lattice."""
+    sigma_px = LATTICE.smoothing_px + LATTICE.smoothing_diameters * diameter_px
+    brightness = cv2.GaussianBlur(brightness_of(pixels, 1).astype(np.float32), (0, 0), sigma_px)
+    background = background_of(brightness, diameter_px)
+    contrast = (background - brightness) / background
     typical = _typical_peak(contrast, diameter_px)
-    centres, sizes = _compact_spots(contrast > 0.5 * typical)
-    alike = np.abs(np.log(sizes / diameter_px)) < np.log(_ALIKE)
-    if typical < _LEAST_CONTRAST or alike.sum() < _LEAST_DOTS:
+    centres, sizes = _compact_spots(contrast > LATTICE.peak_share * typical)
+    fitting = np.abs(np.log(sizes / diameter_px)) < np.log(LATTICE.diameter_ratio)
+    if typical < LATTICE.min_contrast or fitting.sum() < LATTICE.min_markers:
         return None
-    centres, sizes = centres[alike], sizes[alike]
+    centres, sizes = centres[fitting], sizes[fitting]
     nearest = spacings(centres)
     pitch = float(np.median(nearest))
-    regular = np.abs(nearest / pitch - 1) < 0.2
-    if regular.sum() < max(_LEAST_DOTS, _LEAST_REGULAR * alike.size):
+    regular = np.abs(nearest / pitch - 1) < LATTICE.pitch_tolerance
+    if regular.sum() < max(LATTICE.min_markers, LATTICE.regular_share * fitting.size):
         return None
     size = float(np.median(sizes[regular]))
-    if pitch < 1.5 * size:
+    if pitch < LATTICE.min_pitch_diameters * size:
         return None
-    # all the light that the dots take: corners and crumbs of larger dots may be a lattice as well
+    # the score is the light that the spots absorb: corners of larger markers form a lattice, too
     return float(regular.sum()) * size**2 * typical, size, pitch
 
 
 def _typical_peak(contrast: Array, diameter_px: float) -> float:
+    """Median of the peak contrast of the larger spots; 0 without any."""
     from scipy.ndimage import maximum
 
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (contrast > _LEAST_CONTRAST).view(np.uint8)
+        (contrast > LATTICE.min_contrast).view(np.uint8)
     )
-    large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] > 0.2 * diameter_px**2) + 1
+    area = stats[1:, cv2.CC_STAT_AREA]
+    large = np.flatnonzero(area > LATTICE.min_area * diameter_px**2) + 1
     if not large.size:
         return 0.0
     return float(np.median(maximum(contrast, np.asarray(labels, np.intp), large)))
 
 
 def _compact_spots(dark: Bool) -> tuple[Array, Array]:
-    """Centres (N, 2) and diameters (N,) of the round or square spots that lie within the image."""
+    """Centres (N, 2) and diameters (N,) of the compact spots that do not touch the border."""
     _, _, stats, centres = cv2.connectedComponentsWithStats(dark.view(np.uint8))
     x, y, width, height, area = stats.T
     inside = (x > 0) & (y > 0) & (x + width < dark.shape[1]) & (y + height < dark.shape[0])
-    compact = (area > 0.55 * width * height) & (
-        np.maximum(width, height) < 2 * np.minimum(width, height)
-    )
-    keep = inside & compact & (area > 3)
+    longer, shorter = np.maximum(width, height), np.minimum(width, height)
+    compact = (area > LATTICE.fill * width * height) & (longer < LATTICE.aspect * shorter)
+    keep = inside & compact & (area > LATTICE.min_area_px)
     return centres[keep], np.sqrt(4 * area[keep] / np.pi)

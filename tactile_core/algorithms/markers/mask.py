@@ -1,4 +1,4 @@
-"""Which pixels show a printed marker instead of the skin."""
+"""The mask of the printed markers, which hide the gel surface."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
-from tactile_core.algorithms.markers.contrast import FULL, contrast_of
-
-_LEAST_CONTRAST = 0.12
+from tactile_core.algorithms.markers.contrast import CONTRAST, FULL, contrast_of
 
 
-def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _LEAST_CONTRAST) -> Bool:
-    """Mask dark dots, with a rim of one pixel.
+def marker_mask(
+    pixels: Array, *, diameter_px: float, contrast: float = CONTRAST.masked_contrast
+) -> Bool:
+    """Mask the dark markers of an image, with a rim of one pixel.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K) uint8, uint16 or float32
         The image.
     diameter_px : float
-        Size of a dot.
+        Diameter of a marker.
     contrast : float
-        Share of light that a dot takes away, at least.
+        Minimum share of the light that a marker absorbs.
 
     Returns
     -------
@@ -33,25 +33,29 @@ def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _LEAST_C
     InputError
         The image is not (H, W, K), or the diameter is not positive.
     """
-    return mask_of(contrast_of(pixels, diameter_px=diameter_px), pixels.shape[:2], least=contrast)
+    return mask_of(
+        contrast_of(pixels, diameter_px=diameter_px), pixels.shape[:2], min_contrast=contrast
+    )
 
 
-def mask_of(contrast: UInt8, shape: tuple[int, ...], *, least: float = _LEAST_CONTRAST) -> Bool:
-    """Mask what lacks light, with a rim of one pixel.
+def mask_of(
+    contrast: UInt8, shape: tuple[int, ...], *, min_contrast: float = CONTRAST.masked_contrast
+) -> Bool:
+    """Threshold the marker contrast, and add a rim of one pixel.
 
     Parameters
     ----------
     contrast : (h, w) uint8
         From :func:`contrast_of`.
     shape : (H, W)
-        Of the image.
-    least : float
-        Share of light that a dot takes away, at least.
+        Shape of the image.
+    min_contrast : float
+        Minimum share of the light that a marker absorbs.
 
     Returns
     -------
     (H, W) bool
     """
-    _, dark = cv2.threshold(contrast, least * FULL, 1, cv2.THRESH_BINARY)
+    _, dark = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
     dark = repeated(np.asarray(dark, np.uint8), shape)
     return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)), np.uint8).view(np.bool_)

@@ -1,4 +1,4 @@
-"""Dark spots: how much ink each holds, where its centre is and how far it spreads."""
+"""Moments of dark spots: integrated contrast, centroid, orientation and size."""
 
 from __future__ import annotations
 
@@ -13,99 +13,107 @@ from tactile_core.algorithms.arrays.types import Bool, Float64, UInt8
 
 UInt16 = NDArray[np.uint16]
 
-_MOST = 2**16 - 1
-_LEAST_VARIANCE_PX2 = 1 / 12
+_MAX_LABELS = 2**16 - 1
+"""As many labels as 16 bits hold."""
+
+_PIXEL_VARIANCE_PX2 = 1 / 12
+"""Variance of the position within one pixel, that of a uniform distribution of unit width."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spots:
-    """Moments of N spots, weighted by darkness.
+    """Moments of N spots, weighted by contrast.
 
     Attributes
     ----------
-    ink : (N,) float64
-        Sum of the weights.
+    mass : (N,) float64
+        Integrated contrast: the sum of the weights.
     centres : (N, 2) float64
-        x and y, px.
-    turn : (N,) float64
-        Direction along which each is longest, rad from x towards y.
-    spread : (N, 2) float64
-        Standard deviation along that axis and across, px.
+        Centroids, x and y, px.
+    orientation : (N,) float64
+        Direction of the major axis, rad from x towards y.
+    sigma_px : (N, 2) float64
+        Standard deviation along the major and the minor axis, px.
     peak : (N,) uint8
-        How dark it or its nearest surroundings are at most.
-    cut : (N, 4) bool
-        It touches the image's left, top, right or lower border.
+        Maximum contrast in the spot and its neighbourhood.
+    truncated : (N, 4) bool
+        Whether the spot touches the left, top, right or bottom border of the image.
     """
 
-    ink: Float64
+    mass: Float64
     centres: Float64
-    turn: Float64
-    spread: Float64
+    orientation: Float64
+    sigma_px: Float64
     peak: UInt8
-    cut: Bool
+    truncated: Bool
 
     def __len__(self) -> int:
-        return len(self.ink)
+        return len(self.mass)
 
     @property
-    def axes(self) -> Float64:
-        """(N, 2) unit vectors along which each is longest."""
-        return np.stack([np.cos(self.turn), np.sin(self.turn)], 1)
+    def major_axes(self) -> Float64:
+        """(N, 2) unit vectors of the major axes."""
+        return np.stack([np.cos(self.orientation), np.sin(self.orientation)], 1)
 
-    def chosen(self, which: Bool | NDArray[np.intp]) -> Spots:
-        """Return some of them."""
+    def subset(self, which: Bool | NDArray[np.intp]) -> Spots:
+        """Return the spots that a mask or indices select."""
         return Spots(
-            self.ink[which],
+            self.mass[which],
             self.centres[which],
-            self.turn[which],
-            self.spread[which],
+            self.orientation[which],
+            self.sigma_px[which],
             self.peak[which],
-            self.cut[which],
+            self.truncated[which],
         )
 
 
 def measured_spots(
     dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float, rim: int, compiled: bool = False
 ) -> Spots:
-    """Measure each connected spot with a rim, which holds the blurred outline.
+    """Measure each connected spot, including a rim that contains its blurred edge.
 
     Parameters
     ----------
     dark : (h, w) uint8
         Not 0 on spots.
     weight : (h, w) uint8
-        What counts as ink, on spots and on their rims.
+        Contrast that is counted, on spots and on their rims.
     peaks : (h, w) uint8
-        The most of the darkness around each pixel.
+        Maximum contrast in the neighbourhood of each pixel.
     faintest : float
-        Spots that are less dark anywhere are left out.
+        Spots with a lower peak are left out.
     rim : int
-        Its width, px.
+        Width of the rim, px.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
+
+    Returns
+    -------
+    Spots
     """
     count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
-    count = min(count, _MOST)
+    count = min(count, _MAX_LABELS)
     wide = np.asarray(cv2.dilate(labels, np.ones((2 * rim + 1,) * 2, np.uint8)), np.uint16)
     moments = _moments(wide, weight, count, compiled)
-    cut = np.zeros((count, 4), np.bool_)
+    truncated = np.zeros((count, 4), np.bool_)
     for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):
-        cut[border, side] = True
-    ink = np.maximum(moments[0], 1e-9)
-    x, y, xx, xy, yy = moments[1:] / ink
+        truncated[border, side] = True
+    mass = np.maximum(moments[0], 1e-9)
+    x, y, xx, xy, yy = moments[1:] / mass
     peak = peaks[np.rint(y).astype(np.intp), np.rint(x).astype(np.intp)]
     kept = peak > faintest
-    kept[0] = False  # what is not dark
-    ink, x, y, xx, xy, yy = (v[kept] for v in (ink, x, y, xx, xy, yy))
-    xx, xy, yy = xx - x * x + _LEAST_VARIANCE_PX2, xy - x * y, yy - y * y + _LEAST_VARIANCE_PX2
-    mean, unlike = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    kept[0] = False  # label 0 is the background
+    mass, x, y, xx, xy, yy = (v[kept] for v in (mass, x, y, xx, xy, yy))
+    xx, xy, yy = xx - x * x + _PIXEL_VARIANCE_PX2, xy - x * y, yy - y * y + _PIXEL_VARIANCE_PX2
+    mean, half_difference = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    major, minor = mean + half_difference, np.maximum(mean - half_difference, _PIXEL_VARIANCE_PX2)
     return Spots(
-        ink,
+        mass,
         np.stack([x, y], 1),
         np.arctan2(2 * xy, xx - yy) / 2,
-        np.sqrt(np.stack([mean + unlike, np.maximum(mean - unlike, _LEAST_VARIANCE_PX2)], 1)),
+        np.sqrt(np.stack([major, minor], 1)),
         peak[kept],
-        cut[kept],
+        truncated[kept],
     )
 
 

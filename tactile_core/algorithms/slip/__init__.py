@@ -1,1 +1,1 @@
-"""Whether the skin still follows the object that drags it."""
+"""Slip detection: from the displacement field and from the imprint of the object."""

@@ -1,8 +1,12 @@
-"""Whether the imprint of the object stays where it was printed on the skin.
+"""Slip from the imprint of the object: whether it moves relative to the gel surface.
 
-The 2015 paper compares the motion of the markers with that of the object's own texture: where they
-part, the object slips [Yuan 2015]. Here both are told from one image. It is drawn back along the
-markers, so that the skin stands still, and what then still moves has left its place on the skin.
+The object slips where its texture moves differently from the markers [1]_. Each frame is warped
+back along the markers, so that the gel surface is at rest. Whatever still moves then slips.
+
+References
+----------
+.. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+   GelSight tactile sensor", ICRA, 2015.
 """
 
 from __future__ import annotations
@@ -17,44 +21,65 @@ from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.slip.surface_view import SurfaceView
 
-SLIP_SHARE = 0.4
-"""Slip is where this much of the imprint has left its place within about a second.
-
-Chosen on recorded lifts, between those that held and those that slipped. Virtual contacts of which
-half or more sticks lose up to 0.466 (``benchmarks/slip_imprint_threshold.py``); at 0.5 slips are
-missed. Margin and control: ``docs/accuracy.md``.
-"""
-
-_MEMORY_S = 1.0
-"""What was lost is forgotten: a grasp that held again is no longer slipping."""
-
-_STEP_SHARE = 0.08
-"""Losses are added up in steps of this size, so that noise, which comes and goes, is not."""
-
-_GROWN = 1.02
-_DAMPING = 1e-3
 _TINY = 1e-12
 
 
 @dataclass(frozen=True)
+class ImprintParameters:
+    """Parameters of slip from the imprint. Only ``slip_share`` is an option of ``core.slip``.
+
+    Attributes
+    ----------
+    slip_share : float, share of the imprint's energy
+        Loss at which the object slips.
+        Source: chosen on recorded lifts, between those that held, up to 0.33, and those that
+        slipped, from 0.42 (ADR 28). Virtual contacts that stick on half of their area lose up to
+        0.466 (``benchmarks/slip_imprint_threshold.py``), but 0.5 misses recorded slips.
+    memory_s : float, s
+        Time constant with which losses are forgotten, so that a grasp that holds again is not
+        reported as slipping.
+        Source: chosen by hand (ADR 28); no script derives it.
+    step_share : float, share of the imprint's energy
+        Losses accumulate in steps of this size, so that noise does not accumulate.
+        Source: chosen by hand (ADR 28); no script derives it.
+    growth : float, ratio
+        An imprint whose energy exceeds the template's by this factor becomes the template.
+        Source: chosen by hand; no script derives it.
+    damping : float, ratio
+        Regularisation of the motion fit, relative to its diagonal.
+        Source: chosen by hand; no script derives it.
+    """
+
+    slip_share: float = 0.4
+    memory_s: float = 1.0
+    step_share: float = 0.08
+    growth: float = 1.02
+    damping: float = 1e-3
+
+
+IMPRINT = ImprintParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True)
 class ImprintMotion:
-    """What the object's imprint did on the skin in the last second or so.
+    """Motion of the object's imprint relative to the gel surface in about the last second.
 
     Attributes
     ----------
     lost : float
-        How much of the imprint has left the place where it was printed, as a share of the energy
-        of its pattern of light: 0 while the object sticks or is pressed harder, however the skin
-        is dragged; 1 where it all went; more where that goes on.
+        Share of the imprint's energy that has left its position on the gel surface. It is 0 while
+        the object sticks or is pressed harder, however far the gel is sheared, 1 when the whole
+        imprint has left, and more while slip continues.
     strength : float
-        RMS of the pattern now, as a share of the light.
+        RMS of the pattern relative to the light.
     moved_px : (float, float)
-        How far the imprint went over the skin: +x right, +y down, in pixels of the image. To be
-        compared rather than measured with: steps longer than the pattern is fine come out short.
+        Motion of the imprint relative to the surface: +x right, +y down, in pixels of the image. It
+        is a relative measure: steps longer than the finest structure are underestimated.
     turned_rad : float
-        How far it turned on the skin, positive from x towards y.
+        Rotation relative to the surface, positive from x towards y.
     radius_px : float
-        Typical distance of the imprint from its own centre.
+        RMS distance of the imprint from its centroid.
     """
 
     lost: float
@@ -65,43 +90,43 @@ class ImprintMotion:
 
     @property
     def degree(self) -> float:
-        """0…1, and 0.5 where it is called slip; never quite 1, so that more still tells more."""
-        return self.lost / (self.lost + SLIP_SHARE)
+        """Degree of slip, 0 to 1; it is 0.5 at the threshold of slip and never reaches 1."""
+        return self.lost / (self.lost + IMPRINT.slip_share)
 
     @property
     def slips(self) -> bool:
-        """The imprint has left its place."""
-        return self.lost >= SLIP_SHARE
+        """Whether the loss reaches the threshold of slip."""
+        return self.lost >= IMPRINT.slip_share
 
     @property
     def kind(self) -> Literal["translation", "rotation"]:
-        """Which of the two moved the imprint further."""
+        """Whether translation or rotation moved the imprint further."""
         turned_px = abs(self.turned_rad) * self.radius_px
         return "rotation" if turned_px > np.hypot(*self.moved_px) else "translation"
 
 
-class ImprintFollower:
-    """Follows one object's imprint from frame to frame, over the skin.
+class ImprintTracker:
+    """Track the imprint of one object relative to the gel surface.
 
-    The imprint is compared with the strongest one seen at its place. Once more of it than noise
-    explains is gone, the present one takes over and the loss is added up, so that neither the
-    camera's rate nor the speed of the slip matters, and a contact that only settles counts once.
-    Noise is what the two most alike neighbouring frames so far differ by, so a slip counts in full
-    once a moment's rest was seen.
+    The imprint is compared with a template, the strongest imprint at the same position. When the
+    loss exceeds noise, the present imprint becomes the template and the loss accumulates. So the
+    result depends neither on the frame rate nor on the speed of the slip, and a contact that
+    settles counts only once. The noise is estimated from the two most similar successive frames so
+    far, so slip counts fully only after a moment without motion.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K)
-        The image in which the markers are at ``reference_px``.
+        Image in which the markers are at ``reference_px``.
     reference_px : (N, 2)
-        x and y of every marker; at least three.
+        Positions of the markers, x and y; at least three.
     diameter_px : float
-        Size of a marker.
+        Diameter of a marker.
 
     Raises
     ------
     InputError
-        There are too few markers, or the diameter is not positive.
+        There are fewer than three markers, or the diameter is not positive.
     """
 
     def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
@@ -110,18 +135,21 @@ class ImprintFollower:
 
     def reset(self) -> None:
         """Forget the object."""
-        self._held: _Imprint | None = None
+        self._template: _Imprint | None = None
         self._last: _Imprint | None = None
         self._noise = np.inf
         self._lost = 0.0
         self._moved = np.zeros(3)
         self._time_s = 0.0
 
-    def settle(self) -> ImprintMotion:
-        """Forget what was lost: pressing harder changes the imprint, too."""
+    def restart(self) -> ImprintMotion:
+        """Forget the loss, since pressing harder also changes the imprint.
+
+        The last imprint becomes the template. At least one frame must have been taken.
+        """
         assert self._last is not None
-        self._held, self._lost, self._moved = self._last, 0.0, np.zeros(3)
-        return self._told(self._last, 0.0, np.zeros(3))
+        self._template, self._lost, self._moved = self._last, 0.0, np.zeros(3)
+        return self._result(self._last, 0.0, np.zeros(3))
 
     def update(self, pixels: Array, px: Array, timestamp_s: float) -> ImprintMotion:
         """Take the next frame.
@@ -129,37 +157,37 @@ class ImprintFollower:
         Parameters
         ----------
         pixels : (H, W) or (H, W, K)
-            The frame, in the shape of the first.
+            The frame, of the same shape as the first.
         px : (N, 2)
-            Where every marker is now, inferred ones included.
+            Present positions of all markers, including inferred ones.
         timestamp_s : float
-            When it was taken.
+            Time of the frame.
 
         Returns
         -------
         ImprintMotion
         """
         now = _Imprint(*self._view.imprint(pixels, px))
-        held, last, self._last = self._held, self._last, now
-        if held is None or last is None:
-            self._held, self._time_s = now, timestamp_s
-            return self._told(now, 0.0, np.zeros(3))
-        fading = float(np.exp(-max(timestamp_s - self._time_s, 0.0) / _MEMORY_S))
+        template, last, self._last = self._template, self._last, now
+        if template is None or last is None:
+            self._template, self._time_s = now, timestamp_s
+            return self._result(now, 0.0, np.zeros(3))
+        fading = float(np.exp(-max(timestamp_s - self._time_s, 0.0) / IMPRINT.memory_s))
         self._lost, self._moved = self._lost * fading, self._moved * fading
         self._time_s = timestamp_s
         self._noise = noise = min(self._noise, now.distance(last) / 2)
-        was = held.energy_within(now) - noise
-        lost = min(max(was - held.product(now), 0.0) / max(was, noise, _TINY), 1.0)
-        step = _motion(held, now) if lost > _STEP_SHARE / 2 else np.zeros(3)
-        if lost > _STEP_SHARE:
+        was = template.energy_within(now) - noise
+        lost = min(max(was - template.product(now), 0.0) / max(was, noise, _TINY), 1.0)
+        step = _motion(template, now) if lost > IMPRINT.step_share / 2 else np.zeros(3)
+        if lost > IMPRINT.step_share:
             self._lost, self._moved = self._lost + lost, self._moved + step
             lost, step = 0.0, np.zeros(3)
-            self._held = now
-        elif lost == 0 and now.energy_within(held) > _GROWN * (was + noise):
-            self._held = now
-        return self._told(now, lost, step)
+            self._template = now
+        elif lost == 0 and now.energy_within(template) > IMPRINT.growth * (was + noise):
+            self._template = now
+        return self._result(now, lost, step)
 
-    def _told(self, now: _Imprint, lost: float, step: Array) -> ImprintMotion:
+    def _result(self, now: _Imprint, lost: float, step: Array) -> ImprintMotion:
         x, y, turned = self._moved + step
         times = self._view.times
         return ImprintMotion(
@@ -172,7 +200,7 @@ class ImprintFollower:
 
 
 class _Imprint:
-    """The pattern of light (h, w, K) that an object prints on the skin, where it is seen (h, w)."""
+    """The pattern (h, w, K) that an object imprints on the gel surface, and its mask (h, w)."""
 
     def __init__(self, pattern: Float32, seen: Float32) -> None:
         self.pattern, self.seen = pattern, seen
@@ -188,7 +216,7 @@ class _Imprint:
         return float(np.vdot(self.pattern, other.pattern))
 
     def energy_within(self, other: _Imprint) -> float:
-        """Energy of what the other sees as well."""
+        """Energy within the mask of the other imprint."""
         return float(np.vdot(self.square, other.seen))
 
     def distance(self, other: _Imprint) -> float:
@@ -197,7 +225,7 @@ class _Imprint:
 
 
 def _motion(before: _Imprint, now: _Imprint) -> Array:
-    """x, y and turn about the centre, small ones, that explain the change best."""
+    """Small x, y and rotation about the centroid that explain the change, by least squares."""
     half = (before.pattern + now.pattern) / 2
     across, down = gradient(half, smooth=True)
     x, y = before.centre
@@ -207,6 +235,6 @@ def _motion(before: _Imprint, now: _Imprint) -> Array:
     slopes *= (before.seen * now.seen)[..., np.newaxis]
     slopes = slopes.reshape(3, -1)
     normal = slopes @ slopes.T
-    normal += np.diag(np.diag(normal)) * _DAMPING + np.eye(3) * _TINY
+    normal += np.diag(np.diag(normal)) * IMPRINT.damping + np.eye(3) * _TINY
     change = (now.pattern - before.pattern).reshape(-1)
     return np.asarray(np.linalg.solve(normal, slopes @ change), np.float64)

@@ -1,7 +1,8 @@
-"""A field of displacements as complex numbers x + iy, at a scale at which it is quick to judge."""
+"""Displacement fields on a coarse grid, as complex numbers x + iy."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -13,41 +14,61 @@ from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
 
-_COLUMNS = 80
-"""A displacement between markers a millimetre apart has no more to tell."""
+
+@dataclass(frozen=True)
+class PlaneParameters:
+    """Parameters of the coarse fields.
+
+    Attributes
+    ----------
+    columns : int, count
+        Grid points along the width of the image.
+        Source: chosen by hand; markers a millimetre apart resolve no more.
+    iterations : int, count
+        Fixed-point iterations that find the earlier position of the surface.
+        Source: chosen by hand; displacements vary slowly, so that two converge.
+    """
+
+    columns: int = 80
+    iterations: int = 2
+
+
+PLANE = PlaneParameters()
+"""The values in use."""
 
 
 def stride_of(width_px: int) -> int:
-    """Every how many pixels a field is looked at."""
-    return max(1, width_px // _COLUMNS)
+    """Return the distance of grid points in pixels."""
+    return max(1, width_px // PLANE.columns)
 
 
 def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex64:
-    """(h, w) complex mm: every so many pixels of a field (H, W, 2), from the middle of each."""
+    """Sample a field (H, W, 2) in the middle of each block of pixels, (h, w) complex, mm."""
     first = stride // 2
     field = np.ascontiguousarray(displacement_mm, np.float32).view(np.complex64)[..., 0]
     return np.ascontiguousarray(field[first::stride, first::stride])
 
 
 def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
-    """How far the skin now at each place has moved since an earlier field, mm.
+    """Return the displacement of the surface since an earlier field, mm.
 
     Parameters
     ----------
     now, before : (h, w) complex64
-        Each belongs to the skin that was at the place at its time.
+        Each refers to the surface points that were at the grid points at its time.
     spacing_mm : float
-        Distance of neighbouring places.
+        Distance between neighbouring grid points.
 
     Returns
     -------
     (h, w) complex64
+        Refers to the surface points that are at the grid points now.
     """
-    at, per_place = _nodes(now.shape), np.float32(1 / spacing_mm)
+    at, per_point = _nodes(now.shape), np.float32(1 / spacing_mm)
     moved = now - before
-    # the same skin was elsewhere then: twice is enough, for displacements change slowly in space
-    for _ in range(2):
-        came_from = at - _parts(moved) * per_place
+    # the same surface point was elsewhere at the time of the earlier field
+    for _ in range(PLANE.iterations):
+        came_from = at - _parts(moved) * per_point
         was = cv2.remap(
             _parts(before),
             came_from,
@@ -60,16 +81,16 @@ def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
 
 
 def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
-    """(n,) by how much the skin is stretched or sheared: 0 where it moves as a rigid body.
+    """Return the norm of the strain tensor (n,); it is 0 where the surface moves as a rigid body.
 
     Parameters
     ----------
     displacement : (h, w) complex64
         In mm.
     spacing_mm : float
-        Distance of neighbouring places.
+        Distance between neighbouring grid points.
     chosen : (n,) intp
-        Places, counted along the rows.
+        Flat indices of the grid points.
     """
     along, down = (
         slope.reshape(-1, 2).take(chosen, axis=0)
@@ -80,17 +101,17 @@ def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
 
 
 @lru_cache(maxsize=4)
-def places_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
-    """(h, w) complex: where each value of such a field is, from the field's middle."""
+def positions_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
+    """Return the positions (h, w) of the grid points relative to the centre of the field, mm."""
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
-    places = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
-    places.flags.writeable = False
-    return places
+    positions = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
+    positions.flags.writeable = False
+    return positions
 
 
 @lru_cache(maxsize=4)
 def _nodes(shape: tuple[int, ...]) -> Float32:
-    """(h, w, 2) column and row of each value."""
+    """(h, w, 2) column and row of each grid point."""
     return nodes(shape)
 
 

@@ -1,8 +1,9 @@
-"""One contact, followed from when its load has settled: how it is dragged, and what gives way."""
+"""The displacement of one contact over time: its shear, and the share of it that sticks."""
 
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,30 +12,86 @@ from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Intp
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import places_mm, since, strain
+from tactile_core.algorithms.slip.plane import positions_mm, since, strain
 from tactile_core.algorithms.slip.stick_region import (
-    NOISE_MM,
+    STICK_REGION,
     StickRegion,
-    calm_places,
-    far_places,
+    calm_weights,
+    far_weights,
     stick_region,
 )
 
-_LOAD_GROWS, _LOAD_GROWS_MUCH, _SHEARED_MM = 1.15, 1.6, 0.05
-"""Shear alone changes the volume of a virtual contact by up to 13 %, its image by more: skin that
-is dragged already begins anew only under a much larger load."""
 
-_ENOUGH_PLACES = 12
-_MOST_PLACES = 600
-_EARLIER = 16
-_SURE_NOISES, _MOVED_NOISES, _HALTED = 2.0, 10.0, 0.4
-_BLURRED = 1.5
-_FAR_QUANTILE = 0.95
-_BEGINS = 0.7
+@dataclass(frozen=True)
+class ShearedContactParameters:
+    """Parameters of the contact's history. The first two are defaults of options of ``core.slip``.
+
+    Attributes
+    ----------
+    window_mm : float, mm
+        Motion of the contact over which the stick share is measured.
+        Source: chosen on virtual sequences, better than 0.06 (ADR 31).
+    tolerance : float, share of the motion
+        Lag of a point that sticks.
+        Source: chosen on virtual sequences, better than a fifth (ADR 31).
+    load_growth : float, ratio
+        A load that grows by more starts the measurement again.
+        Source: shear alone changes the volume of a virtual contact by up to 13 %.
+    load_growth_sheared : float, ratio
+        The same for a contact that is sheared already.
+        Source: chosen by hand; shear changes the image of a contact by more than its volume.
+    sheared_mm : float, mm
+        Shear above which a contact counts as sheared already.
+        Source: chosen by hand; no script derives it.
+    min_points, max_points : int, count
+        Grid points of a contact that are needed, and that are used.
+        Source: chosen by hand for robustness and for speed; no script derives it.
+    history_frames : int, count
+        Frames that are kept.
+        Source: chosen by hand for speed; no script derives it.
+    stick_noises : float, noise sigmas
+        Minimum tolerance of the lag of a point that sticks.
+        Source: chosen by hand; no script derives it.
+    moved_noises : float, noise sigmas
+        The stick share is not updated by smaller motions.
+        Source: chosen by hand; no script derives it.
+    decelerated : float, share of the peak speed
+        Deceleration above which the stick share is kept.
+        Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
+    blurred_tolerance : float, ratio
+        Growth of the tolerance with the share of the rotation, where the field is blurred at the
+        border of the contact.
+        Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
+    far_quantile : float, share of the contact
+        Quantile of the displacement that represents the motion of the object.
+        Source: chosen by hand; robust against a few outliers.
+    min_window : float, windows
+        The stick share is not measured before the contact has moved this far.
+        Source: chosen by hand; no script derives it.
+    """
+
+    window_mm: float = 0.1
+    tolerance: float = 0.1
+    load_growth: float = 1.15
+    load_growth_sheared: float = 1.6
+    sheared_mm: float = 0.05
+    min_points: int = 12
+    max_points: int = 600
+    history_frames: int = 16
+    stick_noises: float = 2.0
+    moved_noises: float = 10.0
+    decelerated: float = 0.4
+    blurred_tolerance: float = 1.5
+    far_quantile: float = 0.95
+    min_window: float = 0.7
+
+
+SHEARED_CONTACT = ShearedContactParameters()
+"""The values in use."""
 
 
 class Load(NamedTuple):
-    """How hard the object presses, in any unit; either part may grow alone.
+    """The load on the contact, in any unit; either component may grow alone.
 
     Attributes
     ----------
@@ -46,32 +103,32 @@ class Load(NamedTuple):
 
 
 class ShearedContact:
-    """Remembers the displacement fields of one contact.
+    """Estimate cues of slip from the displacement fields of one contact.
 
     Parameters
     ----------
     spacing_mm : float
-        Distance of neighbouring places of the fields.
+        Distance between neighbouring grid points of the fields.
     window_mm : float
-        "Lately" is since the skin moved by so much.
+        Motion of the contact over which the stick share is measured.
     tolerance : float
-        A place follows if it falls short of the core's motion by less than this share of it.
+        A point sticks if it lags behind the stick region by less than this share of its motion.
     noise_mm : float
-        Of a displacement.
+        Noise of a displacement.
 
     Attributes
     ----------
-    began : bool
-        The load settled with the last field: all is told from there on.
+    restarted : bool
+        The load grew with the last field, so that displacements are measured from there.
     """
 
     def __init__(
         self,
         spacing_mm: float,
         *,
-        window_mm: float = 0.1,
-        tolerance: float = 0.1,
-        noise_mm: float = NOISE_MM,
+        window_mm: float = SHEARED_CONTACT.window_mm,
+        tolerance: float = SHEARED_CONTACT.tolerance,
+        noise_mm: float = STICK_REGION.noise_mm,
     ) -> None:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
         self.window_mm, self.tolerance = window_mm, tolerance
@@ -79,107 +136,118 @@ class ShearedContact:
 
     def release(self) -> None:
         """Forget the contact."""
-        self.began = False
+        self.restarted = False
         self._settled: Complex64 | None = None
         self._load = Load(0.0, 0.0)
-        self._start_again()
+        self._restart()
 
     def update(self, field: Complex64, mask: Bool, load: Load, *, blurred: bool = False) -> Cues:
-        """Judge the next field.
+        """Return the cues of the next field.
 
         Parameters
         ----------
         field : (h, w) complex64
-            Displacement since the skin was untouched, x + iy in mm, of the skin now at each place.
+            Displacement from the reference, x + iy in mm, of the surface now at each grid point.
         mask : (h, w) bool
-            The contact.
+            The contact area.
         load : Load
         blurred : bool
-            The field was made without knowing the contact, and does not bend at its border.
+            The field was estimated without the contact area, so it is smooth across its border.
+
+        Returns
+        -------
+        Cues
         """
-        self.began = self._settled is None or self._grew(load)
-        if self._settled is None or self.began:
+        self.restarted = self._settled is None or self._grew(load)
+        if self._settled is None or self.restarted:
             self._settled, self._load = field, load
-            self._start_again()
+            self._restart()
         chosen = np.flatnonzero(mask)
-        if len(chosen) < _ENOUGH_PLACES:
+        if len(chosen) < SHEARED_CONTACT.min_points:
             return Cues()
-        chosen = chosen[:: 1 + len(chosen) // _MOST_PLACES]
+        chosen = chosen[:: 1 + len(chosen) // SHEARED_CONTACT.max_points]
         moved = since(field, self._settled, self.spacing_mm)
         whole = self._whole(moved, chosen)
         self._sheared_mm = whole.sheared_mm
-        before = self._following if self._judged else 0.0
+        before = self._stick_share if self._measured else 0.0
         tolerance = self.tolerance
         if blurred:
-            # a turn of the contact is rounded off at its border; a shift, hardly
-            tolerance *= 1 + _BLURRED * (whole.turned_mm / max(whole.motion_mm, 1e-9)) ** 2
-        self._follow(field, chosen, whole, tolerance)
+            # such a field underestimates a rotation near the border, but not a shift
+            rotation_share = whole.rotation_mm / max(whole.motion_mm, 1e-9)
+            tolerance *= 1 + SHEARED_CONTACT.blurred_tolerance * rotation_share**2
+        self._measure(field, chosen, whole, tolerance)
         self._before.append(field)
         return Cues(
-            self._following,
-            max(0.0, before - self._following),
-            self._stalled,
+            self._stick_share,
+            max(0.0, before - self._stick_share),
+            self._deceleration,
             whole.motion_mm,
-            whole.turned_mm,
-            whole.turn_rad,
+            whole.rotation_mm,
+            whole.rotation_rad,
             displacement_entropy(np.abs(moved), mask),
         )
 
-    def _start_again(self) -> None:
-        self._before: deque[Complex64] = deque(maxlen=_EARLIER)
-        self._following, self._span = 1.0, 1
-        self._judged = False
-        self._peak_mm = self._stalled = self._sheared_mm = 0.0
+    def _restart(self) -> None:
+        self._before: deque[Complex64] = deque(maxlen=SHEARED_CONTACT.history_frames)
+        self._stick_share, self._span = 1.0, 1
+        self._measured = False
+        self._peak_mm = self._deceleration = self._sheared_mm = 0.0
 
     def _grew(self, load: Load) -> bool:
-        """What spreads the skin under a growing load is no shear."""
-        limit = _LOAD_GROWS if self._sheared_mm < _SHEARED_MM else _LOAD_GROWS_MUCH
+        """Whether the load grew: the surface then spreads, which is not shear."""
+        limit = SHEARED_CONTACT.load_growth
+        if self._sheared_mm >= SHEARED_CONTACT.sheared_mm:
+            limit = SHEARED_CONTACT.load_growth_sheared
         return any(now > limit * before for now, before in zip(load, self._load, strict=True))
 
     def _whole(self, moved: Complex64, chosen: Intp) -> StickRegion:
         displacement = moved.ravel()[chosen]
         strains = strain(moved, self.spacing_mm, chosen)
-        return self._core(displacement, chosen, calm_places(displacement, strains), moved.shape)
+        return self._region(displacement, chosen, calm_weights(displacement, strains), moved.shape)
 
-    def _core(
+    def _region(
         self, displacement: Complex64, chosen: Intp, start: Array, shape: tuple[int, ...]
     ) -> StickRegion:
-        place = places_mm(shape, self.spacing_mm).ravel()[chosen]
-        return stick_region(displacement, place, start, self.noise_mm)
+        position = positions_mm(shape, self.spacing_mm).ravel()[chosen]
+        return stick_region(displacement, position, start, self.noise_mm)
 
     def _far(self, now: Complex64, before: Complex64, chosen: Intp) -> float:
-        """How far the skin of the contact moved; that moves least where it slips."""
+        """Displacement of the points that moved farthest; slipping ones move less."""
         moved = np.abs((now - before).ravel()[chosen])
-        return quantile(moved, _FAR_QUANTILE)
+        return quantile(moved, SHEARED_CONTACT.far_quantile)
 
-    def _follow(self, field: Complex64, chosen: Intp, whole: StickRegion, tolerance: float) -> None:
-        """Learn what share of the contact followed in the last motion, and how fast its core is.
+    def _measure(
+        self, field: Complex64, chosen: Intp, whole: StickRegion, tolerance: float
+    ) -> None:
+        """Update the stick share over the recent motion, and the speed of the stick region.
 
-        Frames are counted, not seconds: quasi-static motions have none.
+        Speed is per frame, not per second, because quasi-static motions have no time.
         """
         earlier = len(self._before)
         if not earlier:
             return
-        # motion is even: begin at the last frame's span
+        # the speed changes slowly: start the search at the span of the previous frame
         span = min(max(1, self._span - 1), earlier)
         moved_mm = self._far(field, self._before[-span], chosen)
         while moved_mm < self.window_mm and span < earlier:
             span += 1
             moved_mm = self._far(field, self._before[-span], chosen)
         self._span = span
-        if whole.motion_mm < _BEGINS * self.window_mm:
+        if whole.motion_mm < SHEARED_CONTACT.min_window * self.window_mm:
             return
-        if moved_mm <= _MOVED_NOISES * self.noise_mm:
-            self._slowed(moved_mm / span)
+        if moved_mm <= SHEARED_CONTACT.moved_noises * self.noise_mm:
+            self._update_speed(moved_mm / span)
             return
-        lately = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
-        core = self._core(lately, chosen, whole.weight * far_places(lately), field.shape)
-        following = core.following(tolerance, _SURE_NOISES * self.noise_mm)
-        self._slowed(core.motion_mm / span)
-        # skin that halts creeps as one, whether its object holds it or slides over it
-        if self._stalled < _HALTED:
-            self._following, self._judged = following, True
+        recent = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
+        start = whole.weight * far_weights(recent)
+        region = self._region(recent, chosen, start, field.shape)
+        noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
+        stick_share = region.stick_share(tolerance, noise_mm)
+        self._update_speed(region.motion_mm / span)
+        # a surface that stops creeps uniformly, whether the object sticks or slides over it
+        if self._deceleration < SHEARED_CONTACT.decelerated:
+            self._stick_share, self._measured = stick_share, True
 
-    def _slowed(self, rate_mm: float) -> None:
+    def _update_speed(self, rate_mm: float) -> None:
         self._peak_mm = max(self._peak_mm, rate_mm)
-        self._stalled = 1 - rate_mm / max(self._peak_mm, 1e-9)
+        self._deceleration = 1 - rate_mm / max(self._peak_mm, 1e-9)

@@ -1,4 +1,4 @@
-"""Stick, incipient slip, slip: a degree becomes a state that does not chatter."""
+"""A state machine with hysteresis: the degree of slip becomes stick, incipient slip or slip."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ Kind = Literal["translation", "rotation"]
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Degrees at which a state begins, and below which it ends.
+    """Degrees of slip at which a state begins, and below which it ends.
 
     Attributes
     ----------
     incipient, slip : float
-        Reached from below, the state begins.
+        The state begins when the degree reaches this threshold.
     incipient_ends, slip_ends : float
-        Under these it ends; lower than the above, so that noise does not make it come and go.
+        The state ends when the degree falls below this threshold. It is lower than the one above,
+        so that noise does not toggle the state.
 
     Raises
     ------
     InputError
-        A state would end above where it begins, or slip begin under incipient slip.
+        A state would end above the threshold at which it begins, or slip would begin below
+        incipient slip.
     """
 
     incipient: float
@@ -54,10 +56,10 @@ class SlipMachine:
     thresholds : Thresholds
     name : str
     kind : str or None
-        ``translation`` or ``rotation``, as it was when the slip began; None while all holds.
+        ``translation`` or ``rotation``, fixed at the onset of slip; None while the contact sticks.
     onset_s : float or None
-        When the present slip began, incipient or gross; going from one to the other is no new
-        beginning.
+        Time at which the current slip began, incipient or gross. A transition between the two
+        keeps it.
     """
 
     thresholds: Thresholds
@@ -66,14 +68,14 @@ class SlipMachine:
     onset_s: float | None = None
 
     def update(self, degree: float | None, kind: Kind, time_s: float) -> None:
-        """Go to the state that this degree asks for.
+        """Take the state of the next degree.
 
         Parameters
         ----------
         degree : float or None
-            0 to 1; None where nothing touches.
+            0 to 1; None without contact.
         kind : str
-            What it would be if something slips.
+            Kind of the slip if it begins now.
         time_s : float
         """
         if degree is None:
@@ -92,5 +94,5 @@ class SlipMachine:
             self.kind, self.onset_s = kind, time_s
 
     def reset(self) -> None:
-        """Nothing touches."""
+        """Return to the state without contact."""
         self.name, self.kind, self.onset_s = "none", None, None

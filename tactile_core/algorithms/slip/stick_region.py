@@ -1,4 +1,4 @@
-"""The part of the contact that sticks: it moves with the object, and so as a rigid body."""
+"""The stick region of a contact: it moves with the object, hence as a rigid body."""
 
 from __future__ import annotations
 
@@ -12,128 +12,180 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Complex64
 
-NOISE_MM = 0.003
-"""Of a displacement: a tenth of a pixel of the usual view."""
-
-_CALM_QUANTILE, _CALM_STRAINS, _LEAST_STRAIN = 0.2, 1.5, 1e-4
-_ROUNDS = 3
-_CORE_TOLERANCE = 0.06
-_LARGEST_SINE = 0.9
-_FAR_POWER = 6
 _TINY = 1e-12
 
 
 @dataclass(frozen=True)
+class StickRegionParameters:
+    """Parameters of the fit of the stick region.
+
+    Attributes
+    ----------
+    noise_mm : float, mm
+        Noise of a displacement, the default of the option of ``core.slip``.
+        Source: a tenth of a pixel of 0.028 mm, the noise of a detected marker.
+    calm_quantile : float, share of the contact
+        Quantile of the strain that is typical of the stick region.
+        Source: chosen by hand; no script derives it.
+    calm_strains : float, ratio
+        Strain relative to that quantile at which the initial weight falls to 1/e.
+        Source: chosen by hand; no script derives it.
+    min_strain : float, ratio
+        Lower bound of that quantile, for fields without noise.
+        Source: chosen by hand; no script derives it.
+    rounds : int, count
+        Rounds of reweighted least squares.
+        Source: chosen by hand; no script derives it.
+    lag_tolerance : float, share of the motion
+        Lag at which the weight of a point falls to a quarter.
+        Source: chosen by hand; no script derives it.
+    max_sine : float, ratio
+        Limit of the sine of the rotation, so that noise in a tiny contact stays finite.
+        Source: chosen by hand; larger than any rotation of a gel.
+    distance_power : int, exponent
+        Exponent of the displacement in the initial weights.
+        Source: chosen by hand; no script derives it.
+    """
+
+    noise_mm: float = 0.003
+    calm_quantile: float = 0.2
+    calm_strains: float = 1.5
+    min_strain: float = 1e-4
+    rounds: int = 3
+    lag_tolerance: float = 0.06
+    max_sine: float = 0.9
+    distance_power: int = 6
+
+
+STICK_REGION = StickRegionParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True)
 class StickRegion:
-    """How the sticking core of a contact moved, and how much of the contact moved alike.
+    """Rigid motion of the stick region, and the lag of the rest of the contact.
 
     Attributes
     ----------
     shift_mm : complex
-        Of the contact's middle: x + iy.
-    turn_rad : float
-        About that, from x towards y.
+        Displacement of the centroid of the contact, x + iy.
+    rotation_rad : float
+        Rotation about the centroid, positive from x towards y.
     motion_mm : float
-        Root mean square over the contact of the core's motion.
-    turned_mm : float
-        The same of its turn alone.
+        Root mean square of the rigid motion over the contact.
+    rotation_mm : float
+        The same for the rotation alone.
     sheared_mm : float
-        The same of the contact as a whole: 0 where skin is spread by a load.
+        The same for a rigid motion fitted to the whole contact; 0 for the spread under a load.
     lag_mm : (n,)
-        By how much each place fell short of that motion.
+        Distance of each displacement from the rigid motion.
     weight : (n,)
-        1 in the core, 0 where the skin lags far behind.
+        1 in the stick region, 0 where the surface lags far behind.
     """
 
     shift_mm: complex
-    turn_rad: float
+    rotation_rad: float
     motion_mm: float
-    turned_mm: float
+    rotation_mm: float
     sheared_mm: float
     lag_mm: NDArray[Any]
     weight: NDArray[Any]
 
-    def following(self, tolerance: float, noise_mm: float = NOISE_MM) -> float:
-        """Share of the contact that followed the core, but for this share of its motion."""
+    def stick_share(self, tolerance: float, noise_mm: float = STICK_REGION.noise_mm) -> float:
+        """Return the share of the contact that lags by less than this share of the motion."""
         return float(np.mean(self.lag_mm < max(tolerance * self.motion_mm, noise_mm)))
 
 
-def calm_places(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
-    """(n,) weights of the least strained and farthest moved places.
+def calm_weights(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
+    """Return initial weights (n,): large for points with little strain and large displacement.
 
-    Where the skin sticks it moves with the object, so that it is not strained; slip begins at the
-    border of the contact and strains the skin there [Yuan 2015].
+    Where the surface sticks it moves with the object and is not strained. Slip begins at the border
+    of the contact and strains the surface there [1]_.
+
+    References
+    ----------
+    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+       GelSight tactile sensor", ICRA, 2015.
     """
-    calm = max(quantile(strain, _CALM_QUANTILE), _LEAST_STRAIN)
-    return np.asarray(np.exp(-((strain / (_CALM_STRAINS * calm)) ** 2)) * far_places(displacement))
+    calm = max(quantile(strain, STICK_REGION.calm_quantile), STICK_REGION.min_strain)
+    relative = strain / (STICK_REGION.calm_strains * calm)
+    return np.asarray(np.exp(-(relative**2)) * far_weights(displacement))
 
 
-def far_places(displacement: Complex64) -> NDArray[Any]:
-    """(n,) weights of the farthest moved places: nothing outruns the object."""
+def far_weights(displacement: Complex64) -> NDArray[Any]:
+    """Return weights (n,) that favour large displacements, since none exceeds the object's."""
     size = np.abs(displacement)
-    return np.asarray((size / max(float(size.max()), 1e-9)) ** _FAR_POWER + 1e-6)
+    return np.asarray((size / max(float(size.max()), 1e-9)) ** STICK_REGION.distance_power + 1e-6)
 
 
 def stick_region(
-    displacement: Complex64, place: Complex64, start: NDArray[Any], noise_mm: float = NOISE_MM
+    displacement: Complex64,
+    position: Complex64,
+    start: NDArray[Any],
+    noise_mm: float = STICK_REGION.noise_mm,
 ) -> StickRegion:
-    """Find the rigid motion of the skin that sticks to the object, by reweighted least squares.
+    """Fit the rigid motion of the stick region, by iteratively reweighted least squares.
 
     Parameters
     ----------
     displacement : (n,) complex64
-        At places of the contact, since a time at which it may have been anything.
-    place : (n,) complex64
-        Where each is now, mm.
+        Displacement of points of the contact since any earlier time, mm.
+    position : (n,) complex64
+        Present position of each point, mm.
     start : (n,)
-        Weights to begin with: :func:`calm_places`, or the core of a longer motion.
+        Initial weights: :func:`calm_weights`, or the stick region of a longer motion.
     noise_mm : float
-        Of a displacement.
+        Noise of a displacement.
+
+    Returns
+    -------
+    StickRegion
     """
-    weight, contact = start, _Contact(displacement, place)
-    for _ in range(_ROUNDS):
+    weight, contact = start, _Contact(displacement, position)
+    for _ in range(STICK_REGION.rounds):
         shift, rate = contact.rigid(weight)
-        lag = np.abs(displacement - (shift + rate * contact.away))
+        lag = np.abs(displacement - (shift + rate * contact.offset))
         motion = contact.motion(shift, rate)
-        weight = 1 / (1 + (lag / max(_CORE_TOLERANCE * motion, noise_mm)) ** 2) ** 2
+        scale = max(STICK_REGION.lag_tolerance * motion, noise_mm)
+        weight = 1 / (1 + (lag / scale) ** 2) ** 2
     return StickRegion(
         shift,
         math.asin(rate.imag),
         motion,
         contact.motion(0, rate),
-        contact.motion(*contact.rigid(np.ones(len(place)))),
+        contact.motion(*contact.rigid(np.ones(len(position)))),
         lag,
         weight,
     )
 
 
 class _Contact:
-    """Places (n,) of a contact from its middle, and what their displacements sum up to."""
+    """Points (n,) of a contact relative to its centroid, and their moments."""
 
-    def __init__(self, displacement: Complex64, place: Complex64) -> None:
-        self.away = place - complex(place.sum()) / len(place)
-        self._terms = terms = np.empty((7, len(place)))
-        _, x, y, moved_x, moved_y, square, turned = terms
+    def __init__(self, displacement: Complex64, position: Complex64) -> None:
+        self.offset = position - complex(position.sum()) / len(position)
+        self._terms = terms = np.empty((7, len(position)))
+        _, x, y, moved_x, moved_y, square, torque = terms
         terms[0] = 1
         x[:], y[:], moved_x[:], moved_y[:] = (
-            *(self.away.real, self.away.imag),
+            *(self.offset.real, self.offset.imag),
             *(displacement.real, displacement.imag),
         )
-        square[:], turned[:] = x * x + y * y, x * moved_y - y * moved_x
-        self._square = float(square.sum()) / len(place)
+        square[:], torque[:] = x * x + y * y, x * moved_y - y * moved_x
+        self._square = float(square.sum()) / len(position)
 
     def rigid(self, weight: NDArray[Any]) -> tuple[complex, complex]:
-        """Shift of the middle, and what a turn about it displaces for each mm away from it."""
+        """Shift of the centroid, and displacement per mm of distance from it by a rotation."""
         total, *sums = (self._terms @ weight).tolist()
-        x, y, moved_x, moved_y, square, turned = (value / total for value in sums)
+        x, y, moved_x, moved_y, square, torque = (value / total for value in sums)
         at, moved = complex(x, y), complex(moved_x, moved_y)
         spread = max(square - abs(at) ** 2, _TINY)
-        sine = (turned - (at.conjugate() * moved).imag) / spread
-        sine = min(max(sine, -_LARGEST_SINE), _LARGEST_SINE)
-        # the field belongs to the skin's present places: a turn pulls it outwards a little, too
+        sine = (torque - (at.conjugate() * moved).imag) / spread
+        sine = min(max(sine, -STICK_REGION.max_sine), STICK_REGION.max_sine)
+        # the field refers to present positions, so a rotation also has a radial part
         rate = complex(1 - math.sqrt(1 - sine**2), sine)
         return moved - rate * at, rate
 
     def motion(self, shift: complex, rate: complex) -> float:
-        """Root mean square over the contact of a rigid motion."""
+        """Root mean square of a rigid motion over the contact."""
         return math.sqrt(abs(shift) ** 2 + abs(rate) ** 2 * self._square)

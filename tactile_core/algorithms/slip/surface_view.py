@@ -1,6 +1,8 @@
-"""The image as the skin sees it: every frame drawn back to where the markers were at rest."""
+"""Images in coordinates of the gel surface: frames warped back along the markers."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -11,40 +13,85 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
 
-_WIDTH_PX = 160
-_NODE_PX = 8
-_REACH_PITCHES = 0.8
-_STIFFNESS = 0.05
-_RIM_DIAMETERS = 0.25
-_HIDDEN_SHARE = 0.25
-_NEIGHBOURHOOD_PITCHES = 1.5
-_GRAIN_PX = 3
-_FEWEST_MARKERS = 3
+
+@dataclass(frozen=True)
+class ViewParameters:
+    """Parameters of the surface view.
+
+    Attributes
+    ----------
+    width_px : int, px
+        Approximate width of the view.
+        Source: chosen by hand for speed (ADR 28); no script derives it.
+    cell_px : int, px of the view
+        Spacing of the grid on which the warp is interpolated.
+        Source: chosen by hand for speed; no script derives it.
+    reach_pitches : float, pitches
+        Standard deviation of the Gaussian weights of the markers in the warp.
+        Source: chosen by hand; no script derives it.
+    ridge : float, squared pitches
+        Regularises the slopes of the local linear fit.
+        Source: chosen by hand; no script derives it.
+    rim_diameters : float, marker diameters
+        Rim around the markers that is hidden as well.
+        Source: chosen by hand; no script derives it.
+    hidden_share : float, share of a pixel
+        A pixel of the view is hidden if markers cover more of it.
+        Source: chosen by hand; no script derives it.
+    window_pitches : float, pitches
+        Side of the box filter whose mean is the background of the pattern.
+        Source: chosen by hand, little more than the distance of markers (ADR 28).
+    smoothing_px : int, px of the view
+        Side of the box filter against the grain of the coating.
+        Source: chosen by hand; no script derives it.
+    min_markers : int, count
+        Fewest markers of a warp.
+        Source: three points define an affine map.
+    """
+
+    width_px: int = 160
+    cell_px: int = 8
+    reach_pitches: float = 0.8
+    ridge: float = 0.05
+    rim_diameters: float = 0.25
+    hidden_share: float = 0.25
+    window_pitches: float = 1.5
+    smoothing_px: int = 3
+    min_markers: int = 3
+
+
+VIEW = ViewParameters()
+"""The values in use."""
 
 
 class SurfaceView:
-    """Draws frames back along the markers and keeps what the object printed between them.
+    """Warp frames back along the markers and extract the imprint between them.
 
-    A point of the view is a point of the skin, whatever drags it. While the object sticks, its
-    imprint moves with the skin and the view stands still.
+    A pixel of the view is a point of the gel surface, however far it is displaced. While the object
+    sticks, its imprint moves with the surface and the view does not change.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K)
-        The skin where the markers are at ``reference_px``.
+        Image in which the markers are at ``reference_px``.
     reference_px : (N, 2)
-        Their x and y; at least three.
+        Positions of the markers, x and y; at least three.
     diameter_px : float
-        Size of a marker.
+        Diameter of a marker.
+
+    Raises
+    ------
+    InputError
+        There are fewer than three markers, or the diameter is not positive.
     """
 
     def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
-        if len(reference_px) < _FEWEST_MARKERS:
+        if len(reference_px) < VIEW.min_markers:
             raise InputError(
-                f"{len(reference_px)} markers do not tell how the skin moves; follow at least "
-                f"{_FEWEST_MARKERS}, or leave the imprint out"
+                f"{len(reference_px)} markers do not determine the motion of the gel surface; "
+                f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
-        self.times = max(1, round(pixels.shape[1] / _WIDTH_PX))
+        self.times = max(1, round(pixels.shape[1] / VIEW.width_px))
         first = _reduced(pixels, self.times)
         height, width = first.shape[:2]
         self._markers_px = _at(reference_px, self.times)
@@ -53,56 +100,58 @@ class SurfaceView:
             np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
         )
         pitch_px = pitch(self._markers_px)
-        self._spread, self._nodes = _spread(self._markers_px, pitch_px, height, width)
-        rim = 2 * int(np.ceil(_RIM_DIAMETERS * diameter_px)) + 1
+        self._weights, self._nodes = _local_linear(self._markers_px, pitch_px, height, width)
+        rim = 2 * int(np.ceil(VIEW.rim_diameters * diameter_px)) + 1
         mask = marker_mask(pixels, diameter_px=diameter_px * self.times)
         share = shrunk(mask.astype(np.float32), (width, height))
-        self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > _HIDDEN_SHARE
-        self._side = 2 * round(0.5 * _NEIGHBOURHOOD_PITCHES * pitch_px) + 1
+        self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > VIEW.hidden_share
+        self._side = 2 * round(0.5 * VIEW.window_pitches * pitch_px) + 1
 
     def imprint(self, pixels: Array, px: Array) -> tuple[Float32, Float32]:
-        """Draw a frame back and leave what is finer than the spaces between the markers.
+        """Warp a frame back, and remove structure that is coarser than the marker pitch.
 
         Parameters
         ----------
         pixels : (H, W) or (H, W, K)
             The frame.
         px : (N, 2)
-            Where the markers are in it.
+            Positions of the markers in it.
 
         Returns
         -------
         pattern : (h, w, K) float32
-            Light above or below its neighbourhood, as a share of it; 0 where nothing is seen.
+            Intensity relative to the mean of the neighbourhood, minus 1; 0 where it is hidden.
         seen : (h, w) float32
-            1 where something is.
+            1 where the surface is visible, 0 where a marker hides it or it is out of view.
         """
         frame = _reduced(pixels, self.times)
         height, width = frame.shape[:2]
-        moved = self._spread @ (_at(px, self.times) - self._markers_px)
+        moved = self._weights @ (_at(px, self.times) - self._markers_px)
         x, y = (cv2.resize(along.reshape(self._nodes), (width, height)) for along in moved.T)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
-        drawn = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
+        warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
         seen = within & ~self._hidden
-        pattern = _pattern(drawn.reshape(height, width, -1), seen, self._side)
+        pattern = _pattern(warped.reshape(height, width, -1), seen, self._side)
         return pattern, seen.astype(np.float32)
 
 
-def _pattern(drawn: Float32, seen: Bool, side: int) -> Float32:
-    size, shape = (side, side), drawn.shape
+def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:
+    size, shape = (side, side), warped.shape
     around = np.maximum(cv2.boxFilter(seen.view(np.uint8), cv2.CV_32F, size), 1e-6)
-    # one weight for each channel, since broadcasting along so short an axis is slow
+    # repeated for each channel, because broadcasting along a short axis is slow
     weight, share = (
         np.asarray(cv2.merge([plane] * shape[2]), np.float32).reshape(shape)
         for plane in (seen.astype(np.float32), around)
     )
-    drawn *= weight
-    # a mean below an intensity of 1 counts as 1
-    total = np.asarray(cv2.max(cv2.blur(drawn, size), share), np.float32).reshape(shape)
-    drawn *= np.divide(share, total, out=total)
-    drawn -= weight
-    smooth = np.asarray(cv2.blur(drawn, (_GRAIN_PX, _GRAIN_PX)), np.float32).reshape(shape)
+    warped *= weight
+    # the mean intensity is at least 1, so that dark regions are not amplified
+    total = np.asarray(cv2.max(cv2.blur(warped, size), share), np.float32).reshape(shape)
+    warped *= np.divide(share, total, out=total)
+    warped -= weight
+    smooth = np.asarray(
+        cv2.blur(warped, (VIEW.smoothing_px, VIEW.smoothing_px)), np.float32
+    ).reshape(shape)
     smooth *= weight
     return smooth
 
@@ -116,11 +165,11 @@ def _at(points_px: Array, times: int) -> Float32:
     return np.asarray((np.asarray(points_px) + 0.5) / times - 0.5, np.float32)
 
 
-def _spread(
+def _local_linear(
     markers_px: Float32, pitch_px: float, height: int, width: int
 ) -> tuple[Float32, tuple[int, int]]:
-    """(G, N) weights that spread a value of each marker over a grid of nodes, locally linear."""
-    rows, columns = -(-height // _NODE_PX), -(-width // _NODE_PX)
+    """Weights (G, N) of a local linear fit to values at the markers, and rows and columns of G."""
+    rows, columns = -(-height // VIEW.cell_px), -(-width // VIEW.cell_px)
     x, y = np.meshgrid(
         (np.arange(columns) + 0.5) * width / columns - 0.5,
         (np.arange(rows) + 0.5) * height / rows - 0.5,
@@ -128,9 +177,9 @@ def _spread(
     apart = np.stack(
         [markers_px[:, 0] - x.reshape(-1, 1), markers_px[:, 1] - y.reshape(-1, 1)], axis=-1
     )
-    near = np.exp(-np.square(apart).sum(-1) / (2 * (_REACH_PITCHES * pitch_px) ** 2)) + 1e-12
+    near = np.exp(-np.square(apart).sum(-1) / (2 * (VIEW.reach_pitches * pitch_px) ** 2)) + 1e-12
     basis = np.concatenate([np.ones((*near.shape, 1)), apart / pitch_px], axis=-1)
     weighted = basis * near[..., np.newaxis]
-    normal = np.swapaxes(basis, 1, 2) @ weighted + np.diag([1e-9, _STIFFNESS, _STIFFNESS])
+    normal = np.swapaxes(basis, 1, 2) @ weighted + np.diag([1e-9, VIEW.ridge, VIEW.ridge])
     weights = np.linalg.solve(normal, np.swapaxes(weighted, 1, 2))[:, 0]
     return weights.astype(np.float32), (rows, columns)

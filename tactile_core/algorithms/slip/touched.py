@@ -1,7 +1,8 @@
-"""Where the object touches, for slip: inside the ring where the skin is steep."""
+"""The contact area for slip detection, from the steep ring at its border or from motion."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import reduce
 
 import cv2
@@ -12,94 +13,147 @@ from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 
-_STRONGEST, _OF_STRONGEST = 0.99, 0.3
-_GAP, _BESIDE, _LEAST_AREA = 4, 2, 6.0
-"""Places: of a gap in the ring, of skin beside the contact that is bent, too, and of a speck."""
 
-_SMOOTH = (3, 3)
-_FEWEST_SEEN = 0.1
-_MOVED_MM, _OF_FARTHEST = 0.02, 0.5
+@dataclass(frozen=True)
+class RingParameters:
+    """Parameters of the contact area. Lengths are grid points, about 0.22 mm apart.
+
+    Attributes
+    ----------
+    peak_quantile : float, share of the view
+        Quantile of the steepness that counts as its maximum.
+        Source: chosen by hand; robust against a few outliers.
+    edge_share : float, share of the maximum
+        Steepness above which a point belongs to the ring at the border of a contact.
+        Source: chosen on virtual contacts (ADR 31).
+    gap : int, grid points
+        Radius of the closing that bridges gaps in the ring.
+        Source: chosen by hand; no script derives it.
+    outer_rim : int, grid points
+        Width of the surface outside the contact that is steep as well.
+        Source: chosen on virtual contacts (ADR 31).
+    min_area : float, grid points
+        Area below which a contour is a speck.
+        Source: chosen by hand; no script derives it.
+    smoothing : int, grid points
+        Side of the box filter of the change of light.
+        Source: chosen by hand; no script derives it.
+    min_visible : float, share of the box
+        Lower bound of the visible share of that box.
+        Source: chosen by hand; it prevents a division by zero.
+    moved_mm : float, mm
+        Displacement below which motion shows no contact.
+        Source: chosen by hand; no script derives it.
+    moved_quantile : float, share of the view
+        Quantile of the displacement that counts as its maximum.
+        Source: chosen by hand; robust against a few outliers.
+    moved_share : float, share of the maximum
+        Displacement above which a point is in contact.
+        Source: chosen by hand (ADR 31); no script derives it.
+    """
+
+    peak_quantile: float = 0.99
+    edge_share: float = 0.3
+    gap: int = 4
+    outer_rim: int = 2
+    min_area: float = 6.0
+    smoothing: int = 3
+    min_visible: float = 0.1
+    moved_mm: float = 0.02
+    moved_quantile: float = 0.98
+    moved_share: float = 0.5
+
+
+RING = RingParameters()
+"""The values in use."""
 
 
 def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> Float32:
-    """(h, w, K) mean intensities as a share of the full scale."""
+    """Reduce an image to (h, w, K) float32, as a share of the full scale."""
     small = shrunk(pixels, size_px)
     small = np.asarray(small, np.float32) / np.float32(full_scale)
     return small if small.ndim == 3 else small[..., None]
 
 
 def light_change(now: Float32, undeformed: Float32, hidden: Bool) -> Float32:
-    """(h, w) how much the light of the skin changed, which is most where it became steepest.
+    """Return the change of light (h, w), which is largest where the surface is steepest.
 
     Parameters
     ----------
     now, undeformed : (h, w, K) float32
-        Of :func:`small_image`.
+        From :func:`small_image`.
     hidden : (h, w) bool
-        Where a marker is, or was.
+        Points that a marker covers in either image.
     """
+    box = (RING.smoothing, RING.smoothing)
     seen = (~hidden).astype(np.float32)
     change = reduce(np.maximum, cv2.split(cv2.absdiff(now, undeformed))) * seen
-    return np.asarray(cv2.blur(change, _SMOOTH) / np.maximum(cv2.blur(seen, _SMOOTH), _FEWEST_SEEN))
+    visible = np.maximum(cv2.blur(seen, box), RING.min_visible)
+    return np.asarray(cv2.blur(change, box) / visible)
 
 
 def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
-    """(h, w) what lies this near to points (N, 2), x and y in places."""
+    """Mask (h, w) of the squares of this half side around points (N, 2), x and y."""
     side = 2 * round(radius) + 1
     return np.asarray(cv2.dilate(struck(points, shape), np.ones((side, side), np.uint8))).view(
         np.bool_
     )
 
 
-def touched_within(steep: Float32, least: float) -> Bool:
-    """Tell the contact from the ring of steep skin around it.
+def contact_within_ring(steep: Float32, min_steepness: float) -> Bool:
+    """Return the contact area inside the steep ring at its border.
 
-    The skin is steepest, and its light changes most, at the border of a contact. What that
-    border encloses is in contact, too: under a flat object the skin is level and looks untouched.
-    A ring that leaves the view is closed there. Two places further out the skin is still bent and
-    beside the contact.
+    The gel surface is steepest, and its light changes most, at the border of a contact. The area
+    inside is in contact as well, although under a flat object it is level and looks undeformed. A
+    ring that leaves the view is closed at the border of the view. The surface just outside the
+    contact is also steep, so the area is eroded by two grid points.
 
     Parameters
     ----------
     steep : (h, w) float32
         :func:`~tactile_core.algorithms.arrays.gradient.steepness` or :func:`light_change`.
-    least : float
-        Of such a value at a border, at any press.
+    min_steepness : float
+        Minimum steepness at the border of any contact.
 
     Returns
     -------
     (h, w) bool
     """
-    limit = max(least, _OF_STRONGEST * quantile(steep.ravel(), _STRONGEST))
-    ring = np.pad((steep > limit).astype(np.uint8), _GAP)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _GAP + 1, 2 * _GAP + 1))
-    closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, disc)[_GAP:-_GAP, _GAP:-_GAP]
+    limit = max(min_steepness, RING.edge_share * quantile(steep.ravel(), RING.peak_quantile))
+    gap = RING.gap
+    ring = np.pad((steep > limit).astype(np.uint8), gap)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * gap + 1, 2 * gap + 1))
+    closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, disc)[gap:-gap, gap:-gap]
     borders, _ = cv2.findContours(closed.copy(), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    borders = [border for border in borders if cv2.contourArea(border) >= _LEAST_AREA]
-    cut = [border for border in borders if _leaves(border, steep.shape)]
+    borders = [border for border in borders if cv2.contourArea(border) >= RING.min_area]
+    truncated = [border for border in borders if _leaves(border, steep.shape)]
     whole = [border for border in borders if not _leaves(border, steep.shape)]
-    whole += [np.concatenate(cut)] if cut else []
+    whole += [np.concatenate(truncated)] if truncated else []
     mask = np.zeros(steep.shape, np.uint8)
     cv2.drawContours(mask, [cv2.convexHull(border) for border in whole], -1, 1, cv2.FILLED)
-    inner = cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=_BESIDE)
+    inner = cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=RING.outer_rim)
     return np.asarray(inner).view(np.bool_)
 
 
-def touched_by_motion(moved_mm: Float32) -> Bool:
-    """Tell the contact from the skin that is dragged along.
+def contact_from_motion(moved_mm: Float32) -> Bool:
+    """Return the contact area as the surface that is sheared furthest.
 
-    Skin beside a contact is dragged less. An object larger than the view shows in nothing
-    else. A purely pressing load is seen only by how far it spreads the skin.
+    The surface around a contact is sheared less. This is the only cue of an object larger than the
+    view. Without shear, a normal load shows only by the spread of the surface.
 
     Parameters
     ----------
     moved_mm : (h, w) float32
-        Size of the displacement.
+        Magnitude of the displacement.
+
+    Returns
+    -------
+    (h, w) bool
     """
-    farthest = float(np.quantile(moved_mm, 0.98))
-    if farthest < _MOVED_MM:
+    farthest = float(np.quantile(moved_mm, RING.moved_quantile))
+    if farthest < RING.moved_mm:
         return np.zeros(moved_mm.shape, np.bool_)
-    return np.asarray(moved_mm > _OF_FARTHEST * farthest)
+    return np.asarray(moved_mm > RING.moved_share * farthest)
 
 
 def _leaves(border: Array, shape: tuple[int, ...]) -> bool:

@@ -1,4 +1,4 @@
-"""One recording measured in several ways, and how far each is from the truth."""
+"""Compare estimators or calibrations on one recording against ground truth."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def compare(
     serial: str | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Measure one recording in several ways and compare each with the truth.
+    """Measure one recording with several variants of a profile and score each against the truth.
 
-    Variants take turns frame by frame, so that a busy machine slows all alike.
+    Variants alternate frame by frame, so that other load on the machine affects all equally.
 
     Parameters
     ----------
@@ -44,23 +44,23 @@ def compare(
     input : Path
         The recording.
     truth : Path
-        Folder of ``NAME.npz``, one a frame, with arrays as ``tactile run`` writes them; every array
-        that both have is compared, at every pixel.
+        Folder of one ``NAME.npz`` per frame, with arrays as ``tactile run`` writes them. Every
+        array that both the truth and the measurement have is compared, at every pixel.
     swaps : iterable of (step, use)
-        Each is one change of the profile as it is: ``("height", "core.robust_poisson")``, or
-        ``("calibration", path of a bundle)``.
+        Each swap is one variant that differs from the profile in one step:
+        ``("height", "core.robust_poisson")`` or ``("calibration", path of a bundle)``.
     bundle : Path, optional
-        The calibration of all variants but those that swap it; by default the unit's own.
+        Calibration of all variants that do not swap it. Default: the unit's own.
     reference : Path or "first", optional
-        The untouched sensor; by default each bundle's.
+        Recording of the undeformed sensor. Default: the reference of each bundle.
     serial : str, optional
-        The unit.
+        Serial number of the unit.
     progress : Progress, optional
 
     Raises
     ------
     InputError
-        A frame has no truth, or one of another size; a step is not there.
+        The truth of a frame is missing or has another size, or a step does not exist.
     ProfileError, PluginError, CalibrationError
         A variant cannot be built.
     """
@@ -86,8 +86,8 @@ def compare(
             names = [common_names(measured, true, folder.path(name)) for measured in arrays]
             if not any(names):
                 raise InputError(
-                    f"nothing that {folder.path(name)} tells ({', '.join(true)}) was measured; "
-                    f"give --bundle, or a truth of what this profile measures"
+                    f"none of the arrays in {folder.path(name)} ({', '.join(true)}) was measured; "
+                    f"give --bundle, or ground truth of quantities that this profile measures"
                 )
             for score, measured, common in zip(scores, arrays, names, strict=True):
                 score.add(measured, true, common)
@@ -98,7 +98,7 @@ def compare(
             frames += 1
             progress.fraction(frames / count if count else 0.0)
         if shown is None:
-            raise InputError(f"{input} holds no frame; give a recording with some")
+            raise InputError(f"{input} contains no frames; give another recording")
         clock.fill()
     progress.stage("memory", 0.3)
     scored = []
@@ -111,7 +111,7 @@ def compare(
 
 
 def _checked_count(plain: Variant, recording: ComparedInput, truth: Truth) -> int | None:
-    """Count the frames, and refuse before long work what has no truth."""
+    """Count the frames, after a check that each has ground truth."""
     per_frame = images_per_observation(plain.profile)
     files = open_recording(recording.input, images_per_observation=per_frame)
     truth.check([observation.name for observation in files.files])

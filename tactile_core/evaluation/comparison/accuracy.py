@@ -1,4 +1,4 @@
-"""How far measured arrays are from true ones, pooled over all pixels of all frames."""
+"""Errors of measured arrays against the truth, pooled over all pixels of all frames."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from tactile_core.calibration.presses import angles_deg
 from tactile_core.evaluation.comparison.truth import Arrays
 
 _BINS_PER_DEG = 100
+"""Resolution of the histogram of angles: quantiles are exact to 0.01°."""
 
 
 class Angles:
-    """Angles pooled without keeping them: quantiles are good to a hundredth of a degree."""
+    """Streaming statistics of angles; quantiles are accurate to 0.01°."""
 
     def __init__(self) -> None:
         self._sum = 0.0
@@ -28,7 +29,7 @@ class Angles:
         self._counts += np.bincount(bins, minlength=len(self._counts))
 
     def summary(self) -> dict[str, float] | None:
-        """``mean``, ``median`` and ``p90``, degrees; None where nothing was counted."""
+        """``mean``, ``median`` and ``p90`` in degrees; None without any angle."""
         total = int(self._counts.sum())
         if total == 0:
             return None
@@ -40,24 +41,24 @@ class Angles:
 
 
 class Squares:
-    """Root of the mean square of pooled errors."""
+    """Root mean square of pooled errors."""
 
     def __init__(self) -> None:
         self._sum: NDArray[Any] = np.zeros(())
         self._count = 0
 
     def add(self, squares: NDArray[Any]) -> None:
-        """Count (N, …) squared errors; each entry behind the first axis has a mean of its own."""
+        """Count (N, …) squared errors; the mean is taken over the first axis."""
         self._sum = self._sum + squares.sum(axis=0, dtype=np.float64)
         self._count += len(squares)
 
     def summary(self) -> Any:
-        """A number, or a list of them; None where nothing was counted."""
+        """A number or a list of numbers; None without any error."""
         return np.sqrt(self._sum / self._count).round(6).tolist() if self._count else None
 
 
 class Accuracy:
-    """Scores of one variant: frame after frame is added, then they are summed up."""
+    """Accumulates the scores of one variant over frames."""
 
     def __init__(self) -> None:
         self._normals, self._contact_normals = Angles(), Angles()
@@ -72,32 +73,32 @@ class Accuracy:
         Parameters
         ----------
         measured, truth : mapping of name to array
-            Finite; those named have equal sizes in both.
+            Finite; arrays that are compared have the same shape in both.
         names : list of str
-            What to compare.
+            Arrays to compare.
         """
         contact = truth["contact"].astype(bool) if "contact" in truth else None
         for name in names:
-            mine, true = measured[name], truth[name]
+            array, true = measured[name], truth[name]
             if name == "gradients":
-                self._add_normals(mine, true, contact)
+                self._add_normals(array, true, contact)
             elif name == "height_mm":
-                self._add_height(mine, true, contact)
-            elif mine.dtype == bool:
-                overlap, there = self._overlap[name], true.astype(bool)
-                overlap[0] += int(np.count_nonzero(mine & there))
-                overlap[1] += int(np.count_nonzero(mine | there))
+                self._add_height(array, true, contact)
+            elif array.dtype == bool:
+                overlap, true_mask = self._overlap[name], true.astype(bool)
+                overlap[0] += int(np.count_nonzero(array & true_mask))
+                overlap[1] += int(np.count_nonzero(array | true_mask))
             elif true.ndim < 2:
-                self._others[name].add(np.square(mine.astype(np.float64) - true)[None])
+                self._others[name].add(np.square(array.astype(np.float64) - true)[None])
             else:
-                squares = np.square(mine.astype(np.float64) - true)
+                squares = np.square(array.astype(np.float64) - true)
                 self._others[name].add(squares.reshape(*true.shape[:2], -1).sum(2).ravel())
 
     def summary(self) -> dict[str, Any]:
-        """Every score, JSON-ready; None where there was nothing to compare.
+        """Every score, JSON-ready; None if nothing was compared.
 
-        ``rmse`` has an entry for each other array: of a field of vectors the length of the error,
-        of a few numbers (a wrench) each by itself.
+        ``rmse`` has an entry for every other array: the length of the error for a vector field,
+        one value per component for a short vector such as a wrench.
         """
         return {
             "normal_error_deg": self._normals.summary(),
@@ -113,18 +114,18 @@ class Accuracy:
         }
 
     def _add_normals(
-        self, mine: NDArray[Any], true: NDArray[Any], contact: NDArray[Any] | None
+        self, gradients: NDArray[Any], true: NDArray[Any], contact: NDArray[Any] | None
     ) -> None:
-        angles = angles_deg(mine.reshape(-1, 2), true.reshape(-1, 2))
+        angles = angles_deg(gradients.reshape(-1, 2), true.reshape(-1, 2))
         self._normals.add(angles)
         if contact is not None:
             self._contact_normals.add(angles[contact.ravel()])
 
     def _add_height(
-        self, mine: NDArray[Any], true: NDArray[Any], contact: NDArray[Any] | None
+        self, height_mm: NDArray[Any], true: NDArray[Any], contact: NDArray[Any] | None
     ) -> None:
-        squares = np.square(mine.astype(np.float64) - true)
+        squares = np.square(height_mm.astype(np.float64) - true)
         self._height.add(squares.ravel())
         if contact is not None:
             self._contact_height.add(squares[contact])
-        self._peaks.append(abs(float(mine.max()) - float(true.max())))
+        self._peaks.append(abs(float(height_mm.max()) - float(true.max())))

@@ -1,4 +1,4 @@
-"""Time per frame of several variants, which take turns so that a busy machine slows all alike."""
+"""Time per frame of several variants, interleaved so that other load affects all equally."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame
 
 LEAST_FRAMES = 20
-"""Shorter recordings are measured again, for the time alone, until there are so many."""
+"""Fewest frames to time; shorter recordings are repeated, for timing only. Chosen by hand."""
 
 
 def interleaved(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
-    """Yield the readings of each frame; which stream is first changes from frame to frame."""
+    """Yield the readings of each frame; the streams rotate so that each is first equally often."""
     number = 0
     while True:
         readings: dict[int, Reading] = {}
@@ -31,12 +31,12 @@ def interleaved(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]
 class Clock:
     """Collects the latencies of readings.
 
-    The first reading prepares tables and is not counted.
+    The first reading is a warm-up (it prepares tables) and is not counted.
 
     Parameters
     ----------
     pipelines : sequence of Pipeline
-        Those that the readings come from.
+        Pipelines of the readings.
     """
 
     def __init__(self, pipelines: Sequence[Pipeline]) -> None:
@@ -46,13 +46,13 @@ class Clock:
         self._warm = False
 
     def latency_ms(self, index: int) -> tuple[float, ...]:
-        """What was counted of one pipeline."""
+        """Latencies of one pipeline."""
         return tuple(self._latency_ms[index])
 
     def note(self, readings: Sequence[Reading]) -> None:
         """Count the readings of a frame, one of each pipeline."""
         if len(self._frames) < LEAST_FRAMES:
-            # found markers are part of the work, so a repetition has to find them again
+            # marker detection is part of the time, so a repetition has to detect them again
             self._frames.append(replace(readings[0].frame, marker_mask=None))
         if self._warm:
             for times, reading in zip(self._latency_ms, readings, strict=True):
@@ -60,7 +60,7 @@ class Clock:
         self._warm = True
 
     def fill(self) -> None:
-        """Measure the first frames again until enough are counted."""
+        """Repeat the first frames until enough are timed."""
         while len(self._latency_ms[0]) < LEAST_FRAMES:
             for pipeline in self._pipelines:
                 pipeline.reset()

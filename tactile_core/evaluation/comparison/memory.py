@@ -1,4 +1,4 @@
-"""Memory that it takes to measure a recording, and nothing else."""
+"""Peak memory of a process that only measures a recording."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
 from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
 
 FRAMES = 20
+"""Frames that the process measures. Chosen by hand; memory no longer grows after the first few."""
 
 
 def peak_of_stream_mib(
     variant: Variant, recording: ComparedInput
 ) -> tuple[float | None, tuple[str, ...]]:
-    """Measure the first frames in a process of its own.
+    """Measure the first frames in a separate process.
 
     Returns
     -------
     peak_mib : float or None
-        Its largest resident memory, Python and libraries included.
+        Its peak resident memory, including Python and libraries.
     notes : tuple of str
-        What the sensor says when it is opened.
+        Notes of the sensor on opening.
     """
     with FreshProcess(_stream, variant, recording) as process:
         peak_mib, notes = process.receive()

@@ -1,4 +1,4 @@
-"""A comparison as a table, and as a page with pictures of one frame."""
+"""Report of a comparison: a table, and a page with figures of one frame."""
 
 from __future__ import annotations
 
@@ -13,19 +13,22 @@ from tactile_core.views import html
 from tactile_core.views.maps import Over, deviation, relief
 
 NOTHING = "–"
+"""Cell of a score that does not exist."""
+
+_ERROR_PERCENTILE = 99.5
+"""Percentile of the absolute height error at which the colour scale ends. Chosen by hand."""
 
 _EXPLAINED = (
-    "Normals: angle between measured and true normals over all pixels, and over those in the true "
-    "contact. Height: root mean square of measured less true height, over the same two sets; peak: "
-    "mean difference of the highest points. IoU: pixels that both call contact over pixels that "
-    "either does. Time: from frame to reading on one core, one thread, variants taking turns. "
-    "Memory: largest resident memory of a process that only measures this recording, Python and "
-    "libraries included."
+    "Normals: angle between measured and true normals, over all pixels and over the true contact. "
+    "Height: root mean square error over the same two sets of pixels; peak: mean difference of the "
+    "highest points. IoU: intersection over union of measured and true contact. Time: from frame "
+    "to reading on one core with one thread, variants interleaved. Memory: peak resident memory of "
+    "a process that only measures this recording, including Python and libraries."
 )
 
 
 def comparison_table(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Header and one row for each variant."""
+    """Header, and one row per variant."""
     summaries = [variant.summary() for variant in comparison.variants]
     extra = sorted({name for s in summaries for kind in ("iou", "rmse") for name in s[kind]})
     extra = [name for name in extra if name != "contact"]
@@ -45,7 +48,7 @@ def comparison_table(comparison: Comparison) -> tuple[list[str], list[list[str]]
 
 
 def comparison_page(comparison: Comparison) -> str:
-    """HTML of the table and, for the frame with the highest truth, height and error."""
+    """HTML of the table, and figures of the frame with the highest true peak."""
     parts = [
         html.paragraph(f"{comparison.profile.name}: {comparison.frames} frames."),
         html.table(*comparison_table(comparison)),
@@ -55,7 +58,7 @@ def comparison_page(comparison: Comparison) -> str:
     if "height_mm" in truth:
         parts.append(html.heading(f"Frame {comparison.shown}"))
         parts += _figures(comparison, truth)
-    return html.page("One recording, measured in several ways", parts)
+    return html.page("Comparison of variants on one recording", parts)
 
 
 def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
@@ -64,8 +67,8 @@ def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
     true_map = _map(truth["height_mm"], mm_per_px)
     heights = [_map(a["height_mm"], mm_per_px) if "height_mm" in a else None for a in shown]
     errors = [np.abs(h.mm - true_map.mm) for h in heights if h is not None]
-    # one scale for all; single pixels do not set it
-    most_mm = max((float(np.percentile(error, 99.5)) for error in errors), default=0.0)
+    # one scale for all figures; single pixels do not set it
+    most_mm = max((float(np.percentile(error, _ERROR_PERCENTILE)) for error in errors), default=0.0)
     figures = [html.figure(relief(true_map, _contact(truth)), "truth")]
     for variant, height, arrays in zip(comparison.variants, heights, shown, strict=True):
         figures.append(html.heading(variant.name))
@@ -74,7 +77,7 @@ def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
             continue
         figures.append(html.figure(relief(height, _contact(arrays)), "measured"))
         error = deviation(height, true_map, most_mm=most_mm)
-        figures.append(html.figure(error, "measured less true: red is too high"))
+        figures.append(html.figure(error, "height error (red: too high)"))
     return figures
 
 
@@ -94,14 +97,14 @@ def _row(summary: dict[str, Any], extra: list[str]) -> list[str]:
         _microns(summary["height_rmse_mm"]),
         _microns(summary["height_rmse_in_contact_mm"]),
         _microns(summary["peak_error_mm"]),
-        _said(summary["iou"].get("contact"), "{:.3f}"),
+        _formatted(summary["iou"].get("contact"), "{:.3f}"),
         *(_other(summary["iou"].get(name, summary["rmse"].get(name))) for name in extra),
         _several(summary["latency_ms"]),
-        _said(summary["peak_memory_mib"], "{:.0f}"),
+        _formatted(summary["peak_memory_mib"], "{:.0f}"),
     ]
 
 
-def _said(value: float | None, form: str) -> str:
+def _formatted(value: float | None, form: str) -> str:
     return NOTHING if value is None else form.format(value)
 
 

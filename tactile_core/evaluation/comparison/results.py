@@ -1,4 +1,4 @@
-"""What the variants reached, and how it is told."""
+"""Results of a comparison."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from tactile_core.profiles.model import Profile
 
 @dataclass(frozen=True)
 class Scored:
-    """What one variant reached.
+    """Accuracy, time and memory of one variant.
 
     Attributes
     ----------
     name : str
-        ``as it is``, or the swap.
+        ``as it is`` for the unchanged profile, or the swap.
     accuracy : dict
         See :meth:`~tactile_core.evaluation.comparison.accuracy.Accuracy.summary`.
     latency_ms : (n,) tuple of float
-        From frame to reading, one thread; the first of a pass, which prepares tables, is left out.
+        Time from frame to reading, one thread, without the first frame (warm-up).
     peak_memory_mib : float or None
-        Largest resident memory of a process that only measures this recording, Python and
-        libraries included; None where the system does not tell.
+        Peak resident memory of a process that only measures this recording, including Python and
+        libraries; None if the system does not report it.
     notes : tuple of str
-        What the sensor said when it was opened.
+        Notes of the sensor on opening.
     """
 
     name: str
@@ -51,20 +51,21 @@ class Scored:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The variants of a profile, measured on one recording.
+    """Scores of the variants of a profile on one recording.
 
     Attributes
     ----------
     profile : Profile
     frames : int
-        How many were scored.
+        Number of scored frames.
     variants : tuple of Scored
-        The profile as it is, then one for each swap.
+        The unchanged profile, then one variant per swap.
     shown : str
-        The frame with the highest truth, for pictures.
+        Name of the frame with the highest true peak, for figures.
     shown_truth : mapping of name to array
+        Ground truth of this frame.
     shown_arrays : tuple of mapping
-        What each variant measured of it.
+        Measurements of this frame by each variant.
     """
 
     profile: Profile
@@ -75,7 +76,7 @@ class Comparison:
     shown_arrays: tuple[Arrays, ...]
 
     def summary(self) -> dict[str, Any]:
-        """What ``tactile compare --json`` prints."""
+        """The output of ``tactile compare --json``."""
         return {
             "profile": self.profile.name,
             "frames": self.frames,

@@ -1,4 +1,4 @@
-"""The truth beside a recording: one ``.npz`` per frame, under the frame's name."""
+"""Ground truth of a recording: one ``.npz`` per frame, under the frame's name."""
 
 from __future__ import annotations
 
@@ -17,75 +17,76 @@ from tactile_core.formats.npz import read_npz
 Arrays = Mapping[str, NDArray[Any]]
 
 _SCALE_TOLERANCE = 0.01
-_OF_THE_MEASUREMENT = frozenset({"valid", "mm_per_px"})
-"""Arrays that are no measured quantity, so there is no truth of them."""
+"""Largest relative difference of scale, as a ratio. Chosen by hand."""
+_WITHOUT_TRUTH = frozenset({"valid", "mm_per_px"})
+"""Arrays that are not measured quantities, so they have no ground truth."""
 
 
 @dataclass(frozen=True)
 class Truth:
-    """A folder of ``NAME.npz`` with the arrays that ``tactile run`` writes, but true."""
+    """A folder of ``NAME.npz`` with ground truth under the names that ``tactile run`` writes."""
 
     folder: Path
 
     def check(self, names: list[str]) -> None:
-        """Refuse a folder that lacks the truth of a frame.
+        """Check that the folder has the truth of every frame.
 
         Raises
         ------
         InputError
-            With the frame that is missing and the file that is nearest to it.
+            A file is missing; the message names it and the file with the most similar name.
         """
         if not self.folder.is_dir():
-            raise InputError(f"{self.folder}: there is no such folder; --truth names one")
+            raise InputError(f"{self.folder}: there is no such folder; correct --truth")
         there = sorted(path.stem for path in self.folder.glob("*.npz"))
         for name in names:
             if name not in there:
                 near = get_close_matches(name, there, 1)
                 nearest = f"the nearest is {near[0]}.npz" if near else f"it has {len(there)} .npz"
                 raise InputError(
-                    f"{self.folder} holds no {name}.npz, the truth of that frame ({nearest}); "
-                    f"name the truth of this very recording"
+                    f"{self.folder} has no {name}.npz with the truth of that frame ({nearest}); "
+                    f"give the truth of this recording"
                 )
 
     def of(self, name: str) -> Arrays:
-        """Read the true arrays of a frame; one that is missing is refused as by :meth:`check`."""
+        """Read the true arrays of a frame; raises as :meth:`check` if they are missing."""
         path = self.path(name)
         if not path.is_file():
             self.check([name])
         return read_npz(path)
 
     def path(self, name: str) -> Path:
-        """Where the truth of a frame is."""
+        """Path of a frame's ground truth."""
         return self.folder / f"{name}.npz"
 
 
 def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
-    """Return the arrays that both have and that can be told apart in numbers.
+    """Return the names of numeric arrays that both have.
 
-    Lists of markers are left out: which of them is which is not known.
+    Lists of markers are left out, because their correspondence is unknown.
 
     Raises
     ------
     InputError
-        An array differs in size, or the scales by more than 1 %.
+        The shapes of an array differ, or the scales differ by more than 1 %.
     """
     scales = [
         float(arrays["mm_per_px"].item()) for arrays in (measured, truth) if "mm_per_px" in arrays
     ]
     if len(scales) == 2 and abs(scales[1] / scales[0] - 1) > _SCALE_TOLERANCE:
         raise InputError(
-            f"{path} is at {scales[1]:g} mm per pixel and the recording at {scales[0]:g}; give the "
-            f"truth of this very recording"
+            f"{path} has {scales[1]:g} mm per pixel and the recording {scales[0]:g}; give the "
+            f"truth of this recording"
         )
     names = []
     for name in measured:
-        if name not in truth or name in _OF_THE_MEASUREMENT or name.startswith("marker"):
+        if name not in truth or name in _WITHOUT_TRUTH or name.startswith("marker"):
             continue
         if not (_is_number(measured[name]) and _is_number(truth[name])):
             continue
         _check_size(truth[name].shape, measured[name].shape, f"{path}: {name}")
         if measured[name].ndim > 1 and "contact" in truth:
-            # it says which pixels of the others are in contact, also where none was measured
+            # the true contact masks the other arrays, even if no contact was measured
             _check_size(truth["contact"].shape, measured[name].shape[:2], f"{path}: contact")
         if not np.isfinite(truth[name]).all():
             raise InputError(f"{path}: {name} is not finite everywhere; write the truth again")
@@ -100,10 +101,10 @@ def _is_number(array: NDArray[Any]) -> bool:
 def _check_size(true: tuple[int, ...], measured: tuple[int, ...], what: str) -> None:
     if true != measured:
         raise InputError(
-            f"{what} is {_words(true)} and what was measured {_words(measured)}; give the truth of "
-            f"this very recording"
+            f"{what} is {_formatted(true)} but {_formatted(measured)} was measured; give the truth "
+            f"of this recording"
         )
 
 
-def _words(shape: tuple[int, ...]) -> str:
+def _formatted(shape: tuple[int, ...]) -> str:
     return " × ".join(str(side) for side in shape) or "one number"

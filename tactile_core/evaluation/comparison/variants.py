@@ -1,4 +1,4 @@
-"""The variants that are compared: the profile as it is, and one change each."""
+"""Variants to compare: the unchanged profile, and one variant per swap."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ CALIBRATION = "calibration"
 
 @dataclass(frozen=True)
 class ComparedInput:
-    """What every variant measures.
+    """The recording that every variant measures.
 
     Attributes
     ----------
     input : Path
     reference : Path, "first" or None
+        Recording of the undeformed sensor; None for that of the bundle.
     serial : str or None
+        Serial number of the unit.
     """
 
     input: Path
@@ -34,15 +36,15 @@ class ComparedInput:
 
 @dataclass(frozen=True)
 class Variant:
-    """One way to measure a recording.
+    """A profile and a bundle to measure a recording with.
 
     Attributes
     ----------
     name : str
-        ``as it is``, or the swap.
+        ``as it is`` for the unchanged profile, or the swap.
     profile : Profile
     bundle : Path or None
-        None takes the unit's own, if there is one.
+        Calibration; None for the unit's own, if any.
     """
 
     name: str
@@ -50,12 +52,12 @@ class Variant:
     bundle: Path | None = None
 
     def open(self, recording: ComparedInput) -> Sensor:
-        """Open the recording as a sensor that measures in this way.
+        """Open the recording as a sensor of this variant.
 
         Raises
         ------
         TactileError
-            As :func:`~tactile_core.pipeline.sensor.open_sensor`, with the variant's name before it.
+            As :func:`~tactile_core.pipeline.sensor.open_sensor`, prefixed by the variant's name.
         """
         try:
             return open_sensor(
@@ -72,29 +74,29 @@ class Variant:
 def variants_of(
     profile: str | Path, swaps: Iterable[tuple[str, str]], bundle: Path | None = None
 ) -> list[Variant]:
-    """Return the profile as it is, and one variant for each swap.
+    """Return the unchanged profile, and one variant per swap.
 
     Parameters
     ----------
     profile : str or Path
         A profile's name or the path of its YAML file.
     swaps : iterable of (step, use)
-        A step of the profile's chain and the estimator to use in it, with the options that both
-        know and defaults for the others; or ``("calibration", path of a bundle)``.
+        A step of the profile's chain and the estimator to use in it. Options that both estimators
+        have are kept; the others take their defaults. Or ``("calibration", path of a bundle)``.
     bundle : Path, optional
-        The calibration of all variants but those that swap it.
+        Calibration of all variants that do not swap it.
 
     Raises
     ------
     InputError
-        There is no such step.
+        The profile has no such step.
     ProfileError, PluginError
-        There is no such estimator, or it cannot take the step.
+        The estimator does not exist, or does not fit the step.
     """
-    asked = list(dict.fromkeys(swaps))
+    unique_swaps = list(dict.fromkeys(swaps))
     plain = load_profile(profile)
     variants = [Variant("as it is", plain, bundle)]
-    for step, use in asked:
+    for step, use in unique_swaps:
         name = f"{step}={use}"
         if step == CALIBRATION:
             variants.append(Variant(name, plain, _bundle_folder(use)))
@@ -115,7 +117,7 @@ def parse_swap(words: str) -> tuple[str, str]:
     Raises
     ------
     InputError
-        It is not of this form.
+        The text does not have this form.
     """
     step, equals, use = words.partition("=")
     if not (step and equals and use):
@@ -127,12 +129,12 @@ def parse_swap(words: str) -> tuple[str, str]:
 
 
 def _check_step(step: str, profile: Profile) -> None:
-    known = [*profile.estimators, CALIBRATION]
-    if step in known:
+    steps = [*profile.estimators, CALIBRATION]
+    if step in steps:
         return
-    near = get_close_matches(step, known, 1)
+    near = get_close_matches(step, steps, 1)
     hint = f"did you mean {near[0]!r}? " if near else ""
-    raise InputError(f"{profile.name} has no step {step!r}; {hint}There are {', '.join(known)}")
+    raise InputError(f"{profile.name} has no step {step!r}; {hint}There are {', '.join(steps)}")
 
 
 def _bundle_folder(use: str) -> Path:
@@ -142,11 +144,11 @@ def _bundle_folder(use: str) -> Path:
             resolve("calibrator", use)
         except PluginError:
             raise InputError(
-                f"calibration={use}: there is no such folder; name a bundle's folder, which "
-                f"'tactile calibrate' writes"
+                f"calibration={use}: there is no such folder; give the folder of a bundle from "
+                f"'tactile calibrate'"
             ) from None
         raise InputError(
-            f"calibration={use}: {use} is a model, which has to be fitted first; run 'tactile "
+            f"calibration={use}: {use} is a model that has to be fitted first; run 'tactile "
             f"calibrate … --model {use} --out FOLDER' and swap in calibration=FOLDER"
         )
     return folder

@@ -1,4 +1,4 @@
-"""Cost of each stage of a frame's way on this machine, on virtual units of the profiles."""
+"""Time and memory of each processing stage on this machine, with virtual sensors."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.profiles.model import Profile
 
 SECONDS = 6.0
-"""How long the stages of all units are measured together."""
+"""Default time for measuring the stages of all units together, s. Chosen by hand."""
 
-_FEWEST_ROUNDS = 10
+_MIN_ROUNDS = 10
+"""Fewest rounds per stage. Chosen by hand; a 90th percentile needs at least ten."""
 
 
 def bench(
@@ -33,34 +34,35 @@ def bench(
     seconds: float = SECONDS,
     progress: Progress | None = None,
 ) -> Benches:
-    """Measure what each stage costs, one thread on one core.
+    """Measure the time of each stage with one thread on one core.
 
-    Every profile gets a virtual unit, calibrated on rendered presses. All units take turns, a frame
-    at a time, so that a machine that slows down slows all alike.
+    Every profile gets a virtual unit, calibrated on rendered presses. The units alternate frame by
+    frame, so that other load on the machine affects all equally.
 
     Parameters
     ----------
     profiles : sequence of Profile
     sizes_px : sequence of (width, height), optional
-        Image sizes; by default each profile's own.
+        Image sizes. Default: each profile's own.
     calibration : str, optional
-        The model that is fitted, ``plugin.name``; by default each profile's own.
+        Calibrator to fit, ``plugin.name``. Default: each profile's own.
     seconds : float
-        How long to measure the stages of all together; each is measured ten times at least.
+        Time for measuring the stages of all units together; each stage is measured at least ten
+        times.
     progress : Progress, optional
 
     Raises
     ------
     TactileError
-        Not one of the profiles can be built; with more than one, those that cannot are left out.
+        The only profile cannot be built. Of several profiles, those that fail are left out.
     """
     progress = progress or Silent()
-    asked = [(profile, size) for profile in profiles for size in (*sizes_px,) or (None,)]
+    builds = [(profile, size) for profile in profiles for size in (*sizes_px,) or (None,)]
     units: list[VirtualUnit] = []
     left_out = []
     with one_thread():
-        for profile, size_px in asked:
-            progress.stage(f"calibrating {profile.name}", 0.4 / len(asked))
+        for profile, size_px in builds:
+            progress.stage(f"calibrating {profile.name}", 0.4 / len(builds))
             try:
                 units.append(virtual_unit(profile, size_px=size_px, model=calibration))
             except TactileError as error:
@@ -98,12 +100,12 @@ def _costs(
             stream.staged()
     times: list[dict[str, list[float]]] = [{} for _ in streams]
     start, rounds = perf_counter(), 0
-    while rounds < _FEWEST_ROUNDS or perf_counter() - start < seconds:
+    while rounds < _MIN_ROUNDS or perf_counter() - start < seconds:
         for stream, collected in zip(streams, times, strict=True):
             for name, time_ms in (stream.staged() | stream.whole()).items():
                 collected.setdefault(name, []).append(time_ms)
         rounds += 1
-        done = min(rounds / _FEWEST_ROUNDS, (perf_counter() - start) / seconds)
+        done = min(rounds / _MIN_ROUNDS, (perf_counter() - start) / seconds)
         progress.fraction(min(done, 1.0))
     costs = [
         tuple(

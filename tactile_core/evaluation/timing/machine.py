@@ -1,4 +1,4 @@
-"""What the numbers were measured on."""
+"""Description of the machine that a benchmark runs on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "scikit-image",
 
 
 def machine() -> dict[str, Any]:
-    """Name of the processor, cores that may be used, and versions (None: not installed)."""
+    """Name of the processor, available cores, and versions (None: not installed)."""
     from tactile_core import __version__
 
     return {
@@ -29,7 +29,7 @@ def machine() -> dict[str, Any]:
 
 
 def available_cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""Whole streams in processes of their own: their memory, and what a second one costs the first."""
+"""Streams in separate processes: their memory, and the throughput of two at once."""
 
 from __future__ import annotations
 
@@ -13,19 +13,42 @@ from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit
 
 WARM_UP_FRAMES = 4
-_ROUNDS, _ROUND_S = 3, 0.15
+"""Frames before timing starts. Chosen by hand; the first one compiles and prepares tables."""
+
+
+@dataclass(frozen=True)
+class StreamingParameters:
+    """Measurement of throughput with one and with two processes.
+
+    Attributes
+    ----------
+    rounds : int, count
+        Alternations between one and two processes; the result is their median.
+        Source: chosen by hand; no script derives it.
+    round_s : float, s
+        Duration of one measurement.
+        Source: chosen by hand; no script derives it.
+    """
+
+    rounds: int = 3
+    round_s: float = 0.15
+
+
+STREAMING = StreamingParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class Alone:
-    """What a process that only streams a unit's frames tells of itself.
+    """Properties of a process that only streams a unit's frames.
 
     Attributes
     ----------
     peak_memory_mib : float or None
-        Largest resident memory, Python and libraries included; None where the system does not tell.
+        Peak resident memory, including Python and libraries; None if the system does not report
+        it.
     uses_numba : bool
-        Whether the ``fast`` extra has been used.
+        Whether the ``fast`` extra is in use.
     """
 
     peak_memory_mib: float | None
@@ -35,13 +58,13 @@ class Alone:
 def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
     """Stream a unit in one process, and in two at once.
 
-    One and two take turns, so that a busy machine slows both alike.
+    Both cases alternate, so that other load on the machine affects them equally.
 
     Returns
     -------
     alone : Alone
     ratio : float or None
-        Frames per second of two processes together over those of one; None unless ``two``.
+        Total throughput of two processes relative to one; None unless ``two``.
     """
     with FreshProcess(_stream, unit) as first:
         if not two:
@@ -50,7 +73,7 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
             alone: Alone = first.receive()
             second.receive()
             ratios = []
-            for _ in range(_ROUNDS):
+            for _ in range(STREAMING.rounds):
                 rates = [_rate(first), _rate(first, second)]
                 ratios.append(rates[1] / rates[0])
     return alone, median(ratios)
@@ -58,7 +81,7 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
 
 def _rate(*processes: FreshProcess) -> float:
     for process in processes:
-        process.send(_ROUND_S)
+        process.send(STREAMING.round_s)
     return float(sum(process.receive() for process in processes))
 
 

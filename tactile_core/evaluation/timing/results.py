@@ -1,4 +1,4 @@
-"""What was measured, and how it is told."""
+"""Results of a benchmark."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Cost:
-    """What one stage costs.
+    """Time of one stage.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Cost:
 
     @property
     def per_second(self) -> float:
-        """How many frames a second one core would take through this stage alone."""
+        """Frames per second of this stage alone on one core."""
         return 1e3 / self.median_ms
 
     def summary(self) -> dict[str, Any]:
@@ -37,23 +37,23 @@ class Cost:
 
 @dataclass(frozen=True)
 class Bench:
-    """The costs of one profile at one size.
+    """Time and memory of one profile at one image size.
 
     Attributes
     ----------
     profile, model : str
-        The profile's name, and the calibration that was fitted.
+        Names of the profile and of the fitted calibrator.
     size_px : (width, height)
     stages : tuple of Cost
-        In the order of a frame's way; the last is the whole of it, measured by itself.
+        In processing order; the last one is the whole frame, measured separately.
     rounds : int
-        How often each was measured.
+        Number of measurements of each stage.
     peak_memory_mib : float or None
-        Largest resident memory of a process that only streams, Python and libraries included.
+        Peak resident memory of a process that only streams, including Python and libraries.
     two_process_ratio : float or None
-        Frames a second of two such processes at once over those of one; None on one core.
+        Throughput of two such processes at once relative to one; None on one core.
     uses_numba : bool
-        Whether the ``fast`` extra took part.
+        Whether the ``fast`` extra is in use.
     """
 
     profile: str
@@ -82,7 +82,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Benches:
-    """What was measured, and on what.
+    """Benchmarks of several profiles on one machine.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Benches:
         See :func:`~tactile_core.evaluation.timing.machine.machine`.
     benches : tuple of Bench
     left_out : tuple of str
-        The profiles that could not be built, each with the reason.
+        Profiles that could not be built, each with the reason.
     """
 
     machine: dict[str, Any]
@@ -98,7 +98,7 @@ class Benches:
     left_out: tuple[str, ...]
 
     def summary(self) -> dict[str, Any]:
-        """What ``tactile bench --json`` prints."""
+        """The output of ``tactile bench --json``."""
         fast = {
             "installed": self.machine["versions"]["numba"] is not None,
             "used": any(bench.uses_numba for bench in self.benches),

@@ -1,4 +1,4 @@
-"""A camera that has its images already."""
+"""A camera that repeats given images."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tactile_core.quantities import Image, Pixels
 
 
 class StillCamera(Camera):
-    """Sends the same exposures again and again, without a wait."""
+    """Delivers the same exposures repeatedly and without delay."""
 
     live: ClassVar[bool] = False
 
@@ -22,7 +22,7 @@ class StillCamera(Camera):
         self._exposures = cycle(exposures)
 
     def _open(self) -> None:
-        """Nothing to acquire."""
+        """Nothing to open."""
 
     def _close(self) -> None:
         """Nothing to release."""

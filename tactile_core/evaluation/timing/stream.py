@@ -1,4 +1,4 @@
-"""A sensor without a device: what a frame goes through, stage by stage or at once."""
+"""A virtual unit as a stream of frames, processed as a whole or stage by stage."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Frame, Pixels, Quantity, Reference
 
-ACQUIRE, LIGHTS, MARKERS, SLOPES = "acquire", "lamps verified", "markers masked", "slopes"
+ACQUIRE, LIGHTS, MARKERS, SLOPES = "acquire", "lights verified", "markers masked", "slopes"
 WHOLE = "whole frame"
 
 
 class Stream:
-    """Runs a virtual unit's frames as a live sensor does.
+    """Processes a virtual unit's frames like a live sensor.
 
-    What the camera sends costs as much whatever it shows, so an even image takes its way through
-    the geometry, and the rendered frame follows. The frames show one contact that is dragged to and
-    fro, as a live sensor sees: a new contact in each would be searched for anew by the steps that
-    follow markers and slip.
+    Acquisition takes the same time for any image content, so it is timed with a uniform image; the
+    later stages process the rendered frame. The frames show one contact that is sheared back and
+    forth, as on a live sensor: with a new contact in every frame, marker tracking and slip
+    detection would start again each time.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Stream:
         self._acquisition = Acquisition(camera.open(), make_lights(unit.profile), image)
 
     def whole(self) -> dict[str, float]:
-        """Take and process one frame; return its time in ms under :data:`WHOLE`."""
+        """Acquire and process one frame; return its time in ms under :data:`WHOLE`."""
         frame, times = next(self._frames), dict[str, float]()
         with _timed(times, WHOLE):
             self._acquisition.observe()
@@ -54,7 +54,7 @@ class Stream:
         return times
 
     def staged(self) -> dict[str, float]:
-        """Take one frame and bring it through each stage; return the times in ms."""
+        """Acquire one frame and process it stage by stage; return the times in ms."""
         frame, times = next(self._frames), dict[str, float]()
         with _timed(times, ACQUIRE):
             self._acquisition.observe()
@@ -62,12 +62,12 @@ class Stream:
         return times
 
     def through(self, frame: Frame, times: dict[str, float]) -> Mapping[type[Quantity], Quantity]:
-        """Bring a frame through each stage as the pipeline does, and note the times in ms.
+        """Process a frame stage by stage like the pipeline, and record the times in ms.
 
         Returns
         -------
         mapping of type to Quantity
-            What the pipeline measures too, beside the frame and the reference.
+            The pipeline's quantities, and also the frame and the reference.
         """
         reference = self._pipeline.reference
         assert reference is not None

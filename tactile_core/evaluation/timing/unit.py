@@ -1,4 +1,4 @@
-"""A virtual unit of a profile, calibrated on rendered presses at known places."""
+"""A virtual unit of a profile, calibrated on rendered presses at known positions."""
 
 from __future__ import annotations
 
@@ -25,24 +25,61 @@ from tactile_core.quantities import Frame, Pixels
 from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
-PRESSES = 8
-_BALL_OF_WIDTH, _DEPTH_OF_BALL, _KEPT_FRAMES = 0.22, 0.2, 4
 
-_STROKE_PX = (1.0, 2.0, 3.0, 2.0)
-_SHEARED_RADII = 2.5
-"""How far from a ball it drags the skin along, in radii of its contact."""
+@dataclass(frozen=True)
+class UnitParameters:
+    """Presses and frames of a virtual unit. They are fixed, so that timings are comparable.
+
+    Attributes
+    ----------
+    presses : int, count
+        Calibration presses.
+        Source: chosen by hand; no script derives it.
+    ball_widths : float, view widths
+        Diameter of the ball.
+        Source: chosen by hand; no script derives it.
+    depth_balls : float, ball diameters
+        Depth of a press.
+        Source: chosen by hand; no script derives it.
+    region : (float, float), share of the image size
+        Range of the press positions along x and y.
+        Source: chosen by hand; no script derives it.
+    kept_frames : int, count
+        Calibration presses whose frames are kept.
+        Source: chosen by hand; no script derives it.
+    stroke_px : tuple of float, px
+        Shear displacement of a ball in successive frames; repeats without a jump.
+        Source: chosen by hand; no script derives it.
+    shear_radii : float, contact radii
+        Distance from the contact at which its shear displacement has decayed to zero.
+        Source: chosen by hand; no script derives it.
+    """
+
+    presses: int = 8
+    ball_widths: float = 0.22
+    depth_balls: float = 0.2
+    region: tuple[float, float] = (0.15, 0.85)
+    kept_frames: int = 4
+    stroke_px: tuple[float, ...] = (1.0, 2.0, 3.0, 2.0)
+    shear_radii: float = 2.5
+
+
+UNIT = UnitParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class VirtualUnit:
-    """A profile, its calibration and frames as its camera would give them.
+    """A profile, its calibration, and rendered frames.
 
     Attributes
     ----------
+    profile : Profile
+    bundle : Bundle
     frames : tuple of Frame
-        Balls pressed here and there; their markers are not found yet.
+        Ball presses at several positions, without marker masks.
     stroke : tuple of Frame
-        One ball that drags the skin to and fro, a pixel from frame to frame, over and over.
+        A ball that shears the gel surface back and forth, one pixel per frame; it can be repeated.
     """
 
     profile: Profile
@@ -60,14 +97,14 @@ def virtual_unit(
     ----------
     profile : Profile
     size_px : (width, height), optional
-        Of the image instead of the profile's; the same width of the gel is seen.
+        Image size instead of the profile's; the width of the field of view in mm is the same.
     model : str, optional
-        The calibrator to fit with, ``plugin.name``; else the profile's.
+        Calibrator to fit, ``plugin.name``. Default: the profile's.
 
     Raises
     ------
     PluginError, InputError
-        The profile's light cannot be made.
+        The profile's illumination cannot be made.
     CalibrationError
         The presses do not determine the model.
     """
@@ -79,12 +116,12 @@ def virtual_unit(
     undeformed = take(None, 0)
     condition = Conditioning.of(profile, average([undeformed]), compensates=False)
     reference = condition.undeformed
-    ball_mm = _BALL_OF_WIDTH * image.width_px * image.mm_per_px
+    ball_mm = UNIT.ball_widths * image.width_px * image.mm_per_px
     rng = np.random.default_rng(0)
     presses = []
-    for seed in range(1, PRESSES + 1):
-        x, y = rng.uniform(0.15, 0.85, 2) * (image.width_px, image.height_px)
-        ball = BallPress((float(x), float(y)), ball_mm, _DEPTH_OF_BALL * ball_mm)
+    for seed in range(1, UNIT.presses + 1):
+        x, y = rng.uniform(*UNIT.region, 2) * (image.width_px, image.height_px)
+        ball = BallPress((float(x), float(y)), ball_mm, UNIT.depth_balls * ball_mm)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
         frame = condition.masked(take(ball, seed))
         radius_px = ball_mm / 2 / image.mm_per_px
@@ -99,13 +136,13 @@ def virtual_unit(
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
         ball_diameter_mm=ball_mm,
-        presses_used=PRESSES,
+        presses_used=UNIT.presses,
         profile_hash=profile_hash(profile),
     )
-    frames = tuple(replace(press.frame, marker_mask=None) for press in presses[:_KEPT_FRAMES])
+    frames = tuple(replace(press.frame, marker_mask=None) for press in presses[: UNIT.kept_frames])
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
-    held = BallPress(middle_px, ball_mm, _DEPTH_OF_BALL * ball_mm)
-    stroke = tuple(take(held, seed, moved) for seed, moved in enumerate(_STROKE_PX))
+    held = BallPress(middle_px, ball_mm, UNIT.depth_balls * ball_mm)
+    stroke = tuple(take(held, seed, moved_px) for seed, moved_px in enumerate(UNIT.stroke_px))
     return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, stroke)
 
 
@@ -138,7 +175,7 @@ def _frame(
         _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
         for exposure in lights.exposures()
     ]
-    # what is rendered is straight already
+    # rendered images need no crop, rotation or undistortion
     straight = ImageSection(
         width_px=image.width_px,
         height_px=image.height_px,
@@ -153,15 +190,15 @@ def _frame(
 
 
 def _shear(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
-    """(H, W, 2) of skin that a ball drags along x by 1: all of it inside, ever less outside."""
+    """(H, W, 2) displacement for a unit shear along x: 1 inside the contact, decaying outside."""
     x, y = (np.arange(n) - at for n, at in zip(shape[::-1], ball.centre_px, strict=True))
     beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
-    along = np.clip(1 - beyond / _SHEARED_RADII, 0, 1)
+    along = np.clip(1 - beyond / UNIT.shear_radii, 0, 1)
     return np.stack([along, np.zeros(shape)], axis=-1)
 
 
 def _exposure(pixels: Pixels, channels: Sequence[int]) -> Pixels:
-    """(H, W, 3) of lights that shine together, (H, W) of one alone, dark where none shines."""
+    """(H, W, 3) for simultaneous lights, (H, W) for a single one or for a dark exposure."""
     if not channels:
         return np.zeros_like(pixels[..., 0])
     return np.ascontiguousarray(pixels[..., channels].squeeze())

@@ -1,4 +1,4 @@
-"""Objects to press into the virtual skin, by name."""
+"""Indenters: objects to press into the virtual sensor, by name."""
 
 from __future__ import annotations
 
@@ -32,36 +32,36 @@ __all__ = ["KINDS", "Indenter", "make_indenter"]
 
 
 def make_indenter(kind: str, **options: Any) -> Indenter:
-    """Return an object by the name of its kind.
+    """Make an indenter by the name of its kind.
 
     Parameters
     ----------
     kind : str
         One of :data:`KINDS`.
     **options
-        Of that kind, in mm and degrees.
+        Options of the kind, in mm and degrees.
 
     Raises
     ------
     InputError
-        No such kind or option, one is missing, or a size makes no sense.
+        Unknown kind or option, a missing option, or an invalid size.
     """
     if kind not in KINDS:
         close = get_close_matches(kind, KINDS, 1)
         hint = f"; do you mean {close[0]!r}?" if close else ""
         raise InputError(f"there is no indenter {kind!r}, but {', '.join(KINDS)}{hint}")
-    known = inspect.signature(KINDS[kind]).parameters
+    accepted = inspect.signature(KINDS[kind]).parameters
     for name, value in options.items():
-        if name not in known:
-            raise InputError(f"a {kind} has no option {name!r}, but {', '.join(known)}")
-        said = str(known[name].annotation)
-        if value is not None and said.startswith("float") and not _is_number(value):
+        if name not in accepted:
+            raise InputError(f"a {kind} has no option {name!r}, but {', '.join(accepted)}")
+        annotation = str(accepted[name].annotation)
+        if value is not None and annotation.startswith("float") and not _is_number(value):
             raise InputError(f"a {kind}'s {name} should be a number, not {value!r}")
-        if said == "str" and not isinstance(value, str):
+        if annotation == "str" and not isinstance(value, str):
             raise InputError(f"a {kind}'s {name} should be text, so write {value!r} in quotes")
-        if value is not None and said.startswith("tuple") and not _is_pair(value):
+        if value is not None and annotation.startswith("tuple") and not _is_pair(value):
             raise InputError(f"a {kind}'s {name} should be two numbers, not {value!r}")
-    for name, parameter in known.items():
+    for name, parameter in accepted.items():
         if parameter.default is parameter.empty and name not in options:
             raise InputError(f"a {kind} needs {name}")
     return KINDS[kind](**options)

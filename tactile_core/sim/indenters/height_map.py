@@ -1,4 +1,4 @@
-"""Any shape that is given as heights on a grid."""
+"""Indenter of any shape, given as a height map."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from tactile_core.sim.indenters.solids import positive
 
 @dataclass(frozen=True, eq=False)
 class HeightMapIndenter(Indenter):
-    """An object whose lower side is given on a grid, its middle above the pressed place.
+    """Object whose lower side is a height map; its middle is the object's origin.
 
     Parameters
     ----------
     height_mm : (H, W)
-        How far each point protrudes towards the skin: the highest touches first. Not-a-number
-        where there is nothing. Between the points it is linear.
+        Protrusion of each point towards the gel: the highest point makes contact first. NaN
+        outside the object. Interpolation between points is bilinear.
     mm_per_px : float
-        Distance of the points.
+        Spacing of the points.
     """
 
     height_mm: Array
@@ -32,20 +32,20 @@ class HeightMapIndenter(Indenter):
         try:
             height = np.array(self.height_mm, np.float64)
         except (TypeError, ValueError):
-            raise InputError("a height map should be rows of numbers, all as long") from None
+            raise InputError("a height map should be rows of numbers of equal length") from None
         if height.ndim != 2 or min(height.shape) < 2:
             raise InputError(
                 f"a height map should have two dimensions of 2 or more points, not {height.shape}"
             )
         if not np.isfinite(height).any() or np.isinf(height).any():
-            raise InputError("a height map should have finite heights, or nan where nothing is")
+            raise InputError("a height map should have finite heights, or nan outside the object")
         positive("a height map's mm_per_px", self.mm_per_px)
         height.flags.writeable = False
         object.__setattr__(self, "height_mm", height)
 
     @property
     def detail_mm(self) -> float | None:
-        """The shortest wave that its points can tell."""
+        """Shortest wavelength that the points can represent."""
         return 2 * self.mm_per_px
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
@@ -57,5 +57,5 @@ class HeightMapIndenter(Indenter):
         gap = np.where(np.isnan(height), FAR_MM, np.nanmax(height) - height)
         column = np.asarray(x_mm) / self.mm_per_px + (columns - 1) / 2
         row = np.asarray(y_mm) / self.mm_per_px + (rows - 1) / 2
-        found = map_coordinates(gap, [row, column], order=1, cval=FAR_MM, prefilter=False)
-        return np.asarray(found)
+        values = map_coordinates(gap, [row, column], order=1, cval=FAR_MM, prefilter=False)
+        return np.asarray(values)

@@ -1,7 +1,8 @@
-"""A mesh file as an object: its lower side, by the optional extra ``mesh``."""
+"""Indenter from a mesh file; needs the optional extra ``mesh``."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,23 +14,45 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.solids import positive
 
-_MOST_POINTS = 4_000_000
+
+@dataclass(frozen=True)
+class MeshParameters:
+    """Limits of the conversion of a mesh to a height map.
+
+    Attributes
+    ----------
+    max_points : int, count
+        Largest number of points of the height map; it bounds memory.
+        Source: chosen by hand; no script derives it.
+    edge_slack : float, barycentric share
+        Points this far outside a triangle still belong to it, so that rounding opens no gap
+        between two triangles that share an edge.
+        Source: far above the rounding error of float64, far below a point's spacing.
+    """
+
+    max_points: int = 4_000_000
+    edge_slack: float = 1e-9
+
+
+MESH = MeshParameters()
+"""The values in use."""
 
 
 def mesh_indenter(
     path: str | Path, *, scale: float = 1.0, mm_per_px: float = 0.05
 ) -> HeightMapIndenter:
-    """Read a closed mesh and return its lower side.
+    """Read a closed mesh and return its lower side as a height map.
 
     Parameters
     ----------
     path : str or Path
-        STL, OBJ, PLY or whatever trimesh reads; millimetres. The side towards −z is pressed into
-        the skin, x is right and y down; the middle of its box comes above the pressed place.
+        STL, OBJ, PLY or any other format that trimesh reads, in millimetres. The side towards −z
+        is pressed into the gel; x is right and y down. The middle of the bounding box is the
+        object's origin.
     scale : float
-        Multiplies every length: 1000 for a mesh in metres.
+        Factor on every length, e.g. 1000 for a mesh in metres.
     mm_per_px : float
-        Distance of the points at which the surface is taken.
+        Spacing of the height map's points.
 
     Raises
     ------
@@ -52,8 +75,8 @@ def _read(path: Path) -> tuple[Array, NDArray[np.int64]]:
             "a mesh file needs trimesh; install it with: pip install 'tactile-core[mesh]'"
         ) from None
     if not path.is_file():
-        raise InputError(f"{path} is no file; give a mesh, for example an STL")
-    log = trimesh.util.log  # the refusal says it, and in one line
+        raise InputError(f"{path} is not a file; give a mesh, for example an STL")
+    log = trimesh.util.log  # the InputError reports the same problem in one line
     silent, log.disabled = log.disabled, True
     try:
         mesh: Any = trimesh.load(path, force="mesh")
@@ -69,10 +92,10 @@ def _read(path: Path) -> tuple[Array, NDArray[np.int64]]:
 
 
 def _lower_side(vertices: Array, faces: NDArray[np.int64], mm_per_px: float) -> Array:
-    """(H, W) protrusion towards −z on a grid around the box's middle; nan beside the mesh."""
+    """(H, W) protrusion towards −z on a grid centred on the bounding box; nan outside."""
     low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
     columns, rows = np.maximum(np.ceil((high - low) / mm_per_px).astype(int) + 1, 2)
-    if rows * columns > _MOST_POINTS:
+    if rows * columns > MESH.max_points:
         raise InputError(
             f"a mesh of {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm is too large for points "
             f"{mm_per_px:g} mm apart; give a larger mm_per_px, or a scale if it is not in mm"
@@ -87,16 +110,16 @@ def _lower_side(vertices: Array, faces: NDArray[np.int64], mm_per_px: float) -> 
 
 
 def _draw(lowest: Array, a: Array, b: Array, c: Array) -> None:
-    """Lower the grid to a triangle of corners (column, row, z), where that is lower."""
+    """Rasterise a triangle of corners (column, row, z); keep the lower z at each point."""
     area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     if area == 0:
-        return  # upright: its neighbours cover its edges
+        return  # vertical: adjacent triangles cover its edges
     x0, x1 = _span(a[0], b[0], c[0], lowest.shape[1])
     y0, y1 = _span(a[1], b[1], c[1], lowest.shape[0])
     x, y = np.arange(x0, x1), np.arange(y0, y1)[:, None]
     second = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area
     third = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
-    slack = -1e-9  # a point on an edge belongs to both neighbours
+    slack = -MESH.edge_slack
     inside = (second >= slack) & (third >= slack) & (second + third <= 1 - slack)
     z = a[2] + second * (b[2] - a[2]) + third * (c[2] - a[2])
     part = lowest[y0:y1, x0:x1]

@@ -1,4 +1,4 @@
-"""Plain solids: ball, cylinder, flat punch, cone."""
+"""Simple solids: sphere, cylinder, flat punch, cone."""
 
 from __future__ import annotations
 
@@ -10,26 +10,42 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 
-_STEEPEST = 0.995
-"""How much of a radius counts as its lower side; beyond, the wall is all but upright."""
+
+@dataclass(frozen=True)
+class SolidParameters:
+    """Parameters of round surfaces.
+
+    Attributes
+    ----------
+    lower_side_share : float, share of the radius
+        A round surface counts as the lower side up to this distance from its axis. Beyond, the
+        wall is nearly vertical.
+        Source: chosen by hand; no script derives it.
+    """
+
+    lower_side_share: float = 0.995
+
+
+SOLID = SolidParameters()
+"""The values in use."""
 
 
 def round_gap(distance_mm: Array, radius_mm: float) -> Array:
-    """Height of a circle of this radius over its lowest point; nothing beyond the circle."""
+    """Height of a circle of this radius above its lowest point; FAR_MM outside the circle."""
     square = np.clip(distance_mm / radius_mm, 0, 1) ** 2
-    rise = radius_mm * square / (1 + np.sqrt(1 - square))  # free of cancellation near 0
-    return np.asarray(np.where(distance_mm < _STEEPEST * radius_mm, rise, FAR_MM))
+    rise = radius_mm * square / (1 + np.sqrt(1 - square))  # avoids cancellation near 0
+    return np.asarray(np.where(distance_mm < SOLID.lower_side_share * radius_mm, rise, FAR_MM))
 
 
 def rim_gap(outside_mm: Array, edge_mm: float) -> Array:
-    """Height of a rounded edge at distances outside the flat part; nothing beyond the edge."""
+    """Height of a rounded edge at distances outside the flat part; FAR_MM beyond the edge."""
     if edge_mm == 0:
         return np.asarray(np.where(outside_mm > 0, FAR_MM, 0.0))
     return np.asarray(np.where(outside_mm > 0, round_gap(outside_mm, edge_mm), 0.0))
 
 
 def positive(what: str, value: float) -> float:
-    """Return the value, or raise an InputError that says what should be a size."""
+    """Return the value, or raise an InputError that names it if it is not a positive number."""
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"{what} should be a number above 0, not {value:g}")
     return float(value)
@@ -37,7 +53,7 @@ def positive(what: str, value: float) -> float:
 
 @dataclass(frozen=True)
 class Sphere(Indenter):
-    """A ball.
+    """A sphere.
 
     Parameters
     ----------
@@ -61,13 +77,13 @@ class Sphere(Indenter):
 
 @dataclass(frozen=True)
 class Cylinder(Indenter):
-    """A cylinder lying on its side, its ends rounded; its axis along x before it is turned.
+    """A cylinder on its side, with rounded ends; its axis is along the object's x.
 
     Parameters
     ----------
     diameter_mm, length_mm : float
     edge_mm : float
-        Radius of the ends' edges, no more than half the diameter.
+        Edge radius of the ends, at most half the diameter.
     """
 
     diameter_mm: float
@@ -86,7 +102,7 @@ class Cylinder(Indenter):
 
     @property
     def rolls_along_x(self) -> bool:
-        """Never: that is its axis."""
+        """False: x is the cylinder's axis."""
         return False
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
@@ -102,11 +118,11 @@ class Flat(Indenter):
     Parameters
     ----------
     diameter_mm : float, optional
-        Of a round one.
+        Diameter of a round punch.
     size_mm : (width, height), optional
-        Of a rectangular one, along x and y.
+        Size of a rectangular punch along x and y.
     edge_mm : float
-        Radius of the edge, which is a part of the size.
+        Edge radius; the size includes the rounding.
     """
 
     diameter_mm: float | None = None
@@ -142,9 +158,9 @@ class Cone(Indenter):
     Parameters
     ----------
     half_angle_deg : float
-        Between axis and side: 90° would be flat.
+        Angle between axis and side; 90° would be flat.
     diameter_mm : float
-        Of its base, beyond which there is nothing.
+        Diameter of the base.
     tip_mm : float
         Radius of the tip.
     """
@@ -165,7 +181,7 @@ class Cone(Indenter):
         """See :meth:`Indenter.gap_mm`."""
         r, half = np.hypot(x_mm, y_mm), np.radians(self.half_angle_deg)
         slope = 1 / np.tan(half)
-        meets = self.tip_mm * np.cos(half)  # where the tip's circle goes over into the side
+        meets = self.tip_mm * np.cos(half)  # radius at which the tip is tangent to the side
         tip = self.tip_mm - np.sqrt(np.maximum(self.tip_mm**2 - np.minimum(r, meets) ** 2, 0))
         side = tip + slope * np.maximum(r - meets, 0)
         return np.asarray(np.where(r < self.diameter_mm / 2, side, FAR_MM))

@@ -1,4 +1,4 @@
-"""Objects with texture, made by formula: a coin, a screw, letters, cloth."""
+"""Textured objects in closed form: coin, screw, letters, cloth."""
 
 from __future__ import annotations
 
@@ -14,14 +14,88 @@ from tactile_core.sim.indenters.solids import positive, round_gap
 
 
 @dataclass(frozen=True)
+class CoinParameters:
+    """Design of the coin's face. All values are chosen by hand to resemble a coin.
+
+    Attributes
+    ----------
+    edge : float, radii
+        Half-width of the transition from the field to the relief.
+        Source: chosen by hand; no script derives it.
+    rim : float, radii
+        Inner radius of the raised rim.
+        Source: chosen by hand; no script derives it.
+    rim_width : float, radii
+        Width of the rim, the finest feature that the nodes should resolve.
+        Source: chosen by hand; slightly less than 1 − ``rim``.
+    beads : int, count
+        Number of beads inside the rim.
+        Source: chosen by hand; no script derives it.
+    bead_ring : float, radii
+        Radius of the ring of beads.
+        Source: chosen by hand; no script derives it.
+    bead_radius, bead_edge : float, bead spacings
+        Radius of a bead, and half-width of its transition.
+        Source: chosen by hand; no script derives it.
+    star, star_amplitude : float, radii
+        Mean radius of the star in the middle, and amplitude of its points.
+        Source: chosen by hand; no script derives it.
+    star_points : int, count
+        Number of points of the star.
+        Source: chosen by hand; no script derives it.
+    """
+
+    edge: float = 0.015
+    rim: float = 0.93
+    rim_width: float = 0.06
+    beads: int = 48
+    bead_ring: float = 0.86
+    bead_radius: float = 0.35
+    bead_edge: float = 0.1
+    star: float = 0.42
+    star_amplitude: float = 0.16
+    star_points: int = 5
+
+
+@dataclass(frozen=True)
+class LetterParameters:
+    """Drawing of raised letters.
+
+    Attributes
+    ----------
+    capital_px : float, px
+        Height of a capital of ``cv2.FONT_HERSHEY_SIMPLEX`` at scale 1.
+        Source: the font's definition.
+    stroke : float, letter heights
+        Stroke width.
+        Source: chosen by hand; no script derives it.
+    sigmas_per_stroke : float, ratio
+        Stroke width over the Gaussian sigma that rounds the edges.
+        Source: chosen by hand; no script derives it.
+    min_blur_px : float, px
+        Smallest sigma.
+        Source: chosen by hand; no script derives it.
+    """
+
+    capital_px: float = 21.0
+    stroke: float = 0.14
+    sigmas_per_stroke: float = 6
+    min_blur_px: float = 0.5
+
+
+COIN, LETTERS = CoinParameters(), LetterParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True)
 class Coin(Indenter):
-    """A coin's face: a raised rim, beads along it, and a star in the middle.
+    """A coin's face: a raised rim, a ring of beads, and a star in the middle.
 
     Parameters
     ----------
     diameter_mm : float
     relief_mm : float
-        Height of what is raised over the field.
+        Height of the relief above the field.
     """
 
     diameter_mm: float = 14.0
@@ -33,33 +107,33 @@ class Coin(Indenter):
 
     @property
     def detail_mm(self) -> float | None:
-        """The width of the rim."""
-        return 0.06 * self.diameter_mm / 2
+        """Width of the rim."""
+        return COIN.rim_width * self.diameter_mm / 2
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         radius = self.diameter_mm / 2
         r, angle = np.hypot(x_mm, y_mm) / radius, np.arctan2(y_mm, x_mm)
-        soft = 0.015
-        rim = _step((r - 0.93) / soft)
-        beads = 48
-        along = (angle * beads / (2 * np.pi) + 0.5) % 1 - 0.5
-        bead = _step((0.35 - np.hypot(along, (r - 0.86) * beads / (2 * np.pi * 0.86))) / 0.1)
-        star = _step((0.42 + 0.16 * np.cos(5 * angle) - r) / soft)
+        rim = _step((r - COIN.rim) / COIN.edge)
+        along = (angle * COIN.beads / (2 * np.pi) + 0.5) % 1 - 0.5
+        outward = (r - COIN.bead_ring) * COIN.beads / (2 * np.pi * COIN.bead_ring)
+        bead = _step((COIN.bead_radius - np.hypot(along, outward)) / COIN.bead_edge)
+        outline = COIN.star + COIN.star_amplitude * np.cos(COIN.star_points * angle)
+        star = _step((outline - r) / COIN.edge)
         raised = np.maximum(np.maximum(rim, bead), star)
         return np.asarray(np.where(r < 1, self.relief_mm * (1 - raised), FAR_MM))
 
 
 @dataclass(frozen=True)
 class Screw(Indenter):
-    """A threaded rod lying on its side, its axis along x before it is turned.
+    """A threaded rod on its side; its axis is along the object's x.
 
     Parameters
     ----------
     diameter_mm : float
-        Over the crests; M6 by default.
+        Major diameter; M6 by default.
     pitch_mm : float
-        From crest to crest.
+        Thread pitch.
     length_mm : float
     """
 
@@ -75,12 +149,12 @@ class Screw(Indenter):
 
     @property
     def detail_mm(self) -> float | None:
-        """The flat of a crest."""
+        """Width of a crest."""
         return self.pitch_mm / 8
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
-        # an ISO thread: flanks of 60°, crests an eighth of the pitch wide, roots a quarter
+        # ISO metric thread: flanks of 60°, crests an eighth of the pitch wide, roots a quarter
         radius = self.diameter_mm / 2
         turn = np.arcsin(np.clip(y_mm / radius, -1, 1)) / (2 * np.pi)
         phase = np.abs((x_mm / self.pitch_mm + turn + 0.5) % 1 - 0.5)
@@ -96,9 +170,9 @@ class Cloth(Indenter):
     Parameters
     ----------
     pitch_mm : float
-        Distance of neighbouring threads.
+        Distance between adjacent threads.
     thread_mm : float, optional
-        Thickness of a thread; 0.4 of the pitch by default.
+        Thickness of a thread. Default: 0.4 of the pitch, chosen by hand.
     size_mm : float
         Side of the square patch.
     """
@@ -115,14 +189,14 @@ class Cloth(Indenter):
 
     @property
     def detail_mm(self) -> float | None:
-        """Half a thread's distance."""
+        """Half the thread pitch."""
         return self.pitch_mm / 2
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         thread = self.thread_mm if self.thread_mm is not None else 0.4 * self.pitch_mm
         wave_x, wave_y = np.pi * x_mm / self.pitch_mm, np.pi * y_mm / self.pitch_mm
-        # threads along x lie at every pitch of y, and are on top at every other crossing
+        # a thread along x at every pitch of y; it is on top at every second crossing
         top_x = np.cos(wave_x) * np.cos(wave_y) * np.abs(np.cos(wave_y))
         top_y = -np.cos(wave_x) * np.cos(wave_y) * np.abs(np.cos(wave_x))
         gap = 0.5 * thread * (1 - np.maximum(top_x, top_y))
@@ -133,18 +207,18 @@ class Cloth(Indenter):
 def letters(
     text: str = "GEL", *, size_mm: float = 5.0, relief_mm: float = 0.25, mm_per_px: float = 0.05
 ) -> HeightMapIndenter:
-    """Return raised letters on a plate, readable from the camera's side.
+    """Return a plate with raised letters, readable from the camera's side.
 
     Parameters
     ----------
     text : str
         Printable ASCII.
     size_mm : float
-        Height of a capital.
+        Height of a capital letter.
     relief_mm : float
-        Height of the letters over the plate.
+        Height of the letters above the plate.
     mm_per_px : float
-        Distance of the points of the height map.
+        Spacing of the height map's points.
     """
     import cv2
 
@@ -152,18 +226,19 @@ def letters(
         raise InputError(f"letters should be printable ASCII, not {text!r}")
     for name, value in (("size_mm", size_mm), ("relief_mm", relief_mm), ("mm_per_px", mm_per_px)):
         positive(f"the letters' {name}", value)
-    font, capital_px = cv2.FONT_HERSHEY_SIMPLEX, 21.0
-    scale = size_mm / mm_per_px / capital_px
-    stroke = max(round(0.14 * size_mm / mm_per_px), 1)
+    font = cv2.FONT_HERSHEY_SIMPLEX
+    scale = size_mm / mm_per_px / LETTERS.capital_px
+    stroke = max(round(LETTERS.stroke * size_mm / mm_per_px), 1)
     (width, height), _ = cv2.getTextSize(text, font, scale, stroke)
     margin = 2 * stroke
     plate = np.zeros((height + 2 * margin, width + 2 * margin), np.uint8)
     cv2.putText(plate, text, (margin, margin + height), font, scale, 255, stroke, cv2.LINE_AA)
-    soft = cv2.GaussianBlur(plate.astype(np.float64) / 255, (0, 0), max(stroke / 6, 0.5))
-    return HeightMapIndenter(relief_mm * soft, mm_per_px)
+    sigma_px = max(stroke / LETTERS.sigmas_per_stroke, LETTERS.min_blur_px)
+    blurred = cv2.GaussianBlur(plate.astype(np.float64) / 255, (0, 0), sigma_px)
+    return HeightMapIndenter(relief_mm * blurred, mm_per_px)
 
 
 def _step(value: Array) -> Array:
-    """0 below −1, 1 above 1, smooth between."""
+    """Smooth step: 0 below −1, 1 above 1."""
     t = np.clip((value + 1) / 2, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))

@@ -1,7 +1,7 @@
-"""Compiled loops for a stream of virtual frames: the extra ``fast``, as in the algorithms.
+"""Compiled loops that render virtual frames at camera rate; they need the extra ``fast``.
 
-The numpy version beside each call is the definition. A virtual stage chooses them once, when it is
-made.
+The numpy code next to each call is the reference implementation. A virtual stage decides once, at
+construction, whether to use the compiled loops.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @cache
 def load() -> ModuleType | None:
-    """Import the kernels, if they may be used; each is compiled once per installation.
+    """Import the kernels if numba is available; each is compiled once per installation.
 
     Returns
     -------
@@ -32,5 +32,5 @@ def load() -> ModuleType | None:
 
 
 def chosen(compiled: bool) -> ModuleType | None:
-    """Return the kernels if they are asked for and there are any."""
+    """Return the kernels if requested and available, else None."""
     return load() if compiled else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,31 @@ from numba import njit
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
 
-_MOST_STEPS = 20
-_SETTLED = 1e-4
-"""Nodes by which a place may still move; one more step brings a tenth of it."""
+
+@dataclass(frozen=True)
+class CarryingParameters:
+    """Fixed-point iteration that inverts the displacement field.
+
+    Attributes
+    ----------
+    max_steps : int, count
+        Largest number of iterations per node.
+        Source: chosen by hand; no script derives it.
+    tolerance_nodes : float, node spacings
+        Iterations end when the position changes by less. One more would change it by about a
+        tenth of that.
+        Source: chosen by hand; no script derives it.
+    """
+
+    max_steps: int = 20
+    tolerance_nodes: float = 1e-4
+
+
+CARRYING = CarryingParameters()
+"""The values in use."""
+
+# compiled code reads plain numbers only
+_MAX_STEPS, _TOLERANCE = CARRYING.max_steps, CARRYING.tolerance_nodes
 
 
 @njit(**LOOP)
@@ -35,7 +58,7 @@ def _linear(across: Float32, down: Float32, x: Any, y: Any) -> tuple[Any, Any]:
 
 @njit(**LOOP)
 def _weights(t: Any, out: Float32) -> None:
-    """Of the uniform cubic B-splines that are not zero at a share t of a node's distance."""
+    """Weights of the four uniform cubic B-splines that are non-zero at a fraction t of a cell."""
     one, sixth = np.float32(1), np.float32(1 / 6)
     s = one - t
     out[0] = s * s * s * sixth
@@ -46,14 +69,14 @@ def _weights(t: Any, out: Float32) -> None:
 
 @njit(**LOOP)
 def at_present(moved: Float32, coefficients: Float32, out: Float32) -> None:
-    """Displacements of the skin that is now at each node.
+    """Displacement of the material that is now at each node.
 
     Parameters
     ----------
     moved : (2, ny, nx) float32
-        x and y of each node of the skin, in nodes.
+        x and y displacement of each material node, in node spacings.
     coefficients : (3, ny + 2, nx + 2) float32
-        Of the splines through these, and through the indentation.
+        Spline coefficients of x and y displacement and indentation.
     out : (3, ny, nx) float32
         Overwritten, in the units of the coefficients.
     """
@@ -65,13 +88,13 @@ def at_present(moved: Float32, coefficients: Float32, out: Float32) -> None:
     for i in range(rows):
         dx, dy = across[i, 0], down[i, 0]
         for j in range(columns):
-            for _ in range(_MOST_STEPS):
-                # the neighbour's displacement is the first guess
+            for _ in range(_MAX_STEPS):
+                # the displacement of the previous column is the first guess
                 x, y = np.float32(j) - dx, np.float32(i) - dy
                 new_x, new_y = _linear(across, down, x, y)
                 change = max(abs(new_x - dx), abs(new_y - dy))
                 dx, dy = new_x, new_y
-                if change < np.float32(_SETTLED):
+                if change < np.float32(_TOLERANCE):
                     break
             x = min(max(np.float32(j) - dx, zero), last_x)
             y = min(max(np.float32(i) - dy, zero), last_y)
@@ -119,15 +142,15 @@ def values(
     columns: tuple[Any, Float32],
     out: Float32,
 ) -> None:
-    """Evaluate a spline on a grid of other places.
+    """Evaluate a spline on another grid.
 
     Parameters
     ----------
     coefficients : (ny + 2, nx + 2) float32
-        Of uniform cubic B-splines.
+        Coefficients of uniform cubic B-splines.
     rows, columns : (first, weights)
-        Of each place along an axis: the (N,) first coefficient, and the (4, N) weights of this and
-        the next three.
+        For each position along an axis: the (N,) index of the first of four coefficients, and
+        their (4, N) weights.
     out : (H, W) float32
         Overwritten.
     """

@@ -1,4 +1,4 @@
-"""Every kernel, by name; importing this module imports numba."""
+"""All kernels in one namespace; importing this module imports numba."""
 
 from tactile_core.sim.kernels.carrying import at_present, values
 from tactile_core.sim.kernels.light import add_light, normals, read_out

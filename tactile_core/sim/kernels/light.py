@@ -1,7 +1,7 @@
-"""Kernels of :mod:`tactile_core.sim.optics`: from the relief of the skin to the camera's numbers.
+"""Kernels of :mod:`tactile_core.sim.optics`: from the relief of the gel surface to pixel values.
 
-All work on a band of rows, of which their buffers are, and of which the images are a part. An image
-that is not there is one of no rows.
+Each call processes a band of rows. Buffers have the size of the band, images that of the whole
+frame. An array without rows stands for an absent image.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
 
 _LOG2_E = np.float32(1.4426950408889634)
+"""log2(e)."""
 _LN2_HIGH, _LN2_LOW = np.float32(0.693359375), np.float32(-2.12194440e-4)
+"""ln 2 as the sum of two numbers, so that multiples of the first are exact in float32."""
 
 
 @njit(**ROW)
@@ -58,7 +60,7 @@ def normals(relief_mm: Float32, rest: Float32, mm_per_px: float, top: int, out: 
     relief_mm : (H, W) float32
         At least 2 × 2.
     rest : (2, H, W) or (2, 0, 0) float32
-        Slopes of the skin at rest.
+        Slopes of the undeformed surface.
     mm_per_px : float
     top : int
         First row of the band.
@@ -102,7 +104,7 @@ def _power(
     left: Float32,
     power: Any,
 ) -> None:
-    """Split exponents into whole powers of two, as bits of a float, and what is left."""
+    """Split exp's argument into a power of two, as bits of a float, and a remainder."""
     for j in range(left.size):
         value = x[j] * a[j] + y[j] * b[j] + z[j] * c[j] + peak[j]
         value = min(max(value, np.float32(-80)), np.float32(80))
@@ -150,25 +152,26 @@ def add_light(
     top: int,
     light: Float32,
 ) -> None:
-    """Add one lamp's light to a band.
+    """Add the reflection of one light to a band.
 
     Parameters
     ----------
     facing : (3, h, W) float32
         Normals of the band.
     toward, lobe, peak, blur
-        Of :class:`~tactile_core.sim.optics.coating.Shading`.
+        As in :class:`~tactile_core.sim.optics.coating.Shading`.
     seen : (H, W) or (0, 0) float32
-        Share of the lamp that each place sees.
+        Visible share of the light at each pixel (1 minus shadow).
     grain : (H, W, C) float32 and int
-        Textures, and which of them is this lamp's.
+        Textures, and the index of this light's.
     level : float
+        Brightness.
     fed : (K,) bool
-        Channels that see it.
+        Channels that receive this light.
     top : int
         First row of the band.
     light : (K, h, W) float32
-        Added to.
+        Incremented.
     """
     textures, number = grain
     rows, columns = facing.shape[1:]
@@ -240,24 +243,25 @@ def read_out(
     top: int,
     pixels: Any,
 ) -> None:
-    """Turn a band's light into numbers.
+    """Convert a band's light to pixel values.
 
     Parameters
     ----------
     light : (K, h, W) float32
-        Of the lamps; spoilt.
+        Reflection of all lights; overwritten.
     up : (h, W) float32
         Third component of the normals.
     ambient : (K,) float32
     dimming : (H, W) float32 and (H, W) or (0, 0) float32
-        Of the glass, and of the print.
+        Transmission of the lens, and reflectance of the printed surface.
     mixing : (K, K) float32
     noise : (H, W K) float32 and float
-        Normal numbers, and their sign.
+        Standard normal samples, and their sign.
     electrons : (float, float)
-        Variances of the noise, as shares of full scale: of full light, and of none.
+        Noise variance at full light (shot noise) and without light (read noise), relative to full
+        scale.
     table : (L,) uint8 or uint16
-        Number for each of L levels of light.
+        Pixel value of each of L light levels.
     top : int
         First row of the band.
     pixels : (H, W K) uint8 or uint16

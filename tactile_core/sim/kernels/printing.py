@@ -15,20 +15,20 @@ ROUND, SQUARE, TRIANGLE = 0, 1, 2
 
 @njit(**LOOP)
 def draw(centres: Any, turned: Any, size: float, shape: int, ink: float, bare: Float32) -> None:
-    """Darken a bare skin by printed markers.
+    """Darken a bare gel surface by printed markers.
 
     Parameters
     ----------
     centres : (N, 2) float64
         x and y in px, finite.
     turned : (N,) float64
-        rad.
+        Rotation, rad.
     size : float
         Diameter or side, px.
     shape : int
-        0 round, 1 square, 2 a triangle.
+        0 round, 1 square, 2 triangle.
     ink : float
-        What is left of the light where all is covered.
+        Relative reflectance of the ink.
     bare : (H, W) float32
         Ones; overwritten where there are markers.
     """

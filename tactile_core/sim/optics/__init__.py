@@ -1,4 +1,4 @@
-"""The light of a virtual rig: from the state of the skin to the frame that its camera sends."""
+"""Optics of a virtual sensor: from the state of the gel surface to camera frames."""
 
 from tactile_core.sim.optics.faults import Faults as Faults
 from tactile_core.sim.optics.rig import RigOptics as RigOptics

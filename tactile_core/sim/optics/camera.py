@@ -1,4 +1,4 @@
-"""The camera: from light to the numbers that it sends, with its noise and its compression."""
+"""Camera model: light to pixel values, with noise, gamma and JPEG compression."""
 
 from __future__ import annotations
 
@@ -14,24 +14,53 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 
-_CONVERTER_BITS = 12
-_TABLE_FRAMES = 2
-_DEFAULT_JPEG_QUALITY = 90
 _COLOURS = 3
 
 
 @dataclass(frozen=True)
-class Chip:
-    """How light becomes numbers.
-
-    Light is told as the share of full scale that it gives, linear.
+class CameraParameters:
+    """Parameters of the camera model that no profile key sets directly.
 
     Attributes
     ----------
-    full_well_e, read_noise_e : float
-        Electrons at full scale, and the noise without any light.
+    converter_bits : int, bits
+        Smallest resolution of the analogue-to-digital converter ahead of the gamma curve.
+        Source: chosen by hand; no script derives it.
+    table_frames : int, frames
+        Size of the table of noise samples in fast mode.
+        Source: chosen by hand; no script derives it.
+    default_jpeg_quality : int, JPEG quality
+        Quality of 8-bit colour cameras with gamma, unless the profile sets it.
+        Source: chosen by hand; no script derives it.
+    far_crosstalk : float, share of the adjacent crosstalk
+        Crosstalk between red and blue.
+        Source: chosen by hand; no script derives it.
+    """
+
+    converter_bits: int = 12
+    table_frames: int = 2
+    default_jpeg_quality: int = 90
+    far_crosstalk: float = 0.25
+
+
+CAMERA = CameraParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True)
+class Chip:
+    """Image sensor: conversion of light to pixel values.
+
+    Light is linear and in units of full scale.
+
+    Attributes
+    ----------
+    full_well_e : float
+        Electrons at full scale.
+    read_noise_e : float
+        Read noise, electrons.
     gamma : float
-        1 for a camera that is linear in light.
+        1 for a linear camera.
     bit_depth : int
     jpeg_quality : int or None
     """
@@ -44,53 +73,53 @@ class Chip:
 
     @classmethod
     def of(cls, profile: SensorBuild) -> Chip:
-        """Return what the profile says.
+        """Return the image sensor of a profile.
 
         Raises
         ------
         InputError
-            The profile wants JPEG of more than 8 bits.
+            The profile combines JPEG with more than 8 bits.
         """
-        image, said = profile.image, profile.optics.sensor
+        image, sensor = profile.image, profile.optics.sensor
         webcam = image.transfer == "gamma" and image.color == "rgb" and image.bit_depth == 8
-        quality = said.jpeg_quality
+        quality = sensor.jpeg_quality
         if quality is None:
-            quality = _DEFAULT_JPEG_QUALITY if webcam else "none"
+            quality = CAMERA.default_jpeg_quality if webcam else "none"
         if quality != "none" and image.bit_depth > 8:
             raise InputError(
                 f"profile {profile.name!r}: JPEG holds 8 bits and image.bit_depth is "
                 f"{image.bit_depth}; set optics.sensor.jpeg_quality to none"
             )
         return cls(
-            full_well_e=said.full_well_e,
-            read_noise_e=said.read_noise_e,
-            gamma=said.gamma if image.transfer == "gamma" else 1.0,
+            full_well_e=sensor.full_well_e,
+            read_noise_e=sensor.read_noise_e,
+            gamma=sensor.gamma if image.transfer == "gamma" else 1.0,
             bit_depth=image.bit_depth,
             jpeg_quality=None if quality == "none" else quality,
         )
 
     @property
     def dtype(self) -> type[Any]:
-        """Type of the pixels: uint8, or uint16 for more than 8 bits."""
+        """Pixel type: uint8, or uint16 for more than 8 bits."""
         return np.uint8 if self.bit_depth <= 8 else np.uint16
 
     def light_of(self, coded: float) -> float:
-        """Light that gives an intensity, both as shares of full scale."""
+        """Light that gives this pixel value, both relative to full scale."""
         return float(coded**self.gamma)
 
     def read_out(self, light: Float32, noise: Float32) -> NDArray[Any]:
-        """Turn light into numbers.
+        """Convert light to pixel values, with shot noise and read noise.
 
         Parameters
         ----------
         light : (H, W) or (H, W, 3) float32
         noise : float32 of the same shape
-            Standard normal numbers.
+            Standard normal samples.
 
         Returns
         -------
         uint8 or uint16 of the same shape
-            Not more than ``2 ** bit_depth - 1``.
+            At most ``2 ** bit_depth - 1``.
         """
         # Photons arrive independently: variance is proportional to light.
         spread = np.maximum(light, 0)
@@ -102,7 +131,7 @@ class Chip:
         return self._coded(spread)
 
     def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
-        """Return what arrives of (H, W, 1) or (H, W, 3) pixels: less, if they are compressed."""
+        """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""
         if self.jpeg_quality is None:
             return pixels
         return _compressed(pixels, self.jpeg_quality).reshape(pixels.shape)
@@ -118,23 +147,23 @@ class Chip:
 
     @cached_property
     def table(self) -> NDArray[Any]:
-        """(L,) number that each of L even levels of light becomes; the last is full scale."""
+        """(L,) pixel value of each of L equally spaced light levels; the last is full scale."""
         if self.gamma == 1:
             return np.arange(2**self.bit_depth).astype(self.dtype)
-        bits = max(_CONVERTER_BITS, self.bit_depth)
+        bits = max(CAMERA.converter_bits, self.bit_depth)
         light = np.linspace(0, 1, 2**bits)
         coded = np.rint(light ** (1 / self.gamma) * (2**self.bit_depth - 1))
         return np.asarray(coded.astype(self.dtype))
 
 
 class Numbers(NamedTuple):
-    """Normal numbers for one exposure.
+    """Standard normal samples of one exposure.
 
     Attributes
     ----------
     values : (size,) float32
     sign : float
-        1 or -1, to be multiplied with.
+        Factor on the values, 1 or -1.
     """
 
     values: Float32
@@ -142,31 +171,32 @@ class Numbers(NamedTuple):
 
     @property
     def signed(self) -> Float32:
-        """(size,) float32 with the sign."""
+        """(size,) float32 values times the sign."""
         return self.values if self.sign > 0 else -self.values
 
 
 class Noise:
-    """Normal numbers for every pixel of any frame, the same for the same frame.
+    """Reproducible standard normal samples for every pixel of any frame.
 
     Parameters
     ----------
     size : int
-        Numbers per exposure.
+        Samples per exposure.
     seed : int
     from_table : bool
-        Take them from a table, at another place and with another sign each time, which is ten
-        times faster than to draw them.
+        Read the samples from a table at a random offset with a random sign, which is ten times
+        faster than drawing new ones.
     """
 
     def __init__(self, size: int, seed: int, *, from_table: bool) -> None:
         self._size = size
         self._seed = seed
         rng = np.random.default_rng([seed, 1])
-        self._table = rng.standard_normal(_TABLE_FRAMES * size, np.float32) if from_table else None
+        count = CAMERA.table_frames * size
+        self._table = rng.standard_normal(count, np.float32) if from_table else None
 
     def of(self, frame: int, exposure: int) -> Numbers:
-        """Return the numbers of one exposure of one frame."""
+        """Return the samples of one exposure of one frame."""
         rng = np.random.default_rng([self._seed, 2, frame, exposure])
         if self._table is None:
             return Numbers(rng.standard_normal(self._size, np.float32), 1.0)
@@ -176,19 +206,19 @@ class Noise:
 
 
 def crosstalk_matrix(share: float) -> Float32:
-    """(3, 3) what each of red, green and blue sees of the lamps' red, green and blue.
+    """(3, 3) response of the red, green and blue channels to red, green and blue light.
 
-    Neighbours in the spectrum take ``share``, red and blue a quarter of that from each other; what
-    a channel gives away its own colour lacks, so that white stays white.
+    Adjacent colours leak by ``share``, red and blue into each other by a quarter of that. Each row
+    sums to 1, so that white remains white.
     """
-    far = share / 4
+    far = share * CAMERA.far_crosstalk
     matrix = np.array([[0, share, far], [share, 0, share], [far, share, 0]])
     np.fill_diagonal(matrix, 1 - matrix.sum(1))
     return matrix.astype(np.float32)
 
 
 def vignette(shape: tuple[int, int], loss: float) -> Float32:
-    """(H, W) share of the light that the lens lets through; ``loss`` is missing in the corners."""
+    """(H, W) transmission of the lens: 1 in the middle, 1 − ``loss`` in the corners."""
     y, x = (np.linspace(-1, 1, n, dtype=np.float32) ** 2 for n in shape)
     return np.asarray(1 - loss * (x + y[:, None]) / 2, np.float32)
 

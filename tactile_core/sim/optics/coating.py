@@ -1,4 +1,4 @@
-"""What the skin sends to the camera of the light that falls on it: matte, or with flakes."""
+"""Reflectance of the gel's coating: a diffuse part and a specular part."""
 
 from __future__ import annotations
 
@@ -10,21 +10,44 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 
-_SEMI_SPECULAR = (0.2, 0.35)
-"""Share and roughness of metal flakes in silicone: they shine over some 20° around the mirror's
-direction, as the coated gels of the 2017 review (figure 4) do."""
+
+@dataclass(frozen=True)
+class CoatingParameters:
+    """Reflectance of a semi-specular coating: metal flakes in silicone. Profiles may override it.
+
+    Attributes
+    ----------
+    specular : float, share
+        Specular share of the reflected light.
+        Source: chosen by hand to look like the coated gels in [1]_, figure 4.
+    roughness : float, root-mean-square slope over √2
+        Roughness of Beckmann's facet distribution; highlights are about 20° wide.
+        Source: chosen by hand to look like the coated gels in [1]_, figure 4.
+
+    References
+    ----------
+    .. [1] Yuan, Dong, Adelson, "GelSight: High-Resolution Robot Tactile Sensors for Estimating
+       Geometry and Force", Sensors 17, 2017.
+    """
+
+    specular: float = 0.2
+    roughness: float = 0.35
+
+
+SEMI_SPECULAR = CoatingParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class Coating:
-    """A diffuse part and a part that mirrors in microscopic facets.
+    """A diffuse part, and a specular part of microscopic facets.
 
     Attributes
     ----------
     specular : float
-        Share of the second part.
+        Share of the specular part.
     roughness : float
-        Of Beckmann's distribution of facets.
+        Roughness of Beckmann's facet distribution.
     """
 
     specular: float
@@ -32,30 +55,37 @@ class Coating:
 
     @classmethod
     def of(cls, profile: SensorBuild) -> Coating:
-        """Return what the profile's gel and optics say."""
-        share, roughness = _SEMI_SPECULAR if profile.gel.coating == "semi_specular" else (0.0, 0.35)
-        said = profile.optics.coat
+        """Return the coating of the profile's gel and optics."""
+        share = SEMI_SPECULAR.specular if profile.gel.coating == "semi_specular" else 0.0
+        coat = profile.optics.coat
         return cls(
-            share if said.specular is None else said.specular,
-            roughness if said.roughness is None else said.roughness,
+            share if coat.specular is None else coat.specular,
+            SEMI_SPECULAR.roughness if coat.roughness is None else coat.roughness,
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Shading:
-    """One lamp over one coating, prepared: from normals to the light that goes to the camera.
+    """Reflection of one light by one coating, precomputed per pixel.
 
     Attributes
     ----------
     toward : (3, H, W) float32
         Light vectors of the diffuse part, see :func:`~tactile_core.sim.optics.lights.light_field`.
     blur : float
-        Part of the lamp that a skin seen edge-on still receives, as long as ``toward``.
+        Softness of the horizon of an extended light, in the units of ``toward``.
     lobe : (3, H, W) float32 or None
-        Unit vectors between lamp and camera, times the sharpness of the mirrored part; None for
-        a coating that mirrors nothing.
+        Half vectors between light and camera, times the sharpness of the specular lobe; None
+        without a specular part.
     peak : (H, W) float32 or None
-        Logarithm of the mirrored light where a facet faces the half vector, less the sharpness.
+        Logarithm of the specular peak, minus the sharpness.
+
+    References
+    ----------
+    .. [1] Torrance, Sparrow, "Theory for Off-Specular Reflection From Roughened Surfaces", Journal
+       of the Optical Society of America 57, 1967.
+    .. [2] Wang, Ren, Gong, Snyder, Guo, "All-Frequency Rendering of Dynamic, Spatially-Varying
+       Reflectance", ACM Transactions on Graphics 28, 2009.
     """
 
     toward: Float32
@@ -65,14 +95,14 @@ class Shading:
 
     @classmethod
     def prepare(cls, toward: Float32, blur: float, coating: Coating, view: Float32) -> Shading:
-        """Prepare one lamp.
+        """Precompute the shading of one light.
 
         Parameters
         ----------
         toward : (3, H, W) float32
-            Its light vectors.
+            Light vectors.
         blur : float
-            Half the angle that it fills, rad, times the length of ``toward``.
+            Half the angle that the light subtends, rad, times the length of ``toward``.
         coating : Coating
         view : (3, H, W) float32
             Unit vectors towards the camera.
@@ -83,8 +113,8 @@ class Shading:
         half = toward / strength + view
         half /= np.sqrt((half**2).sum(0))
         # Torrance and Sparrow 1967: D / (4 n·v) of the light, with n·v nearly 1. Beckmann's D is
-        # close to exp(2 (n·h − 1) / m²) / m² for n·h near 1 (Wang et al. 2009), an exponential of
-        # what is linear in the normal.
+        # close to exp(2 (n·h − 1) / m²) / m² for n·h near 1 (Wang et al. 2009); its exponent is
+        # linear in the normal.
         sharpness = 2 / coating.roughness**2
         gloss = coating.specular * strength * sharpness / 8
         return cls(
@@ -95,14 +125,14 @@ class Shading:
         )
 
     def reflect(self, normals: Float32, rows: slice = slice(None)) -> Float32:
-        """Return the light towards the camera, without shadows that the skin casts.
+        """Return the light reflected towards the camera, without cast shadows.
 
         Parameters
         ----------
         normals : (3, h, W) float32
             Unit normals; the third component points to the camera.
         rows : slice
-            Which h rows of the image they are.
+            The h rows of the image that they cover.
 
         Returns
         -------
@@ -110,9 +140,9 @@ class Shading:
         """
         light = _softly_positive(_dot(normals, self.toward[:, rows]), self.blur)
         if self.lobe is not None and self.peak is not None:
-            mirrored = _dot(normals, self.lobe[:, rows])
-            mirrored += self.peak[rows]
-            light += np.asarray(cv2.exp(mirrored), np.float32)
+            specular = _dot(normals, self.lobe[:, rows])
+            specular += self.peak[rows]
+            light += np.asarray(cv2.exp(specular), np.float32)
         return light
 
 
@@ -124,7 +154,7 @@ def _dot(a: Float32, b: Float32) -> Float32:
 
 
 def _softly_positive(cosine: Float32, blur: float) -> Float32:
-    """The part of an extended lamp that is above the skin's own horizon, times its cosine."""
+    """Soft clamp of the cosine at 0: an extended light sets gradually below the horizon."""
     root = cosine * cosine
     root += np.float32(blur**2)
     np.sqrt(root, out=root)

@@ -1,4 +1,4 @@
-"""What goes wrong with a real rig, as options of its virtual twin."""
+"""Defects of a real rig, as options of the virtual sensor."""
 
 from __future__ import annotations
 
@@ -20,38 +20,82 @@ _COUNTS = ("dust", "scratches")
 
 
 @dataclass(frozen=True)
+class FaultParameters:
+    """Appearance of faults. Options select how many there are; their look is not adjustable.
+
+    Attributes
+    ----------
+    tear_rows : (float, float), share of the rows
+        Smallest row of a tear, and the range above it.
+        Source: chosen by hand; no script derives it.
+    dust_radius : (float, float), share of the image width
+        Range of a speck's radius.
+        Source: chosen by hand; no script derives it.
+    dust_clear : (float, float), share of the light
+        Range of a speck's transmission.
+        Source: chosen by hand; no script derives it.
+    dust_blur, dust_blur_px : float, share of the image width; float, px
+        Gaussian sigma of a speck's border: the first times the width, plus the second.
+        Source: chosen by hand; no script derives it.
+    scratch_depth_mm : (float, float), mm
+        Range of a scratch's depth.
+        Source: chosen by hand; no script derives it.
+    scratch_width_mm, scratch_width_px : float, mm; int, px
+        Width of a scratch, and the smallest width that is drawn.
+        Source: chosen by hand; no script derives it.
+    scratch_blur_px : float, px
+        Gaussian sigma of a scratch's profile.
+        Source: chosen by hand; no script derives it.
+    """
+
+    tear_rows: tuple[float, float] = (0.1, 0.8)
+    dust_radius: tuple[float, float] = (0.002, 0.008)
+    dust_clear: tuple[float, float] = (0.3, 0.8)
+    dust_blur: float = 0.002
+    dust_blur_px: float = 0.3
+    scratch_depth_mm: tuple[float, float] = (0.005, 0.015)
+    scratch_width_mm: float = 0.04
+    scratch_width_px: int = 2
+    scratch_blur_px: float = 1.0
+
+
+FAULTS = FaultParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True)
 class Faults:
     """Faults of a rig; none by default.
 
     Attributes
     ----------
     dim_lights : mapping of light to float
-        Brightness, of the full one: 0 is a dead lamp.
+        Relative brightness of a light; 0 is a dead light.
     dead_leds : mapping of light to tuple of int
-        LEDs of a lamp's array that do not shine, counted from 0, row by row.
+        Indices of dead LEDs in a light's array, row by row from 0.
     drift : float
-        How far each lamp's brightness wanders, relative; each has its own course.
+        Relative amplitude of the brightness drift; each light has its own phase.
     drift_frames : int
-        Frames that one swing takes.
+        Period of the drift, frames.
     dust : int
-        Specks on the glass, at rest in the image.
+        Number of specks on the glass; they do not move in the image.
     scratches : int
-        Furrows in the gel, which move with the skin.
+        Number of scratches in the gel; they move with its surface.
     missing_markers, merged_markers : float
-        Share of the printed markers that have worn off, or have run into a neighbour.
+        Share of the printed markers that are worn off, or merged with an adjacent one.
     overexposure : float
-        Factor on the light; 3 makes most rigs saturate.
+        Factor on the light; 3 saturates most rigs.
     dropped_frames : float
-        Share of the frames in whose stead the one before is sent again.
+        Share of the frames that repeat the previous one.
     torn_frames : float
-        Share of the frames whose lower part is that of the frame before.
+        Share of the frames whose lower part comes from the previous one.
     slipped_frames : float
-        Share of the observations in which the lights are one exposure late.
+        Share of the observations whose lights are one exposure late.
 
     Raises
     ------
     InputError
-        A value that cannot be, with its name.
+        A value is out of range; the message names it.
     """
 
     dim_lights: Mapping[str, float] = field(default_factory=dict)
@@ -79,16 +123,17 @@ class Faults:
             raise InputError("faults: overexposure and drift_frames must be positive")
 
     def check_lights(self, leds: Mapping[str, int]) -> None:
-        """Refuse lights and LEDs that the rig does not have.
+        """Check that the rig has all lights and LEDs that these faults name.
 
         Parameters
         ----------
         leds : mapping of light to int
-            How many LEDs each light has.
+            Number of LEDs of each light.
 
         Raises
         ------
         InputError
+            The rig lacks one of them.
         """
         unknown = sorted({*self.dim_lights, *self.dead_leds} - leds.keys())
         if unknown:
@@ -99,33 +144,34 @@ class Faults:
             if not all(0 <= number < leds[name] for number in dead):
                 raise InputError(
                     f"faults: light {name!r} has LEDs 0 to {leds[name] - 1}, and dead_leds names "
-                    f"{', '.join(map(str, dead))}; correct it or 'optics.lamps.array'"
+                    f"{', '.join(map(str, dead))}; correct it or 'optics.lights.array'"
                 )
 
     def level(self, light: str, number: int, frame: int, seed: int) -> float:
-        """Brightness of a light (the ``number``-th) in a frame, of what it should be."""
+        """Relative brightness of a light (the ``number``-th) in a frame."""
         level = self.dim_lights.get(light, 1.0)
         if self.drift:
             phase = np.random.default_rng([seed, 21, number]).uniform(0, 2 * np.pi)
-            turn = 2 * np.pi * frame / self.drift_frames
+            angle = 2 * np.pi * frame / self.drift_frames
             # No drift in frame 0, from which references are taken.
-            level *= 1 + self.drift * (np.sin(turn + phase) - np.sin(phase))
+            level *= 1 + self.drift * (np.sin(angle + phase) - np.sin(phase))
         return float(max(level, 0.0))
 
     def fate(self, frame: int, seed: int) -> tuple[Fate, float]:
-        """What happens to a frame, and the share of its rows above the tear."""
+        """Fate of a frame, and the share of its rows above the tear."""
         rng = np.random.default_rng([seed, 22, frame])
         drop, tear, rows = rng.random(3)
         if frame > 0 and drop < self.dropped_frames:
             return "dropped", 0.0
         if frame > 0 and tear < self.torn_frames:
-            return "torn", float(0.1 + 0.8 * rows)
+            first, span = FAULTS.tear_rows
+            return "torn", float(first + span * rows)
         return "whole", 1.0
 
     def slips(self, frame: int, seed: int) -> bool:
         """Whether the lights of an observation are one exposure late."""
-        chance = float(np.random.default_rng([seed, 23, frame]).random())
-        return chance < self.slipped_frames
+        sample = float(np.random.default_rng([seed, 23, frame]).random())
+        return sample < self.slipped_frames
 
     def worn(self, count: int, seed: int) -> NDArray[np.bool_]:
         """(count,) bool: markers that are missing."""
@@ -134,7 +180,7 @@ class Faults:
         )
 
     def joined(self, centres: NDArray[np.float64], seed: int) -> NDArray[np.int_]:
-        """(M, 2) int: pairs of neighbouring markers that have run together."""
+        """(M, 2) int: pairs of adjacent markers that have merged."""
         chosen = np.random.default_rng([seed, 27]).random(len(centres)) < self.merged_markers / 2
         pairs = []
         for number in np.nonzero(chosen)[0]:
@@ -144,28 +190,28 @@ class Faults:
         return np.array(pairs, int).reshape(-1, 2)
 
     def dusty(self, shape: tuple[int, int], seed: int) -> Float32 | None:
-        """(H, W) share of the light that passes the dust; None on clean glass."""
+        """(H, W) transmission of the dust; None on clean glass."""
         if not self.dust:
             return None
         rng = np.random.default_rng([seed, 25])
         clear = np.ones(shape, np.float32)
         for _ in range(self.dust):
             centre = (rng.uniform(0, 1, 2) * shape[::-1]).astype(int).tolist()
-            radius = int(np.ceil(rng.uniform(0.002, 0.008) * shape[1]))
-            cv2.circle(clear, centre, radius, float(rng.uniform(0.3, 0.8)), -1, cv2.LINE_AA)
-        return np.asarray(cv2.GaussianBlur(clear, (0, 0), 0.002 * shape[1] + 0.3), np.float32)
+            radius = int(np.ceil(rng.uniform(*FAULTS.dust_radius) * shape[1]))
+            share = float(rng.uniform(*FAULTS.dust_clear))
+            cv2.circle(clear, centre, radius, share, -1, cv2.LINE_AA)
+        sigma_px = FAULTS.dust_blur * shape[1] + FAULTS.dust_blur_px
+        return np.asarray(cv2.GaussianBlur(clear, (0, 0), sigma_px), np.float32)
 
-    def furrows_mm(self, shape: tuple[int, int], mm_per_px: float, seed: int) -> Float32 | None:
-        """(H, W) relief of the scratches; None on a whole gel.
-
-        Some ten micrometres deep and two pixels wide at least.
-        """
+    def scratches_mm(self, shape: tuple[int, int], mm_per_px: float, seed: int) -> Float32 | None:
+        """(H, W) relief of the scratches, negative; None without scratches."""
         if not self.scratches:
             return None
         rng = np.random.default_rng([seed, 26])
         relief = np.zeros(shape, np.float32)
+        width_px = max(FAULTS.scratch_width_px, round(FAULTS.scratch_width_mm / mm_per_px))
         for _ in range(self.scratches):
             ends = (rng.uniform(0, 1, (2, 2)) * shape[::-1]).astype(int).tolist()
-            depth_mm = -float(rng.uniform(0.005, 0.015))
-            cv2.line(relief, ends[0], ends[1], depth_mm, max(2, round(0.04 / mm_per_px)))
-        return np.asarray(cv2.GaussianBlur(relief, (0, 0), 1.0), np.float32)
+            depth_mm = -float(rng.uniform(*FAULTS.scratch_depth_mm))
+            cv2.line(relief, ends[0], ends[1], depth_mm, width_px)
+        return np.asarray(cv2.GaussianBlur(relief, (0, 0), FAULTS.scratch_blur_px), np.float32)

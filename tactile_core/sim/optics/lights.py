@@ -1,4 +1,4 @@
-"""The lamps of a rig and the light that each of them sends to every place of the skin."""
+"""LED arrays of a rig, and the light that each sends to every point of the gel surface."""
 
 from __future__ import annotations
 
@@ -15,28 +15,57 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Illumination, Light
 from tactile_core.interfaces.optics import LightBuild
 
-_DEFAULT_ELEVATION_DEG = 30.0
-_DEFAULT_DISTANCE_DIAGONALS = 0.8
-_LED_MM = 1.0
-_COARSE_PX = 8
-"""Near light changes over millimetres: it is computed on every eighth pixel and interpolated."""
+
+@dataclass(frozen=True)
+class LightParameters:
+    """Parameters of the light model that no profile key sets, and defaults of those that one does.
+
+    Attributes
+    ----------
+    default_elevation_deg : float, degrees
+        Elevation of the lights if the illumination does not give their directions.
+        Source: chosen by hand; no script derives it.
+    default_distance : float, diagonals of the view
+        Distance of a light without ``distance_mm`` from the image centre.
+        Source: chosen by hand; no script derives it.
+    led_mm : float, mm
+        Size of one LED. It blurs shadows and bounds the intensity close to the LED.
+        Source: chosen by hand; no script derives it.
+    scatter_blur : float, rad
+        Half the angle that a fully scattering diffuser adds to a light.
+        Source: chosen by hand; no script derives it.
+    coarse_px : int, px
+        Grid spacing of the light field, which is interpolated to the pixels. Near light varies
+        over millimetres.
+        Source: chosen by hand; no script derives it.
+    """
+
+    default_elevation_deg: float = 30.0
+    default_distance: float = 0.8
+    led_mm: float = 1.0
+    scatter_blur: float = 0.2
+    coarse_px: int = 8
+
+
+LIGHTS = LightParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class LedArray:
-    """One lamp: an array of LEDs that shine towards the skin.
+    """LED array of one light.
 
     Attributes
     ----------
     name : str
     azimuth_deg, elevation_deg : float
-        Where it stands, as seen from the image centre: from x towards y, and above the skin.
+        Direction from the image centre: from x towards y, and above the gel surface.
     distance_mm : float
-        From the image centre.
+        Distance from the image centre.
     feeds : tuple of str
-        Channels that see its colour; none of an exposure's means all of them.
-    build : Lamps
-        Its LEDs.
+        Channels that receive its colour. If an exposure has none of them, all its channels do.
+    build : LightBuild
+        Layout and emission of the LEDs.
     """
 
     name: str
@@ -48,17 +77,17 @@ class LedArray:
 
     @property
     def axes(self) -> NDArray[np.float64]:
-        """(3, 3) unit vectors as rows: along the gel, up the board, and where the LEDs shine."""
+        """(3, 3) unit vectors as rows: along the gel, up the board, and the LEDs' axis."""
         azimuth = np.radians(self.azimuth_deg)
         out = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
         along = np.array([-out[1], out[0], 0.0])
-        forth = -self.build.aim_mm * out - self.place_mm
-        forth /= np.linalg.norm(forth)
-        return np.stack([along, np.cross(forth, along), forth])
+        forward = -self.build.aim_mm * out - self.centre_mm
+        forward /= np.linalg.norm(forward)
+        return np.stack([along, np.cross(forward, along), forward])
 
     @property
-    def place_mm(self) -> NDArray[np.float64]:
-        """(3,) middle of the lamp: x, y, and height above the skin towards the camera."""
+    def centre_mm(self) -> NDArray[np.float64]:
+        """(3,) centre of the array: x, y, and height above the gel surface."""
         azimuth, elevation = np.radians([self.azimuth_deg, self.elevation_deg])
         level = np.cos(elevation)
         toward = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
@@ -66,19 +95,19 @@ class LedArray:
 
     @property
     def leds_mm(self) -> NDArray[np.float64]:
-        """(N, 3) places of its LEDs, row by row."""
+        """(N, 3) positions of the LEDs, row by row."""
         rows, columns = self.build.array
         up = from_middle(rows) * self.build.pitch_mm
         aside = from_middle(columns) * self.build.pitch_mm
         along, board, _ = self.axes
         offsets = up[:, None, None] * board + aside[:, None] * along
-        return np.asarray(self.place_mm + offsets.reshape(-1, 3))
+        return np.asarray(self.centre_mm + offsets.reshape(-1, 3))
 
     @property
     def blur(self) -> float:
-        """Half the angle, in rad, that it fills up and down: how gradually its shadows begin."""
-        size_mm = (self.build.array[0] - 1) * self.build.pitch_mm + _LED_MM
-        return 0.5 * size_mm / self.distance_mm + 0.2 * self.build.scatter
+        """Half the vertical angle that the array subtends, rad: the softness of its shadows."""
+        size_mm = (self.build.array[0] - 1) * self.build.pitch_mm + LIGHTS.led_mm
+        return 0.5 * size_mm / self.distance_mm + LIGHTS.scatter_blur * self.build.scatter
 
 
 def light_field(
@@ -89,29 +118,30 @@ def light_field(
     rest_mm: Float32 | None = None,
     dead_leds: tuple[int, ...] = (),
 ) -> Float32:
-    """Light vectors of one lamp over the skin at rest.
+    """Light vectors of one LED array over the undeformed gel surface.
 
-    Each LED sends cosᵐ of the angle from its axis, which fades with the square of the distance.
+    Each LED emits with cosᵐ of the angle from its axis, and its light decreases with the square of
+    the distance.
 
     Parameters
     ----------
-    led_array : Lamp
+    led_array : LedArray
     shape : (height, width) in px
     mm_per_px : float
     rest_mm : (H, W) float32, optional
-        Height of the skin at rest, towards the camera; flat if left out.
+        Height of the undeformed surface towards the camera; flat by default.
     dead_leds : tuple of int
-        Indices of LEDs that do not shine.
+        Indices of dead LEDs.
 
     Returns
     -------
     (3, H, W) float32
-        x, y and height of the vector towards the lamp, as long as the irradiance that a skin
-        facing it receives; 1 in the median of a lamp whose LEDs are whole.
+        x, y and height of the vector towards the light. Its length is the irradiance at normal
+        incidence, with a median of 1 if no LED is dead.
     """
     height, width = shape
-    size = (max(2, round(width / _COARSE_PX)), max(2, round(height / _COARSE_PX)))
-    # Centres of coarse pixels, as cv2.resize understands them.
+    size = (max(2, round(width / LIGHTS.coarse_px)), max(2, round(height / LIGHTS.coarse_px)))
+    # Centres of coarse pixels, as cv2.resize defines them.
     x = ((np.arange(size[0]) + 0.5) * width / size[0] - width / 2) * mm_per_px
     y = ((np.arange(size[1]) + 0.5) * height / size[1] - height / 2)[:, None] * mm_per_px
     z = np.zeros((1, 1)) if rest_mm is None else cv2.resize(rest_mm, size)
@@ -120,14 +150,14 @@ def light_field(
     shining = np.zeros_like(whole)
     for number, (px, py, pz) in enumerate(led_array.leds_mm):
         ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
-        far = np.maximum(np.sqrt((ray**2).sum(0)), _LED_MM)
+        far = np.maximum(np.sqrt((ray**2).sum(0)), LIGHTS.led_mm)
         along = np.maximum(-np.tensordot(led_array.axes[2], ray, 1) / far, 0)
         vector = ray * (along**lobe_power / far**3)
         whole += vector
         if number not in dead_leds:
             shining += vector
     strength = np.median(np.linalg.norm(whole, axis=0))
-    middle = led_array.place_mm / led_array.distance_mm
+    middle = led_array.centre_mm / led_array.distance_mm
     share = led_array.build.scatter
     alight = 1 - len(set(dead_leds)) / len(led_array.leds_mm)
     field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
@@ -137,14 +167,15 @@ def light_field(
 
 
 def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[LedArray, ...]:
-    """Return the lamps of an illumination, each built as it says itself or else as the profile.
+    """Return the LED arrays of an illumination's lights.
 
-    Where its lights are not all that its exposures name, lights stand evenly around.
+    Keys of a light override those of ``optics.lights``. If the illumination does not describe
+    every light that its exposures name, all lights are spaced evenly around the image.
     """
     image = profile.image
     diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px
     general = profile.optics.lights.model_dump()
-    default_mm = _DEFAULT_DISTANCE_DIAGONALS * diagonal_mm
+    default_mm = LIGHTS.default_distance * diagonal_mm
     led_arrays = []
     for light in _placed(illumination):
         build = LightBuild.model_validate(general | light.build.model_dump(exclude_unset=True))
@@ -167,6 +198,6 @@ def _placed(illumination: Illumination) -> tuple[Light, ...]:
     if lights and {light.name for light in lights} >= set(names):
         return lights
     return tuple(
-        Light(name, 90 + 360 * number / len(names), _DEFAULT_ELEVATION_DEG)
+        Light(name, 90 + 360 * number / len(names), LIGHTS.default_elevation_deg)
         for number, name in enumerate(names)
     )

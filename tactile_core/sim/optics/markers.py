@@ -1,4 +1,4 @@
-"""Markers printed on the skin: where they are, and how they darken it."""
+"""Printed markers: their layout, and the shading that they cause."""
 
 from __future__ import annotations
 
@@ -14,36 +14,75 @@ from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults
 
 SHAPES = ("round", "square", "triangle")
-"""What markers look like; compiled loops know them by their places here."""
+"""Outlines of markers; compiled loops identify them by their index here."""
 
-_FURTHEST_SIZES = 0.75
-"""No corner of any shape is further from its middle."""
 
-_JITTER_PITCHES = 0.22
-_AUTO_PITCH_WIDTHS = 1 / 14
-_AUTO_DIAMETER_PITCHES = 0.36
-_BEYOND_PITCHES = 2
-_BRIDGED_PITCHES = 1.2
+@dataclass(frozen=True)
+class PrintParameters:
+    """Layout of printed markers, as far as the profile does not set it.
+
+    Attributes
+    ----------
+    corner_sizes : float, marker diameters
+        Upper bound on the distance of a marker's corners from its centre.
+        Source: geometry: 1/√2 for a square, 1/√3 for a triangle.
+    jitter_pitches : float, pitches
+        Largest offset of a quasi-random marker along x and y.
+        Source: chosen by hand; no script derives it.
+    clear_divisor : float, ratio
+        The offset is also at most the gap between two markers divided by this, so that they do
+        not touch.
+        Source: two markers that approach each other share the gap; a tenth more keeps them apart.
+    auto_columns : float, count
+        Markers across the image width if the profile's markers are ``auto``.
+        Source: chosen by hand; no script derives it.
+    auto_diameter_pitches : float, pitches
+        Marker diameter if the profile's markers are ``auto``.
+        Source: chosen by hand; near the 0.40 mm per 1.2 mm of [1]_.
+    beyond_pitches : int, pitches
+        Rows and columns of markers outside each border of the image.
+        Source: chosen by hand; no script derives it.
+    bridge_pitches : float, ratio
+        Density of the ink between two merged markers.
+        Source: chosen by hand; no script derives it.
+
+    References
+    ----------
+    .. [1] Yuan, Li, Srinivasan, Adelson, "Measurement of Shear and Slip with a GelSight Tactile
+       Sensor", ICRA, 2015.
+    """
+
+    corner_sizes: float = 0.75
+    jitter_pitches: float = 0.22
+    clear_divisor: float = 2.2
+    auto_columns: float = 14
+    auto_diameter_pitches: float = 0.36
+    beyond_pitches: int = 2
+    bridge_pitches: float = 1.2
+
+
+PRINT = PrintParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class MarkerPrint:
-    """The print of one gel.
+    """Printed markers of one gel.
 
     Attributes
     ----------
     rest_px : (N, 2) float64
-        Centres on the resting skin, x and y; some lie beyond the image, and shear may bring them
-        into it.
+        Centres on the undeformed surface, x and y. Some are outside the image; shear may move
+        them into it.
     angles : (N,) float64
-        By how much each is turned, rad from x towards y.
+        Rotation of each marker, rad, positive from x towards y.
     size_px : float
         Diameter of a round marker, side of a square or a triangle.
     shape : {"round", "square", "triangle"}
     worn : (N,) bool
-        Markers that are missing.
+        Missing markers.
     joined : (M, 2) int
-        Pairs of markers whose ink has run together.
+        Pairs of merged markers.
     """
 
     rest_px: Float64
@@ -55,22 +94,23 @@ class MarkerPrint:
 
     @classmethod
     def of(cls, profile: SensorBuild, faults: Faults, seed: int) -> MarkerPrint | None:
-        """Return the print that the profile's gel carries; None for a bare one."""
-        told = profile.gel.markers
-        if told is None:
+        """Return the markers of the profile's gel; None without markers."""
+        markers = profile.gel.markers
+        if markers is None:
             return None
         image, look = profile.image, profile.optics.markers
-        if isinstance(told, Markers):
-            pitch, size = told.pitch_mm / image.mm_per_px, told.diameter_mm / image.mm_per_px
+        if isinstance(markers, Markers):
+            pitch, size = markers.pitch_mm / image.mm_per_px, markers.diameter_mm / image.mm_per_px
         else:
-            pitch = _AUTO_PITCH_WIDTHS * image.width_px
-            size = _AUTO_DIAMETER_PITCHES * pitch
-        x, y = (_places(n, pitch) for n in (image.width_px, image.height_px))
+            pitch = 1 / PRINT.auto_columns * image.width_px
+            size = PRINT.auto_diameter_pitches * pitch
+        x, y = (_positions(n, pitch) for n in (image.width_px, image.height_px))
         centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         angles = np.zeros(len(centres))
         if look.layout == "quasi_random":
             rng = np.random.default_rng([seed, 11])
-            reach = min(_JITTER_PITCHES * pitch, max(0.0, (pitch - size) / 2.2))
+            clear = max(0.0, (pitch - size) / PRINT.clear_divisor)
+            reach = min(PRINT.jitter_pitches * pitch, clear)
             centres = centres + rng.uniform(-reach, reach, centres.shape)
             angles = rng.uniform(0, 2 * np.pi, len(centres))
         worn = faults.worn(len(centres), seed)
@@ -79,31 +119,31 @@ class MarkerPrint:
 
     @property
     def margin_px(self) -> int:
-        """How far around the image there are markers."""
+        """Width of the border around the image that has markers, px."""
         lowest = self.rest_px.min()
         return max(0, int(np.floor(-lowest - self.size_px)))
 
     def cover(self, shape: tuple[int, int], centres_px: Float64) -> Float32:
-        """Draw the markers where they are now.
+        """Draw the markers at their current positions.
 
         Parameters
         ----------
         shape : (height, width) in px
         centres_px : (N, 2) float
-            x and y. Markers whose place is not finite or lies outside are left out.
+            x and y. Markers that are outside the image or not finite are skipped.
 
         Returns
         -------
         (H, W) float32
-            Share of each pixel that is printed.
+            Printed share of each pixel.
         """
-        centres, turned = self.blots(centres_px, shape)
-        half = int(np.ceil(_FURTHEST_SIZES * self.size_px)) + 1
+        centres, angles = self.blots(centres_px, shape)
+        half = int(np.ceil(PRINT.corner_sizes * self.size_px)) + 1
         corner = np.rint(centres).astype(int) - half
         window = np.arange(2 * half + 1)
         x = corner[:, 0, None, None] + window - centres[:, 0, None, None]
         y = corner[:, 1, None, None] + window[:, None] - centres[:, 1, None, None]
-        cos, sin = np.cos(turned)[:, None, None], np.sin(turned)[:, None, None]
+        cos, sin = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
         distance = self._outside(x * cos + y * sin, y * cos - x * sin)
         shares = np.clip(0.5 - distance, 0, 1).astype(np.float32)
         beyond = 2 * half + 1
@@ -114,33 +154,35 @@ class MarkerPrint:
         return np.ascontiguousarray(cover[beyond:-beyond, beyond:-beyond])
 
     def blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
-        """Places and turns of all ink within reach of an image: markers, and bridges between some.
+        """Positions and rotations of all ink visible in an image.
+
+        Ink is either a marker or part of the bridge between two merged markers.
 
         Parameters
         ----------
         centres_px : (N, 2) float
-            Where the markers are now.
+            Current positions of the markers.
         shape : (height, width) in px
 
         Returns
         -------
         centres : (M, 2) float64
-        turned : (M,) float64
+        angles : (M,) float64
         """
-        centres, turned = self._all_blots(np.asarray(centres_px, np.float64))
-        reach = _FURTHEST_SIZES * self.size_px
+        centres, angles = self._all_blots(np.asarray(centres_px, np.float64))
+        reach = PRINT.corner_sizes * self.size_px
         near = ((centres > -reach) & (centres < np.array(shape[::-1]) - 1 + reach)).all(1)
-        return centres[near], turned[near]
+        return centres[near], angles[near]
 
     def _all_blots(self, centres_px: Float64) -> tuple[Float64, Float64]:
-        """Places and turns of all ink: markers that have not worn off, and bridges between some."""
+        """Positions and rotations of all ink: markers that are not worn off, and bridges."""
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
-        count = int(np.ceil(_BRIDGED_PITCHES * self._pitch_px / self.size_px))
+        count = int(np.ceil(PRINT.bridge_pitches * self._pitch_px / self.size_px))
         bridges = [first + (second - first) * k / (count + 1) for k in range(1, count + 1)]
         kept = ~self.worn
         centres = np.concatenate([centres_px[kept], *bridges])
-        turned = np.concatenate([self.angles[kept], np.zeros(count * len(first))])
-        return centres, turned
+        angles = np.concatenate([self.angles[kept], np.zeros(count * len(first))])
+        return centres, angles
 
     @property
     def _pitch_px(self) -> float:
@@ -158,7 +200,7 @@ class MarkerPrint:
         return np.asarray(reach - self.size_px / (2 * np.sqrt(3)))
 
 
-def _places(length_px: int, pitch_px: float) -> Float64:
-    """Centres along one side, symmetric about the middle, and some beyond the image."""
-    count = int(length_px / pitch_px) + 2 * _BEYOND_PITCHES
+def _positions(length_px: int, pitch_px: float) -> Float64:
+    """Centres along one side, symmetric about the middle, including some outside the image."""
+    count = int(length_px / pitch_px) + 2 * PRINT.beyond_pitches
     return np.asarray((length_px - 1) / 2 + from_middle(count) * pitch_px)

@@ -1,4 +1,4 @@
-"""A photograph by compiled loops: what :class:`Shining` and :class:`Chip` say, in fewer passes."""
+"""One exposure by compiled loops: the same as :class:`Shining` and :class:`Chip`, but faster."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from tactile_core.sim.optics.camera import Chip, Numbers
 from tactile_core.sim.optics.sources import Shining
 
 _BAND_PX = 32
+"""Rows rendered at once: their buffers fit into the processor's cache. Chosen by hand."""
+
 _NONE = np.zeros((0, 0), np.float32)
 _NO_FIELD = np.zeros((2, 0, 0), np.float32)
 
@@ -25,7 +27,7 @@ def photographed(
     chip: Chip,
     noise: Numbers,
 ) -> NDArray[Any]:
-    """Read out one exposure.
+    """Render one exposure.
 
     Parameters
     ----------
@@ -33,9 +35,9 @@ def photographed(
         :mod:`tactile_core.sim.kernels.compiled`.
     shining : Shining
     glass : (H, W) float32
-        Share of the light that passes the lens.
+        Transmission of the lens.
     mixing : (K, K) float32
-        Of the colours.
+        Colour mixing matrix: crosstalk and gain.
     chip : Chip
     noise : Numbers
 

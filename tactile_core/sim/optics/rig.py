@@ -1,9 +1,9 @@
-"""The optics of one rig: from the state of the skin to the frame that the camera sends."""
+"""Optics of one rig: from the state of the gel surface to camera frames."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -25,44 +25,69 @@ from tactile_core.sim.optics.quick import photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
-_SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
 _COLOURS = 3
 
 
-class RigOptics:
-    """What a profile's camera sees of a skin whose height and displacement are known.
+@dataclass(frozen=True)
+class ShadowParameters:
+    """Resolution of cast shadows in each mode.
 
-    Everything comes from the profile: the lamps and the sequence of exposures from its
-    illumination, the coating and the print from its gel, the rest from its ``optics``. Images are
-    those in which everything is measured, ``image.width_px × image.height_px``; crop, warp and lens
-    are not undone.
+    Attributes
+    ----------
+    fast_columns : int, px
+        Approximate width of the shadow grid in fast mode.
+        Source: chosen by hand for the fast mode to run at camera rate (``benchmarks/bench_sim.py``
+        measures it).
+    accurate_columns : int, px
+        Approximate width of the shadow grid in accurate mode.
+        Source: chosen by hand: the full resolution of a 640 × 480 image.
+    """
+
+    fast_columns: int = 96
+    accurate_columns: int = 640
+
+
+SHADOWS = ShadowParameters()
+"""The values in use."""
+
+_SHADOW_COLUMNS = {"fast": SHADOWS.fast_columns, "accurate": SHADOWS.accurate_columns}
+
+
+class RigOptics:
+    """Renders what a profile's camera sees of a gel surface of given height and displacement.
+
+    The profile determines everything: its illumination the lights and the sequence of exposures,
+    its gel the coating and the markers, its ``optics`` the rest. Images have the size
+    ``image.width_px × image.height_px``, after crop, warp and lens correction.
 
     Parameters
     ----------
     profile : SensorBuild
     seed : int
-        Makes the unit (grain, places of faults) and its noise; the same seed gives the same frames.
+        Random seed of the unit (grain, positions of faults) and of its noise; the same seed gives
+        the same frames.
     faults : Faults, optional
     mode : {"fast", "accurate"}
-        Fast keeps up with a camera: shadows on a coarser grid, and noise from a table.
+        "fast" runs at camera rate: it computes shadows on a coarser grid and reads noise from a
+        table.
     compiled : bool
-        Whether to use :mod:`tactile_core.sim.kernels`: the same but for rounding, and sooner.
+        Whether to use :mod:`tactile_core.sim.kernels`: faster, and equal up to rounding.
 
     Attributes
     ----------
     channels : tuple of str
         Names of the K channels of a frame.
     exposures : tuple of Exposure
-        The sequence that makes one frame.
+        Sequence of exposures of one frame.
     full_scale : float
-        The largest intensity.
+        Largest pixel value.
 
     Raises
     ------
     PluginError
-        The illumination's plugin is absent.
+        The illumination's plugin is not installed.
     InputError
-        A fault names a light that there is not; JPEG is asked for at more than 8 bits.
+        A fault names an unknown light, or JPEG is combined with more than 8 bits.
     """
 
     def __init__(
@@ -86,7 +111,7 @@ class RigOptics:
         self.channels = illumination.channels
         self.exposures: tuple[Exposure, ...] = exposures_of(illumination)
         self._shots = tuple(e for e in self.exposures if e.channels)
-        # One camera takes every exposure: all show as many colours.
+        # One camera takes every exposure: all have the same number of colours.
         self._colours = self._shots[0].channels
         led_arrays = led_arrays_of(profile, illumination)
         self._faults.check_lights(
@@ -114,7 +139,7 @@ class RigOptics:
 
     @property
     def markers_px(self) -> NDArray[np.float64]:
-        """(N, 2) centres of the printed markers at rest, x and y; some lie beyond the image."""
+        """(N, 2) marker centres on the undeformed surface, x and y; some are outside the image."""
         markers = self._membrane.markers
         return np.zeros((0, 2)) if markers is None else markers.rest_px.copy()
 
@@ -126,20 +151,20 @@ class RigOptics:
         *,
         frame: int | None = None,
     ) -> NDArray[Any]:
-        """Take one frame: every exposure of the sequence.
+        """Take one frame with every exposure of the sequence.
 
         Parameters
         ----------
         height_mm : (H, W) float
-            Of the skin above its rest surface, positive where it is pressed towards the camera.
+            Indentation relative to the undeformed surface, positive towards the camera.
         displacement_mm : (H, W, 2) float, optional
-            How far the skin that is now at a pixel has moved, x right and y down. Carries print,
-            grain and scratches.
+            In-plane displacement of the material that is now at each pixel, x right and y down. It
+            moves markers, grain and scratches.
         markers_px : (N, 2) float, optional
-            Where the markers of :attr:`markers_px` are now, in place of where the displacement
-            carries them; NaN where one is out of sight.
+            Current positions of the markers of :attr:`markers_px`, instead of those that follow
+            from the displacement; NaN for hidden markers.
         frame : int, optional
-            Number of the frame, for its noise and its faults; the next one if left out.
+            Frame number, which selects noise and faults. Default: the next one.
 
         Returns
         -------
@@ -148,7 +173,7 @@ class RigOptics:
         Raises
         ------
         InputError
-            An array has another size than the image, or is not finite.
+            An array does not have the image's size, or is not finite.
         """
         number = self._frame if frame is None else frame
         self._frame = number + 1
@@ -176,15 +201,15 @@ class RigOptics:
         displacement_mm: NDArray[Any] | None = None,
         markers_px: NDArray[Any] | None = None,
     ) -> Surface:
-        """Prepare a state of the skin for :meth:`photograph`; parameters as for :meth:`expose`."""
+        """Prepare a gel surface for :meth:`photograph`; parameters as for :meth:`expose`."""
         height = self._checked(height_mm, self._shape, "height_mm")
         displacement = None
         if displacement_mm is not None:
             displacement = self._checked(displacement_mm, (*self._shape, 2), "displacement_mm")
         if markers_px is not None and np.shape(markers_px) != self.markers_px.shape:
             raise InputError(
-                f"markers_px has the shape {np.shape(markers_px)} where the print has "
-                f"{self.markers_px.shape}; give one place per marker, NaN for those out of sight"
+                f"markers_px has the shape {np.shape(markers_px)}, not {self.markers_px.shape}; "
+                f"give one position per printed marker, NaN for hidden ones"
             )
         loops = kernels.chosen(self._compiled)
         return self._membrane.state(height, displacement, markers_px, compiled=loops)
@@ -198,9 +223,9 @@ class RigOptics:
         ----------
         surface : Surface
         levels : mapping of light to brightness
-            0..1; lights that are not named are dark.
+            0..1; other lights are off.
         frame, exposure : int
-            Numbers that choose the noise.
+            Frame and exposure number, which select the noise.
 
         Returns
         -------
@@ -233,14 +258,14 @@ class RigOptics:
         return levels.get(name, 0.0) * self._faults.level(name, number, frame, self._seed)
 
     def _balanced(self) -> NDArray[np.float64]:
-        """(K, K) mixing of the colours that brings the resting skin to the wanted intensity.
+        """(K, K) mixing matrix that gives the undeformed surface the profile's exposure.
 
-        Colours are balanced to white, as webcams do; lamps in turn share one gain. Faults are left
-        out, lest a dead lamp be made up for.
+        Colours are balanced to white, as by webcams; sequential lights share one gain. Faults are
+        ignored, so that the gain does not compensate a dead light.
         """
-        said = self.profile.optics.sensor
+        sensor = self.profile.optics.sensor
         count = len(self._colours)
-        mixing = crosstalk_matrix(said.crosstalk) if count == _COLOURS else np.eye(count)
+        mixing = crosstalk_matrix(sensor.crosstalk) if count == _COLOURS else np.eye(count)
         bare = replace(self._membrane.state(np.zeros(self._shape, np.float32)), reflectance=None)
         medians = []
         for shot in self._shots:
@@ -254,19 +279,19 @@ class RigOptics:
             medians.append(mixing @ np.median(light, axis=(1, 2)))
         level = np.mean(medians, axis=0)
         level[level <= 0] = max(level.max(), 1e-6)
-        return np.asarray(self._chip.light_of(said.exposure) / level[:, None] * mixing)
+        return np.asarray(self._chip.light_of(sensor.exposure) / level[:, None] * mixing)
 
     def _checked(self, values: NDArray[Any], shape: tuple[int, ...], name: str) -> Float32:
         array = np.asarray(values, np.float32)
         if array.shape != shape:
             raise InputError(f"{name} has the shape {array.shape}; this rig's is {shape}")
         if not np.isfinite(array.sum()):
-            raise InputError(f"{name} has values that are not finite; give 0 where nothing is")
+            raise InputError(f"{name} has values that are not finite; use 0 where undeformed")
         return array
 
 
 def _mixed(light: Float32, mixing: Float32) -> Float32:
-    """(h, W, K) of (K, h, W) light, each colour a mixture of all."""
+    """(h, W, K) linear combinations of (K, h, W) light."""
     if len(light) == 1:
         return np.asarray((light[0] * mixing[0, 0])[..., None], np.float32)
     return np.asarray(cv2.transform(cv2.merge([*light]), mixing), np.float32)

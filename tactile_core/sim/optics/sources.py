@@ -1,4 +1,4 @@
-"""Lamps over a coating: how much light each of them sends to the camera by way of the skin."""
+"""Light sources over a coating: the light that each sends to the camera via the gel surface."""
 
 from __future__ import annotations
 
@@ -18,23 +18,44 @@ from tactile_core.sim.optics.lights import LedArray, light_field
 from tactile_core.sim.optics.shadows import Shadows
 from tactile_core.sim.optics.surface import Surface
 
-_VIEW_DIAGONALS = 1.5
-_DIMMEST = 0.1
-_BAND_PX = 64
-"""Bands of so many rows stay in the processor's cache."""
+
+@dataclass(frozen=True)
+class SourceParameters:
+    """Parameters of light sources and camera position.
+
+    Attributes
+    ----------
+    view_diagonals : float, diagonals of the view
+        Distance from the gel surface to the pupil if the profile does not set it.
+        Source: chosen by hand; no script derives it.
+    min_brightness : float, ratio
+        Lower bound of a light's random brightness.
+        Source: chosen by hand; no script derives it.
+    band_px : int, px
+        Rows rendered at once; their buffers fit into the processor's cache.
+        Source: chosen by hand; no script derives it.
+    """
+
+    view_diagonals: float = 1.5
+    min_brightness: float = 0.1
+    band_px: int = 64
+
+
+SOURCES = SourceParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class LightSource:
-    """One lamp, ready to light any state of the skin.
+    """One light, prepared to illuminate any state of the gel surface.
 
     Attributes
     ----------
-    led_array : Lamp
+    led_array : LedArray
     shading : Shading
     shadows : Shadows
     ambient : float
-        Light of this lamp that comes from everywhere.
+        This light's contribution to the ambient light.
     """
 
     led_array: LedArray
@@ -52,20 +73,20 @@ def sources_of(
     seed: int,
     shadow_columns: int,
 ) -> tuple[LightSource, ...]:
-    """Prepare lamps for a profile's coating.
+    """Prepare the lights of a rig for a profile's coating.
 
     Parameters
     ----------
     profile : SensorBuild
-    led_arrays : sequence of Lamp
+    led_arrays : sequence of LedArray
     rest_mm : (H, W) float32 or None
-        Height of the skin at rest, towards the camera; None for a flat gel.
+        Height of the undeformed surface towards the camera; None for a flat gel.
     faults : Faults
-        Dead LEDs.
+        Its dead LEDs are off.
     seed : int
-        Makes the lamps' different brightness.
+        Random seed of the lights' relative brightness.
     shadow_columns : int
-        About as wide is the grid on which shadows are found.
+        Approximate width of the grid on which shadows are computed, px.
     """
     image, ambient = profile.image, profile.optics.ambient
     shape = (image.height_px, image.width_px)
@@ -80,7 +101,7 @@ def sources_of(
             )
             for dead in ((), faults.dead_leds.get(led_array.name, ()))
         )
-        bright = max(_DIMMEST, 1 + led_array.build.spread * float(deviation))
+        bright = max(SOURCES.min_brightness, 1 + led_array.build.spread * float(deviation))
         direct = (1 - ambient) * bright
         shading = Shading.prepare(
             toward * np.float32(direct), led_array.blur * direct, coating, view
@@ -98,15 +119,15 @@ def sources_of(
 
 @dataclass(frozen=True, eq=False)
 class Shining:
-    """Lamps that shine on one state of the skin.
+    """Lights that illuminate one state of the gel surface.
 
     Attributes
     ----------
     sources : tuple of (number, LightSource, level)
-        Which lamp of the rig each is, and how brightly it shines.
+        Index of each light in the rig, the light, and its brightness.
     surface : Surface
     channels : tuple of str
-        Names of the camera's colours. A lamp that feeds none of them feeds all.
+        Names of the camera's colours. A light that feeds none of them feeds all.
     """
 
     sources: tuple[tuple[int, LightSource, float], ...]
@@ -115,7 +136,7 @@ class Shining:
 
     @cached_property
     def seen(self) -> list[Float32 | None]:
-        """Of each lamp the (H, W) share that each place sees; None where none is hidden."""
+        """Visible share (H, W) of each light; None for a light without shadows."""
         if not self.sources:
             return []
         low = self.surface.reduced(self.sources[0][1].shadows.size)
@@ -126,7 +147,7 @@ class Shining:
 
     @property
     def fed(self) -> NDArray[np.bool_]:
-        """(S, K) bool: which channels see which lamp."""
+        """(S, K) bool: channels that receive each light."""
         named = [
             [name in source.led_array.feeds for name in self.channels]
             for _, source, _ in self.sources
@@ -137,15 +158,15 @@ class Shining:
 
     @property
     def ambient(self) -> Float32:
-        """(K,) light from everywhere that each channel sees."""
+        """(K,) ambient light of each channel."""
         each = np.array([level * source.ambient for _, source, level in self.sources])
         return np.asarray(each @ self.fed, np.float32)
 
     def bands(self) -> Iterator[tuple[slice, Float32]]:
-        """Yield rows, and the (K, h, W) light that the skin in them sends to the camera."""
+        """Yield bands of rows, and the (K, h, W) light that they send to the camera."""
         surface, fed, ambient = self.surface, self.fed, self.ambient
-        for top in range(0, len(surface.relief_mm), _BAND_PX):
-            rows = slice(top, top + _BAND_PX)
+        for top in range(0, len(surface.relief_mm), SOURCES.band_px):
+            rows = slice(top, top + SOURCES.band_px)
             normals = surface.normals[:, rows]
             sky = 0.5 * normals[2] + 0.5
             light = np.zeros((len(self.channels), *sky.shape), np.float32)
@@ -167,9 +188,9 @@ class Shining:
 
 
 def _towards_camera(profile: SensorBuild, shape: tuple[int, int]) -> Float32:
-    """(3, H, W) unit vectors from the skin to the pupil, above the image centre."""
+    """(3, H, W) unit vectors from the gel surface to the pupil, above the image centre."""
     y, x = (from_middle(n) * profile.image.mm_per_px for n in shape)
     diagonal_mm = 2 * float(np.hypot(x[-1], y[-1]))
-    high_mm = profile.optics.sensor.view_distance_mm or _VIEW_DIAGONALS * diagonal_mm
-    view = np.stack(np.broadcast_arrays(-x, -y[:, None], high_mm)).astype(np.float32)
+    pupil_mm = profile.optics.sensor.view_distance_mm or SOURCES.view_diagonals * diagonal_mm
+    view = np.stack(np.broadcast_arrays(-x, -y[:, None], pupil_mm)).astype(np.float32)
     return np.asarray(view / np.sqrt((view**2).sum(0)), np.float32)

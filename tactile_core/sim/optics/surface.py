@@ -1,4 +1,4 @@
-"""The skin under the camera: its relief, its print and its grain, carried by the displacement."""
+"""Appearance of the gel surface: relief, markers and grain, moved by the displacement."""
 
 from __future__ import annotations
 
@@ -16,28 +16,49 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import SHAPES, MarkerPrint
 
-_MARGIN = 0.1
-"""Surface around the image, of its width, which shear may bring into it."""
 
-_LOWEST_RELIEF_MM = 0.01
+@dataclass(frozen=True)
+class SurfaceParameters:
+    """Parameters of the rendered surface.
+
+    Attributes
+    ----------
+    margin : float, image widths
+        Border around the image that shear may move into it.
+        Source: chosen by hand; no script derives it.
+    min_shadow_relief_mm : float, mm
+        A relief with a smaller range casts no shadows.
+        Source: chosen by hand; no script derives it.
+    sigmas_per_grain : float, ratio
+        Size of the grain over the Gaussian sigma that correlates it.
+        Source: chosen by hand; no script derives it.
+    """
+
+    margin: float = 0.1
+    min_shadow_relief_mm: float = 0.01
+    sigmas_per_grain: float = 2
+
+
+SURFACE = SurfaceParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One state of the skin, ready to be lit.
+    """One state of the gel surface, ready to be illuminated.
 
     Attributes
     ----------
     relief_mm : (H, W) float32
-        Height above the rest surface, scratches included.
+        Height above the undeformed surface, including scratches.
     rest_slopes : (2, H, W) float32 or None
-        Of the skin at rest; None for a flat one.
+        Slopes of the undeformed surface; None if flat.
     mm_per_px : float
     reflectance : (H, W) float32 or None
-        1 where the skin is bare, less where it is printed; None for a bare skin.
+        1 on the bare surface, less on markers; None without markers.
     textures : tuple of (H, W, C) float32
-        Factors on the light of each lamp, four to an image: grains catch the light of one and not
-        of another. What follows the last lamp's is something else.
+        Grain as a factor on each light, four lights to an image. Grain differs between lights,
+        because facets reflect only some of them. Scratches and markers follow the last light.
     """
 
     relief_mm: Float32
@@ -48,15 +69,16 @@ class Surface:
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
-        """(H, W) factor on the light of the lamp of this number."""
+        """(H, W) grain: factor on the light of this index."""
         return _plane(self.textures, led_array)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
-        """Return the relief on fewer columns and rows; None if it is too low to cast shadows."""
+        """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
         if size not in self._reduced:
             height = self.relief_mm
-            hides = float(height.max() - height.min()) >= _LOWEST_RELIEF_MM
-            low = cv2.resize(height, size, interpolation=cv2.INTER_AREA) if hides else None
+            relief_mm = float(height.max() - height.min())
+            casts = relief_mm >= SURFACE.min_shadow_relief_mm
+            low = cv2.resize(height, size, interpolation=cv2.INTER_AREA) if casts else None
             self._reduced[size] = None if low is None else np.asarray(low, np.float32)
         return self._reduced[size]
 
@@ -81,13 +103,13 @@ class Surface:
 
 
 class Membrane:
-    """The skin of one gel, in all its states.
+    """Appearance of one gel, in all its states.
 
     Parameters
     ----------
     profile : SensorBuild
     led_arrays : int
-        Each sees a grain of its own.
+        Number of lights; each has its own grain.
     faults : Faults
     seed : int
     """
@@ -101,27 +123,27 @@ class Membrane:
         self.rest_mm: Float32 | None = None
         self._rest_slopes: Float32 | None = None
         if profile.gel.radius_mm is not None:
-            # A dome's border lies nearer to the camera, which its z in the sensor frame tells.
+            # A dome's border is closer to the camera: negative z in the sensor frame.
             self.rest_mm = -rest_height(
                 self._shape, mm_per_px=image.mm_per_px, radius_mm=profile.gel.radius_mm
             )
             self._rest_slopes = np.stack(_slopes(self.rest_mm, image.mm_per_px))
-        self._margin = round(_MARGIN * image.width_px)
+        self._margin = round(SURFACE.margin * image.width_px)
         wide = (self._shape[0] + 2 * self._margin, self._shape[1] + 2 * self._margin)
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
         textures = [_grain(wide, coat.grain, size_px, rng) for _ in range(led_arrays)]
-        furrows = faults.furrows_mm(wide, image.mm_per_px, seed)
-        # Behind those of the lamps
-        self._furrows = len(textures) if furrows is not None else None
-        if furrows is not None:
-            textures.append(furrows)
+        scratches = faults.scratches_mm(wide, image.mm_per_px, seed)
+        # After those of the lights
+        self._scratches = len(textures) if scratches is not None else None
+        if scratches is not None:
+            textures.append(scratches)
         self._print = len(textures) if self.markers is not None else None
         if self.markers is not None:
             textures.append(
                 self._inked(self.markers.cover(wide, self.markers.rest_px + self._margin))
             )
-        # Images of up to four channels are carried in the time of one.
+        # Remapping an image of four channels takes as long as one of a single channel.
         self._textures = tuple(np.dstack(textures[k : k + 4]) for k in range(0, len(textures), 4))
         m = self._margin
         self._at_rest = tuple(
@@ -137,14 +159,14 @@ class Membrane:
         *,
         compiled: ModuleType | None = None,
     ) -> Surface:
-        """Return the skin as it is now; parameters as for ``RigOptics.expose``."""
-        textures = self._carried(displacement_mm)
+        """Return one state of the surface; parameters as for ``RigOptics.expose``."""
+        textures = self._moved(displacement_mm)
         reflectance = None if self._print is None else _plane(textures, self._print)
         if self.markers is not None and markers_px is not None:
             reflectance = self._printed(self.markers, markers_px, compiled)
         relief = height_mm
-        if self._furrows is not None:
-            relief = height_mm + _plane(textures, self._furrows)
+        if self._scratches is not None:
+            relief = height_mm + _plane(textures, self._scratches)
         return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
     def _printed(
@@ -162,8 +184,8 @@ class Membrane:
     def _inked(self, cover: Float32) -> Float32:
         return np.asarray(1 - (1 - self._ink) * cover, np.float32)
 
-    def _carried(self, displacement_mm: Float32 | None) -> tuple[Float32, ...]:
-        """Every texture as the displacement has carried it."""
+    def _moved(self, displacement_mm: Float32 | None) -> tuple[Float32, ...]:
+        """Every texture, moved by the displacement."""
         rows, columns = self._shape
         m = self._margin
         if displacement_mm is None:
@@ -173,22 +195,22 @@ class Membrane:
         y = displacement_mm[..., 1] * px
         x += np.arange(columns, dtype=np.float32) + m
         y += (np.arange(rows, dtype=np.float32) + m)[:, None]
-        carried = (
+        moved = (
             cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
             for texture in self._textures
         )
-        return tuple(np.asarray(np.atleast_3d(texture), np.float32) for texture in carried)
+        return tuple(np.asarray(np.atleast_3d(texture), np.float32) for texture in moved)
 
 
 def _plane(textures: tuple[Float32, ...], number: int) -> Float32:
-    # A view: to copy it apart would cost more than to read it where it is.
+    # A view: a copy would cost more than strided reads.
     return textures[number // 4][..., number % 4]
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> tuple[Float32, Float32]:
-    """Central differences; at the border the nearest ones."""
+    """Central differences; one-sided at the border."""
     padded = cv2.copyMakeBorder(height_mm, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
-    # The line through the last two pixels goes on, so that a plane has one slope everywhere.
+    # Extrapolate linearly, so that a plane has the same slope everywhere.
     padded[0], padded[-1] = 2 * padded[1] - padded[2], 2 * padded[-2] - padded[-3]
     padded[:, 0], padded[:, -1] = 2 * padded[:, 1] - padded[:, 2], 2 * padded[:, -2] - padded[:, -3]
     half = np.float32(0.5 / mm_per_px)
@@ -200,9 +222,10 @@ def _slopes(height_mm: Float32, mm_per_px: float) -> tuple[Float32, Float32]:
 def _grain(
     shape: tuple[int, int], deviation: float, size_px: float, rng: np.random.Generator
 ) -> Float32:
-    """Factor about 1 of the given standard deviation, correlated over some pixels."""
-    numbers = rng.standard_normal(shape, np.float32)
+    """Factor about 1 of the given standard deviation and correlation length."""
+    noise = rng.standard_normal(shape, np.float32)
     if size_px > 1:
-        numbers = np.asarray(cv2.GaussianBlur(numbers, (0, 0), size_px / 2), np.float32)
-        numbers /= numbers.std()
-    return np.asarray(np.maximum(1 + np.float32(deviation) * numbers, 0), np.float32)
+        sigma_px = size_px / SURFACE.sigmas_per_grain
+        noise = np.asarray(cv2.GaussianBlur(noise, (0, 0), sigma_px), np.float32)
+        noise /= noise.std()
+    return np.asarray(np.maximum(1 + np.float32(deviation) * noise, 0), np.float32)

@@ -1,4 +1,4 @@
-"""The markers of one frame are found to a tenth of a pixel, whatever their shape and the light."""
+"""Marker detection in one frame: accuracy, and robustness to shape, illumination and wear."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def found(pixels: Array, size_px: float, pitch_px: float) -> tuple[Array, Array]
 
 
 def lattice(pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE) -> Array:
-    """Centres a pitch apart, each displaced by up to an eighth of it; none near the border."""
+    """Centres a pitch apart with a jitter of an eighth of it, none near the border."""
     rng = np.random.default_rng(seed)
     axes = (np.arange(pitch_px, side - 0.8 * pitch_px, pitch_px) for side in shape[::-1])
     centres = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
@@ -43,7 +43,7 @@ def lattice(pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE) -> Array
 
 
 def photograph(centres: Array, size_px: float, outline: str, *, seed: int = 0) -> Array:
-    """Markers of one outline, each turned by chance, blurred, under uneven light and noise."""
+    """Markers of one outline at random angles, blurred, with uneven illumination and noise."""
     rng = np.random.default_rng(seed)
     fine = np.zeros((SHAPE[0] * FINER, SHAPE[1] * FINER), np.uint8)
     for x, y in centres:
@@ -65,7 +65,7 @@ def photograph(centres: Array, size_px: float, outline: str, *, seed: int = 0) -
 
 
 def misses(truth: Array, centres: Array) -> Array:
-    """Distance of each true centre from the nearest that was found."""
+    """Distance of each true centre from the nearest detection."""
     return np.asarray(KDTree(centres).query(truth)[0])
 
 
@@ -76,35 +76,35 @@ def misses(truth: Array, centres: Array) -> Array:
     st.floats(2.6, 3.5),
     st.integers(0, 2**32 - 1),
 )
-def test_every_marker_is_found_where_it_is_and_nothing_else(
+def test_all_markers_and_nothing_else_are_found(
     outline: str, size_px: float, ratio: float, seed: int
 ) -> None:
     truth = lattice(ratio * size_px, seed)
     image = photograph(truth, size_px, outline, seed=seed)
-    centres, cut = found(image, size_px, ratio * size_px)
+    centres, truncated = found(image, size_px, ratio * size_px)
     assert centres.dtype == np.float32
     assert len(centres) == len(truth)
-    assert not cut.any()
+    assert not truncated.any()
     assert np.sqrt((misses(truth, centres) ** 2).mean()) < 0.15
 
 
 @pytest.mark.parametrize("gain", [0.4, 1.3])
-def test_drifting_light_moves_no_marker(gain: float) -> None:
+def test_illumination_drift_moves_no_marker(gain: float) -> None:
     image = photograph(lattice(36, 1), 12, "square").astype(np.float32)
     centres, _ = found(image, 12, 36)
     drifted, _ = found(image * np.array([gain, 1, 1], np.float32), 12, 36)
     assert misses(centres, drifted).max() < 0.1
 
 
-@pytest.mark.parametrize("told", [0.7, 0.85, 1.2])
-def test_the_size_needs_to_be_known_only_roughly(told: float) -> None:
+@pytest.mark.parametrize("ratio", [0.7, 0.85, 1.2])
+def test_an_approximate_diameter_is_enough(ratio: float) -> None:
     truth = lattice(40, 2)
-    centres, _ = found(photograph(truth, 13, "round"), told * 13, 40)
+    centres, _ = found(photograph(truth, 13, "round"), ratio * 13, 40)
     assert len(centres) == len(truth)
     assert misses(truth, centres).max() < 0.4
 
 
-def test_specks_and_thin_lines_are_no_markers() -> None:
+def test_specks_and_thin_lines_are_not_detected() -> None:
     truth = lattice(40, 3)
     image = photograph(truth, 13, "square")
     for x, y in truth[:5]:
@@ -114,7 +114,7 @@ def test_specks_and_thin_lines_are_no_markers() -> None:
     assert len(centres) == len(truth)
 
 
-def test_a_highlight_across_a_marker_leaves_it_one() -> None:
+def test_a_marker_split_by_a_highlight_is_detected_once() -> None:
     truth = lattice(50, 4)
     image = photograph(truth, 17, "round", seed=4)
     x, y = np.rint(truth[9])
@@ -124,13 +124,13 @@ def test_a_highlight_across_a_marker_leaves_it_one() -> None:
     assert misses(truth[9:10], centres)[0] < 2
 
 
-def test_a_marker_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> None:
+def test_a_truncated_marker_is_flagged_and_its_centre_extrapolated() -> None:
     truth = np.array([[60.0 + 40 * k, y] for y in (1.0, 40.0, 80.0, 120.0) for k in range(6)])
     for outline in ("round", "square"):
-        centres, cut = found(photograph(truth, 14, outline), 14, 40)
-        assert cut.sum() == 6
-        assert misses(truth[:6], centres[cut]).max() < 14 / 5
-        assert misses(truth[6:], centres[~cut]).max() < 0.4
+        centres, truncated = found(photograph(truth, 14, outline), 14, 40)
+        assert truncated.sum() == 6
+        assert misses(truth[:6], centres[truncated]).max() < 14 / 5
+        assert misses(truth[6:], centres[~truncated]).max() < 0.4
 
 
 @pytest.mark.parametrize(
@@ -143,20 +143,20 @@ def test_a_marker_that_the_border_cuts_is_flagged_and_its_centre_estimated() -> 
     ],
     ids=["top", "bottom", "left", "right"],
 )
-def test_markers_are_completed_beyond_whichever_border_cuts_them(
+def test_centres_are_extrapolated_beyond_every_border(
     turned: Callable[[Any], Any],
 ) -> None:
     truth = np.array([[60.0 + 40 * k, y] for y in (1.0, 40.0, 80.0, 120.0) for k in range(6)])
     spots = np.zeros((*SHAPE, 2))
     spots[truth[:, 1].astype(int), truth[:, 0].astype(int)] = np.arange(1, 25)[:, None]
-    centres, cut = found(np.ascontiguousarray(turned(photograph(truth, 14, "round"))), 14, 40)
+    centres, truncated = found(np.ascontiguousarray(turned(photograph(truth, 14, "round"))), 14, 40)
     places = turned(spots)[..., 0]
     y, x = np.nonzero((places > 0) & (places <= 6))
-    assert cut.sum() == 6
-    assert misses(np.stack([x, y], 1), centres[cut]).max() < 1.2
+    assert truncated.sum() == 6
+    assert misses(np.stack([x, y], 1), centres[truncated]).max() < 1.2
 
 
-def test_shading_a_third_as_dark_as_the_print_is_no_marker() -> None:
+def test_shading_with_a_third_of_the_contrast_is_not_detected() -> None:
     truth = lattice(30, 6)
     image = photograph(truth, 10, "round").astype(np.float32)
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
@@ -168,18 +168,18 @@ def test_shading_a_third_as_dark_as_the_print_is_no_marker() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_every_colour_has_the_same_say_in_how_bright_a_pixel_is(dtype: type) -> None:
+def test_all_channels_have_equal_weight_in_the_brightness(dtype: type) -> None:
     pixels = np.random.default_rng(0).integers(0, 256, (*SHAPE, 3)).astype(dtype)
     off = brightness_of(pixels, 1).astype(np.float64) - pixels.mean(axis=2)
     assert np.abs(off).max() <= 0.51
 
 
 @pytest.mark.parametrize("level", [0, 5, 128, 255])
-def test_a_gel_without_markers_shows_none(level: int) -> None:
+def test_noise_without_markers_gives_no_detection(level: int) -> None:
     noise = np.random.default_rng(0).normal(0, 1, (*SHAPE, 3))
-    centres, cut = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12, 36)
+    centres, truncated = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12, 36)
     assert centres.shape == (0, 2)
-    assert cut.shape == (0,)
+    assert truncated.shape == (0,)
 
 
 def in_view(stage: VirtualStage, size_px: float, border_px: float) -> Array:
@@ -191,7 +191,7 @@ def in_view(stage: VirtualStage, size_px: float, border_px: float) -> Array:
 
 @pytest.mark.parametrize("outline", ["round", "square", "triangle"])
 @pytest.mark.parametrize("layout", ["grid", "quasi_random"])
-def test_virtual_markers_are_found_at_rest_and_under_a_press(outline: str, layout: str) -> None:
+def test_virtual_markers_are_found_undeformed_and_pressed(outline: str, layout: str) -> None:
     look = {"optics": {"markers": {"shape": outline, "layout": layout}}}
     stage = VirtualStage("hex_fingertip", seed=11, overrides=look)
     size_px, pitch_px = 0.4 / 0.0276, 1.1 / 0.0276
@@ -200,26 +200,26 @@ def test_virtual_markers_are_found_at_rest_and_under_a_press(outline: str, layou
             stage.indenter("sphere", diameter_mm=8, x_mm=1.3, y_mm=-0.7)
             stage.press(depth_mm=depth_mm)
             stage.shear(0.3, 0.2, steps=2)
-        centres, cut = found(stage.frame().pixels, size_px, pitch_px)
+        centres, truncated = found(stage.frame().pixels, size_px, pitch_px)
         truth = in_view(stage, size_px, size_px)
         apart = misses(truth, centres)
         assert np.sqrt((apart**2).mean()) < limit_px
         assert apart.max() < 1
-        assert misses(centres[~cut], in_view(stage, size_px, 0)).max() < 1
+        assert misses(centres[~truncated], in_view(stage, size_px, 0)).max() < 1
 
 
-def test_worn_markers_are_absent_and_merged_ones_are_two() -> None:
+def test_worn_markers_are_missed_and_merged_ones_are_split() -> None:
     faults = Faults(missing_markers=0.08, merged_markers=0.05)
     stage = VirtualStage("hex_fingertip", seed=4, faults=faults)
     size_px, pitch_px = 0.4 / 0.0276, 1.1 / 0.0276
     pixels = stage.frame().pixels
-    centres, cut = found(pixels, size_px, pitch_px)
+    centres, truncated = found(pixels, size_px, pitch_px)
     truth = in_view(stage, size_px, size_px)
     far = misses(truth, centres) > 2
     printed = np.array([pixels[round(y), round(x)].mean() for x, y in truth])
     worn = printed > 0.5 * np.median(printed[far]) if far.any() else far
     assert (far & ~worn).mean() < 0.02
-    assert misses(centres[~cut], truth).max() < size_px
+    assert misses(centres[~truncated], truth).max() < size_px
 
 
 def read(path: Path) -> Array:
@@ -229,7 +229,7 @@ def read(path: Path) -> Array:
 
 
 def of_recording(path: Path) -> list[tuple[Array, Array]]:
-    """The markers of each frame of a folder, size and pitch found in the first."""
+    """Markers of each frame of a folder; diameter and pitch come from the first."""
     frames = [read(file) for file in sorted(path.iterdir())]
     layout = find_marker_diameter(frames[0])
     assert layout is not None
@@ -237,7 +237,7 @@ def of_recording(path: Path) -> list[tuple[Array, Array]]:
 
 
 @pytest.mark.recordings
-def test_all_dots_of_a_real_fingertip_are_found_and_no_dirt(recordings: Path) -> None:
+def test_all_markers_of_a_real_fingertip_and_no_dirt_are_found(recordings: Path) -> None:
     folder = recordings / "three_colour" / "hex_fingertip"
     layout = find_marker_diameter(read(folder / "frame0.jpg"))
     assert layout is not None
@@ -268,7 +268,9 @@ def test_markers_agree_with_the_labels_of_another_tracker(recordings: Path) -> N
 
 @pytest.mark.recordings
 @pytest.mark.parametrize("trial", ["object001/067_00_mm", "object003/052_050_mm"])
-def test_faint_and_speckled_markers_stay_found_through_a_lift(recordings: Path, trial: str) -> None:
+def test_faint_and_speckled_markers_are_found_throughout_a_lift(
+    recordings: Path, trial: str
+) -> None:
     seen = of_recording(recordings / "slip" / "grasp_lift" / trial)
     before = seen[0][0][~seen[0][1]]
     assert len(before) > 60

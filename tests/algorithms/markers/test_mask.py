@@ -1,4 +1,4 @@
-"""Printed dots are found under any light, and do not dent the map."""
+"""The marker mask, and the search for the diameter and the pitch of printed markers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def dots(shape: tuple[int, int], pitch_px: float, diameter_px: float) -> Bool:
 
 
 def coloured_light(shape: tuple[int, int]) -> Array:
-    """Three lamps, each fading across the skin to a third of its light."""
+    """Three lights, each falling off across the gel surface to a third of its intensity."""
     y, x = np.mgrid[: shape[0], : shape[1]]
     u, v = x / shape[1], y / shape[0]
     return np.stack([90 + 90 * u, 180 - 110 * v, 150 - 80 * u + 40 * v], axis=2)
@@ -52,7 +52,7 @@ def dilated(mask: Bool, px: int) -> Bool:
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(4, 26), st.floats(0.2, 0.6), st.integers(0, 2**32 - 1))
-def test_dots_are_masked_with_their_rim_and_little_else(
+def test_the_mask_covers_markers_and_their_rim_only(
     diameter_px: float, ink: float, seed: int
 ) -> None:
     markers = dots((240, 320), 3.5 * diameter_px, diameter_px)
@@ -64,7 +64,7 @@ def test_dots_are_masked_with_their_rim_and_little_else(
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_the_mask_does_not_depend_on_how_intensities_are_stored(dtype: type) -> None:
+def test_the_mask_does_not_depend_on_the_dtype(dtype: type) -> None:
     markers = dots((120, 160), 30, 10)
     image = photograph(coloured_light(markers.shape), markers)
     scale = 16 if dtype is np.uint16 else 1
@@ -73,14 +73,14 @@ def test_the_mask_does_not_depend_on_how_intensities_are_stored(dtype: type) -> 
     assert agree.mean() > 0.998
 
 
-def test_one_channel_is_as_good_as_three() -> None:
+def test_a_single_channel_is_enough() -> None:
     markers = dots((120, 160), 30, 10)
     image = photograph(coloured_light(markers.shape), markers)[..., :1]
     assert marker_mask(image, diameter_px=10)[markers].all()
     assert marker_mask(image[..., 0], diameter_px=10)[markers].all()
 
 
-def test_the_shading_of_a_contact_is_no_dot() -> None:
+def test_the_shading_of_a_contact_is_not_masked() -> None:
     y, x = np.mgrid[:240, :320] - np.array([120, 160])[:, None, None]
     r = np.hypot(x, y)
     slope = np.where(r < 50, r / 60, 50 / 60 * np.exp(-(r - 50) / 15)) / np.maximum(r, 1e-9)
@@ -92,7 +92,7 @@ def test_the_shading_of_a_contact_is_no_dot() -> None:
 
 @settings(max_examples=10, deadline=None)
 @given(st.floats(4, 16), st.floats(2.5, 3.5), st.integers(0, 2**32 - 1))
-def test_size_and_pitch_are_found(diameter_px: float, ratio: float, seed: int) -> None:
+def test_diameter_and_pitch_are_found(diameter_px: float, ratio: float, seed: int) -> None:
     markers = dots((240, 320), ratio * diameter_px, diameter_px)
     found = find_marker_diameter(photograph(coloured_light(markers.shape), markers, seed=seed))
     assert found is not None
@@ -100,21 +100,21 @@ def test_size_and_pitch_are_found(diameter_px: float, ratio: float, seed: int) -
     assert found[1] == pytest.approx(ratio * diameter_px, rel=0.03)
 
 
-def test_no_dots_are_found_where_there_are_none() -> None:
+def test_an_unmarked_gel_has_no_lattice() -> None:
     bare = photograph(coloured_light((240, 320)), np.zeros((240, 320), bool))
     assert find_marker_diameter(bare) is None
     assert find_marker_diameter(np.zeros((20, 30, 3), np.uint8)) is None
 
 
 @pytest.mark.parametrize("ratio", [1.2, 1.3])
-def test_spots_that_nearly_touch_are_a_weave_and_no_print(ratio: float) -> None:
+def test_spots_that_nearly_touch_are_not_a_lattice(ratio: float) -> None:
     size_px = 10
     y, x = ((side % (ratio * size_px)) - ratio * size_px / 2 for side in np.mgrid[:240, :320])
     weave = np.where(np.hypot(x, y) < size_px / 2, 60, 160).astype(np.float32)
     assert find_marker_diameter(cv2.GaussianBlur(weave, (0, 0), 0.7).astype(np.uint8)) is None
 
 
-def test_specks_strewn_at_random_are_no_markers() -> None:
+def test_random_specks_are_not_a_lattice() -> None:
     markers = np.zeros((240, 320), bool)
     rng = np.random.default_rng(0)
     for x, y in rng.uniform(10, 230, (60, 2)):
@@ -124,12 +124,12 @@ def test_specks_strewn_at_random_are_no_markers() -> None:
 
 
 @pytest.mark.parametrize("call", [find_marker_diameter, lambda p: marker_mask(p, diameter_px=5)])
-def test_what_is_no_image_is_refused(call: Any) -> None:
+def test_an_array_that_is_not_an_image_is_refused(call: Any) -> None:
     with pytest.raises(InputError, match="an image is"):
         call(np.zeros(5, np.uint8))
 
 
-def test_a_dot_without_size_is_refused() -> None:
+def test_a_diameter_of_zero_is_refused() -> None:
     with pytest.raises(InputError, match="positive diameter"):
         marker_mask(np.zeros((5, 5), np.uint8), diameter_px=0)
 
@@ -149,7 +149,7 @@ def spots(mask: Bool, least_px: int) -> Iterator[Array]:
 
 
 @pytest.mark.recordings
-def test_the_dots_of_the_hexagonal_fingertip_are_found(recordings: Path) -> None:
+def test_the_markers_of_the_hexagonal_fingertip_are_found(recordings: Path) -> None:
     folder = recordings / "three_colour" / "hex_fingertip"
     found = find_marker_diameter(read(folder / "frame0.jpg"))
     assert found is not None
@@ -161,7 +161,7 @@ def test_the_dots_of_the_hexagonal_fingertip_are_found(recordings: Path) -> None
 
 
 @pytest.mark.recordings
-def test_the_dots_of_the_wedge_are_found_under_a_press(recordings: Path) -> None:
+def test_the_markers_of_the_pressed_wedge_are_found(recordings: Path) -> None:
     folder = recordings / "three_colour" / "wedge"
     source = np.array([[33, 58], [208, 61], [56, 250], [185, 244]], np.float32)
     target = np.array([[0, 0], [240, 0], [0, 320], [240, 320]], np.float32)
@@ -186,5 +186,5 @@ def test_the_dots_of_the_wedge_are_found_under_a_press(recordings: Path) -> None
         "force/grip/wedge_config/init_frame.png",
     ],
 )
-def test_bare_gels_have_no_dots(recordings: Path, path: str) -> None:
+def test_unmarked_gels_have_no_lattice(recordings: Path, path: str) -> None:
     assert find_marker_diameter(read(recordings / path)) is None

@@ -1,4 +1,4 @@
-"""The state machine: hysteresis, no chatter, a clean start."""
+"""The state machine of slip: hysteresis, onset and reset."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _run(sequence: list[float | None]) -> SlipMachine:
 
 
 @given(sequences, degrees)
-def test_a_degree_that_stays_changes_the_state_at_most_once(
+def test_a_constant_degree_changes_the_state_at_most_once(
     before: list[float | None], degree: float
 ) -> None:
     machine = _run([*before, degree])
@@ -36,7 +36,7 @@ def test_a_degree_that_stays_changes_the_state_at_most_once(
 
 
 @given(sequences, st.lists(st.floats(0.31, 0.59), min_size=1, max_size=30))
-def test_noise_within_the_hysteresis_never_makes_slip_come_and_go(
+def test_noise_within_the_hysteresis_does_not_toggle_the_state(
     before: list[float | None], noise: list[float]
 ) -> None:
     machine = _run(before)
@@ -49,7 +49,7 @@ def test_noise_within_the_hysteresis_never_makes_slip_come_and_go(
 
 
 @given(sequences)
-def test_a_slip_has_a_kind_and_an_onset_and_a_hold_has_none(
+def test_only_slip_has_a_kind_and_an_onset(
     sequence: list[float | None],
 ) -> None:
     machine = _run(sequence)
@@ -58,12 +58,12 @@ def test_a_slip_has_a_kind_and_an_onset_and_a_hold_has_none(
 
 
 @given(sequences)
-def test_nothing_remains_of_a_contact_that_is_lifted(sequence: list[float | None]) -> None:
+def test_the_end_of_contact_resets_the_machine(sequence: list[float | None]) -> None:
     assert _run([*sequence, None]) == SlipMachine(LIMITS)
 
 
 @given(st.lists(degrees, min_size=1, max_size=20))
-def test_while_the_degree_grows_the_state_never_falls_back(rising: list[float]) -> None:
+def test_the_state_never_falls_while_the_degree_rises(rising: list[float]) -> None:
     order = ["none", "stick", "incipient", "slip"]
     machine, ranks = SlipMachine(LIMITS), []
     for degree in sorted(rising):
@@ -72,7 +72,7 @@ def test_while_the_degree_grows_the_state_never_falls_back(rising: list[float]) 
     assert ranks == sorted(ranks)
 
 
-def test_gross_slip_began_when_its_border_did() -> None:
+def test_gross_slip_keeps_the_onset_of_incipient_slip() -> None:
     machine = SlipMachine(LIMITS)
     for time_s, degree in enumerate([0.1, 0.5, 0.6, 0.9]):
         machine.update(degree, "rotation" if time_s < 3 else "translation", float(time_s))
@@ -86,12 +86,12 @@ def test_a_new_slip_has_a_new_onset() -> None:
     assert machine.onset_s == 2.0
 
 
-def test_a_state_that_would_end_above_where_it_begins_is_refused() -> None:
+def test_thresholds_out_of_order_are_refused() -> None:
     with pytest.raises(InputError, match="ordered"):
         Thresholds(incipient=0.4, incipient_ends=0.5, slip=0.75, slip_ends=0.6)
 
 
-def test_a_slip_goes_on_until_its_degree_falls_under_where_it_ends() -> None:
+def test_a_state_ends_below_its_lower_threshold() -> None:
     machine = SlipMachine(Thresholds(incipient=0.3, incipient_ends=0.2, slip=0.6, slip_ends=0.5))
     names = []
     for degree in (0.1, 0.25, 0.35, 0.25, 0.55, 0.65, 0.55, 0.45, 0.55, 0.25, 0.15):

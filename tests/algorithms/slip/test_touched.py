@@ -1,4 +1,4 @@
-"""The contact, told from what is steep around it or from what is dragged along."""
+"""The contact area, from the steep ring at its border or from the sheared surface."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.slip.touched import (
+    contact_from_motion,
+    contact_within_ring,
     covered,
     light_change,
     small_image,
-    touched_by_motion,
-    touched_within,
 )
 
 SHAPE = (60, 80)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
 RADIUS = np.hypot(ROWS - 30, COLUMNS - 40)
 REST = np.full((*SHAPE, 3), 0.4, np.float32)
-NOWHERE = np.zeros(SHAPE, np.bool_)
+NOT_HIDDEN = np.zeros(SHAPE, np.bool_)
 SPACING_MM = 0.22
 
 
@@ -30,13 +30,13 @@ def _overlap(mask: np.ndarray, truth: np.ndarray) -> float:
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(12, 24), st.floats(0.02, 0.3))
-def test_a_flat_object_touches_all_that_its_edge_encloses(radius: float, depth_mm: float) -> None:
+def test_a_flat_object_touches_everything_inside_its_edge(radius: float, depth_mm: float) -> None:
     height = (depth_mm / (1 + np.exp(2 * (RADIUS - radius)))).astype(np.float32)
-    mask = touched_within(steepness(height, SPACING_MM, smooth=True), least=0.01)
+    mask = contact_within_ring(steepness(height, SPACING_MM, smooth=True), min_steepness=0.01)
     assert _overlap(mask, radius > RADIUS) > 0.8
 
 
-def test_a_height_that_is_wrong_by_a_constant_changes_nothing() -> None:
+def test_a_constant_height_error_changes_nothing() -> None:
     height = np.where(RADIUS < 15, 0.1, 0.0).astype(np.float32)
     np.testing.assert_allclose(
         steepness(height - 0.3, SPACING_MM, smooth=True),
@@ -47,42 +47,48 @@ def test_a_height_that_is_wrong_by_a_constant_changes_nothing() -> None:
 
 def test_a_gap_in_the_ring_is_closed() -> None:
     ring = (np.abs(RADIUS - 14) < 2).astype(np.float32)
-    whole = touched_within(ring, least=0.1)
+    whole = contact_within_ring(ring, min_steepness=0.1)
     ring[27:33, 50:] = 0
-    assert _overlap(touched_within(ring, least=0.1), whole) > 0.95
+    assert _overlap(contact_within_ring(ring, min_steepness=0.1), whole) > 0.95
 
 
-def test_a_contact_that_leaves_the_view_at_both_ends_is_one() -> None:
+def test_a_contact_that_leaves_the_view_at_both_ends_is_joined() -> None:
     flanks = (np.abs(np.abs(ROWS - 30) - 12) < 2).astype(np.float32)
-    mask = touched_within(flanks, least=0.1)
+    mask = contact_within_ring(flanks, min_steepness=0.1)
     assert _overlap(mask, np.abs(ROWS - 30) < 12) > 0.9
 
 
-def test_two_contacts_within_the_view_stay_two() -> None:
+def test_two_contacts_within_the_view_are_not_joined() -> None:
     apart = np.minimum(np.hypot(ROWS - 30, COLUMNS - 20), np.hypot(ROWS - 30, COLUMNS - 60))
-    mask = touched_within((np.abs(apart - 10) < 2).astype(np.float32), least=0.1)
+    mask = contact_within_ring((np.abs(apart - 10) < 2).astype(np.float32), min_steepness=0.1)
     assert mask[30, 20]
     assert mask[30, 60]
     assert not mask[:, 40].any()
 
 
-def test_neither_noise_nor_markers_that_moved_are_a_contact() -> None:
+def test_neither_noise_nor_moved_markers_are_a_contact() -> None:
     rng = np.random.default_rng(1)
     now = REST + rng.normal(0, 0.005, REST.shape).astype(np.float32)
     now[5::10, 5::10] -= 0.3
     now[5::10, 6::10] += 0.3
     markers = np.stack(np.meshgrid(np.arange(5, 80, 10), np.arange(5, 60, 10)), -1).reshape(-1, 2)
     hidden = covered(markers, 1.0, SHAPE)
-    assert not touched_within(light_change(now, REST, hidden), least=0.02).any()
+    assert not contact_within_ring(light_change(now, REST, hidden), min_steepness=0.02).any()
 
 
-def test_markers_do_not_break_a_ring_of_changed_light() -> None:
+def test_hidden_markers_do_not_break_the_ring() -> None:
     change = 0.1 * (np.abs(RADIUS - 14) < 1.5)[..., None].astype(np.float32)
     markers = np.stack(np.meshgrid(np.arange(2, 80, 5), np.arange(2, 60, 5)), -1).reshape(-1, 2)
     hidden = covered(markers, 1.0, SHAPE)
-    seen = light_change(REST + change, REST, NOWHERE)
+    seen = light_change(REST + change, REST, NOT_HIDDEN)
     between = light_change(REST + change, REST, hidden)
-    assert _overlap(touched_within(between, least=0.02), touched_within(seen, least=0.02)) > 0.85
+    assert (
+        _overlap(
+            contact_within_ring(between, min_steepness=0.02),
+            contact_within_ring(seen, min_steepness=0.02),
+        )
+        > 0.85
+    )
 
 
 def test_points_outside_the_view_cover_nothing() -> None:
@@ -90,13 +96,13 @@ def test_points_outside_the_view_cover_nothing() -> None:
     assert covered(np.array([[3.0, 4.0]]), 1.0, SHAPE).sum() == pytest.approx(9)
 
 
-def test_gel_that_is_sheared_along_is_in_contact_and_the_rest_is_not() -> None:
+def test_the_gel_that_is_sheared_furthest_is_in_contact() -> None:
     moved = np.where(RADIUS < 15, 0.2, 0.05 * np.exp(-RADIUS / 20)).astype(np.float32)
-    np.testing.assert_array_equal(touched_by_motion(moved), RADIUS < 15)
-    assert not touched_by_motion(0.05 * moved).any()
+    np.testing.assert_array_equal(contact_from_motion(moved), RADIUS < 15)
+    assert not contact_from_motion(0.05 * moved).any()
 
 
-def test_an_image_becomes_shares_of_the_full_scale() -> None:
+def test_a_small_image_is_relative_to_the_full_scale() -> None:
     small = small_image(np.full((480, 640, 3), 51, np.uint8), (80, 60), 255.0)
     assert small.shape == (*SHAPE, 3)
     np.testing.assert_allclose(small, 0.2)

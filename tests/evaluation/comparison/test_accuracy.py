@@ -1,4 +1,4 @@
-"""Scores say how far a measurement is from the truth, whatever the truth is."""
+"""Scores are the errors of a measurement against the truth."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def scored(*pairs: tuple[Arrays, Arrays]) -> dict:
     return accuracy.summary()
 
 
-def test_the_truth_itself_is_without_error() -> None:
+def test_the_truth_itself_has_no_error() -> None:
     score = scored((surface(), surface()))
     assert score["normal_error_deg"] == {"mean": 0, "median": 0, "p90": 0}
     assert score["height_rmse_mm"] == score["height_rmse_in_contact_mm"] == 0
@@ -45,7 +45,9 @@ def test_the_truth_itself_is_without_error() -> None:
 
 
 @given(tilt_deg=st.floats(0, 80), azimuth=st.floats(0, 6.28))
-def test_a_plane_seen_as_level_is_wrong_by_its_tilt(tilt_deg: float, azimuth: float) -> None:
+def test_a_tilted_plane_measured_as_level_has_its_tilt_as_error(
+    tilt_deg: float, azimuth: float
+) -> None:
     slope = np.tan(np.radians(tilt_deg)) * np.array([np.cos(azimuth), np.sin(azimuth)])
     tilted = surface() | {"gradients": np.broadcast_to(slope, (*SHAPE, 2))}
     score = scored((surface() | {"gradients": np.zeros((*SHAPE, 2))}, tilted))
@@ -56,7 +58,7 @@ def test_a_plane_seen_as_level_is_wrong_by_its_tilt(tilt_deg: float, azimuth: fl
 
 
 @given(offset_mm=st.floats(-2, 2))
-def test_a_surface_that_is_too_high_is_wrong_by_that_much(offset_mm: float) -> None:
+def test_a_height_offset_is_the_height_error(offset_mm: float) -> None:
     truth = surface()
     raised = truth | {"height_mm": truth["height_mm"].astype(float) + offset_mm}
     score = scored((raised, truth))
@@ -71,12 +73,12 @@ def test_quantiles_are_those_of_all_angles_together(sizes: list[int]) -> None:
     angles, everything = Angles(), np.concatenate(parts)
     for part in parts:
         angles.add(part)
-    said = angles.summary()
-    assert said is not None
-    assert said["mean"] == pytest.approx(everything.mean(), abs=1e-3)
+    summary = angles.summary()
+    assert summary is not None
+    assert summary["mean"] == pytest.approx(everything.mean(), abs=1e-3)
     for name, share in (("median", 50), ("p90", 90)):
         exact = np.percentile(everything, share, method="inverted_cdf")
-        assert said[name] == pytest.approx(exact, abs=0.0051)
+        assert summary[name] == pytest.approx(exact, abs=0.0051)
 
 
 def test_frames_are_pooled_by_their_pixels() -> None:
@@ -88,7 +90,7 @@ def test_frames_are_pooled_by_their_pixels() -> None:
     assert score["peak_error_mm"] == pytest.approx(3.5, rel=1e-5)
 
 
-def test_half_of_the_contact_is_half_a_score() -> None:
+def test_half_of_the_contact_scores_an_iou_of_one_half() -> None:
     truth = surface() | {"contact": np.zeros(SHAPE, bool)}
     truth["contact"][:, :8] = True
     half = np.zeros(SHAPE, bool)
@@ -96,7 +98,7 @@ def test_half_of_the_contact_is_half_a_score() -> None:
     assert scored((truth | {"contact": half}, truth))["iou"] == {"contact": 0.5}
 
 
-def test_the_error_of_a_field_of_vectors_is_their_length() -> None:
+def test_the_error_of_a_vector_field_is_the_length_of_the_difference() -> None:
     truth = surface()
     moved = truth | {"displacement_mm": truth["displacement_mm"] + np.array([0.3, 0.4])}
     assert scored((moved, truth))["rmse"]["displacement_mm"] == pytest.approx(0.5, abs=1e-6)
@@ -107,7 +109,7 @@ def test_forces_and_torque_are_not_mixed() -> None:
     assert scored((pressed, surface()))["rmse"]["wrench"] == pytest.approx([0, 0, 1, 0.5], abs=1e-6)
 
 
-def test_what_has_no_truth_is_not_scored() -> None:
+def test_arrays_without_truth_are_not_scored() -> None:
     truth = {"height_mm": surface()["height_mm"]}
     score = scored((surface(), truth))
     assert score["normal_error_deg"] is None
@@ -117,7 +119,7 @@ def test_what_has_no_truth_is_not_scored() -> None:
 
 def test_a_truth_of_another_size_is_refused() -> None:
     smaller = surface() | {"height_mm": np.zeros((6, 8), np.float32)}
-    with pytest.raises(InputError, match="height_mm is 6 × 8 and what was measured 12 × 16"):
+    with pytest.raises(InputError, match="height_mm is 6 × 8 but 12 × 16 was measured"):
         common_names(surface(), smaller, ANYWHERE)
 
 
@@ -139,7 +141,7 @@ def test_a_truth_at_another_scale_is_refused() -> None:
         common_names(surface(), surface() | {"mm_per_px": np.asarray(0.06)}, ANYWHERE)
 
 
-def test_a_truth_with_holes_is_refused() -> None:
+def test_a_truth_with_nan_is_refused() -> None:
     truth = surface()
     truth["height_mm"][3, 3] = np.nan
     with pytest.raises(InputError, match="not finite"):
@@ -147,6 +149,6 @@ def test_a_truth_with_holes_is_refused() -> None:
 
 
 @pytest.mark.parametrize("dtype", ["complex64", "U8"])
-def test_a_truth_that_is_no_number_is_not_scored(dtype: str) -> None:
+def test_a_truth_that_is_not_numeric_is_not_scored(dtype: str) -> None:
     truth = surface() | {"gradients": surface()["gradients"].astype(dtype)}
     assert scored((surface(), truth))["normal_error_deg"] is None

@@ -1,4 +1,4 @@
-"""One recording in several ways: each variant is one change, scored against the same truth."""
+"""Comparison of variants: each differs in one step and is scored against the same truth."""
 
 import json
 import subprocess
@@ -47,7 +47,7 @@ def recorded(lab: VirtualLab, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(lab: VirtualLab, recorded: Path) -> Comparison:
-    """As it is, the same again by name, another estimator and another bundle."""
+    """The unchanged profile, a swap for the same estimator, another estimator, another bundle."""
     return compare(
         lab.profile_path,
         input=recorded / "in",
@@ -61,7 +61,7 @@ def result(lab: VirtualLab, recorded: Path) -> Comparison:
     )
 
 
-def test_the_profile_as_it_is_comes_first(result: Comparison) -> None:
+def test_the_unchanged_profile_comes_first(result: Comparison) -> None:
     assert [variant.name.partition("=")[0] for variant in result.variants] == [
         "as it is",
         "height",
@@ -100,18 +100,20 @@ def test_a_swapped_bundle_scores_like_that_bundle_alone(
     assert alone.variants[0].accuracy != result.variants[0].accuracy
 
 
-def test_every_variant_is_timed_equally_often_and_weighed(result: Comparison) -> None:
+def test_every_variant_is_timed_equally_often_and_has_its_memory_measured(
+    result: Comparison,
+) -> None:
     assert len({len(variant.latency_ms) for variant in result.variants}) == 1
     assert len(result.variants[0].latency_ms) >= 20
     assert all(variant.peak_memory_mib is None or variant.peak_memory_mib > 20
                for variant in result.variants)  # fmt: skip
 
 
-def test_the_pictures_show_the_highest_truth(result: Comparison) -> None:
+def test_the_figures_show_the_frame_with_the_highest_truth(result: Comparison) -> None:
     heights = {name: press.height_mm((120, 160), 0.1245).max() for name, press in PRESSES.items()}
     assert result.shown == max(heights, key=lambda name: heights[name])
     shown = comparison_page(result)
-    # the truth, and of each variant its height and its error
+    # the truth, and for each variant its height and its error
     assert shown.count("<img") == 1 + 2 * len(result.variants)
 
 
@@ -121,7 +123,7 @@ def test_the_table_has_a_cell_for_each_column(result: Comparison) -> None:
 
 
 def test_no_pixel_is_left_out_of_the_score(lab: VirtualLab, recorded: Path) -> None:
-    # A truth that is 1 mm higher everywhere, flat: the error at rest must show in full.
+    # The truth is a constant offset, so undeformed pixels contribute the full error.
     folder = recorded / "raised"
     folder.mkdir()
     for name in PRESSES:
@@ -143,7 +145,7 @@ def test_each_swap_is_one_change_on_its_own(lab: VirtualLab) -> None:
 
 
 @pytest.mark.parametrize(
-    ("swap", "error", "said"),
+    ("swap", "error", "message"),
     [
         (("heigth", "core.poisson"), InputError, "did you mean 'height'"),
         (("height", "core.poison"), PluginError, "did you mean 'poisson'"),
@@ -151,14 +153,14 @@ def test_each_swap_is_one_change_on_its_own(lab: VirtualLab) -> None:
         (("calibration", "no/such/folder"), InputError, "there is no such folder"),
     ],
 )
-def test_a_swap_that_cannot_be_is_refused(
-    lab: VirtualLab, swap: tuple[str, str], error: type[Exception], said: str
+def test_an_impossible_swap_is_refused(
+    lab: VirtualLab, swap: tuple[str, str], error: type[Exception], message: str
 ) -> None:
-    with pytest.raises(error, match=said):
+    with pytest.raises(error, match=message):
         variants_of(lab.profile_path, [swap])
 
 
-def test_a_step_that_takes_the_wrong_place_is_refused_by_name(
+def test_an_estimator_that_does_not_fit_its_step_is_refused_by_name(
     lab: VirtualLab, recorded: Path
 ) -> None:
     with pytest.raises(ProfileError, match=r"^height=core\.contact: "):
@@ -174,7 +176,7 @@ def test_a_step_that_takes_the_wrong_place_is_refused_by_name(
 def test_a_frame_without_truth_is_refused_before_anything_is_measured(
     lab: VirtualLab, recorded: Path
 ) -> None:
-    with pytest.raises(InputError, match=r"no press_0\.npz, the truth of that frame"):
+    with pytest.raises(InputError, match=r"no press_0\.npz with the truth of that frame"):
         compare(lab.profile_path, input=lab.presses, truth=recorded / "truth", bundle=lab.bundle)
 
 
@@ -207,8 +209,8 @@ def test_the_command_prints_one_object_and_writes_a_page(
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
-    assert [v["variant"] for v in said["variants"]] == ["as it is", "height=core.robust_poisson"]
-    assert {"mean", "median", "p90"} == set(said["variants"][0]["normal_error_deg"])
-    assert {"median", "p90"} == set(said["variants"][0]["latency_ms"])
+    printed = json.loads(done.stdout)
+    assert [v["variant"] for v in printed["variants"]] == ["as it is", "height=core.robust_poisson"]
+    assert {"mean", "median", "p90"} == set(printed["variants"][0]["normal_error_deg"])
+    assert {"median", "p90"} == set(printed["variants"][0]["latency_ms"])
     assert (tmp_path / "out" / "report.html").is_file()

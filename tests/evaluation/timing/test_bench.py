@@ -1,4 +1,4 @@
-"""What is timed is what a frame goes through, on units of any profile."""
+"""The benchmark times every processing stage of a frame, for any profile."""
 
 import json
 
@@ -42,7 +42,7 @@ def result(lab: VirtualLab) -> Benches:
     return bench([marked(), lab.profile], sizes_px=[SMALL], seconds=0.2)
 
 
-def test_another_size_shows_the_same_piece_of_gel(unit: VirtualUnit) -> None:
+def test_another_size_shows_the_same_field_of_view(unit: VirtualUnit) -> None:
     plain, image = marked().image, unit.profile.image
     assert (image.width_px, image.height_px) == SMALL
     assert image.width_px * image.mm_per_px == pytest.approx(plain.width_px * plain.mm_per_px)
@@ -70,7 +70,7 @@ def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
     assert list(Stream(unit).staged()) == [ACQUIRE, MARKERS, SLOPES, *steps]
 
 
-def test_what_is_timed_is_a_contact_that_shears_the_gel_and_is_followed() -> None:
+def test_a_tracked_contact_under_shear_is_timed() -> None:
     unit = virtual_unit(marked(), size_px=(320, 240))
     stream = Stream(unit)
     for frame in unit.stroke:
@@ -105,27 +105,27 @@ def test_each_profile_is_measured_and_the_whole_comes_last(result: Benches) -> N
         assert all(0 < cost.median_ms <= cost.p90_ms for cost in one.stages)
 
 
-def test_what_cannot_be_rendered_is_left_out_and_another_calibration_may_be_asked_for(
+def test_profiles_that_cannot_be_rendered_are_left_out_and_the_calibration_may_be_chosen(
     lab: VirtualLab,
 ) -> None:
     deep = lab.profile.image.model_copy(update={"bit_depth": 12})
-    said = lab.profile.optics.sensor.model_copy(update={"jpeg_quality": 90})
-    optics = lab.profile.optics.model_copy(update={"sensor": said})
-    odd = lab.profile.model_copy(update={"name": "odd", "image": deep, "optics": optics})
+    sensor = lab.profile.optics.sensor.model_copy(update={"jpeg_quality": 90})
+    optics = lab.profile.optics.model_copy(update={"sensor": sensor})
+    broken = lab.profile.model_copy(update={"name": "broken", "image": deep, "optics": optics})
     with pytest.raises(InputError, match="JPEG holds 8 bits"):
-        virtual_unit(odd)
-    both = bench([odd, lab.profile], calibration="core.lookup_table", seconds=0.01)
+        virtual_unit(broken)
+    both = bench([broken, lab.profile], calibration="core.lookup_table", seconds=0.01)
     assert [one.profile for one in both.benches] == ["virtual_lab"]
-    assert both.left_out[0].startswith("odd: ")
+    assert both.left_out[0].startswith("broken: ")
     assert both.benches[0].model == "core.lookup_table"
 
 
 def test_the_machine_is_named(result: Benches) -> None:
-    said = json.loads(json.dumps(result.summary()))
-    assert said["machine"]["cpu"]
-    assert {"python", "numpy", "tactile-core", "numba"} <= set(said["machine"]["versions"])
-    assert set(said["fast"]) == {"installed", "used"}
-    assert {"stage", "median_ms", "p90_ms", "fps"} == set(said["benches"][0]["stages"][0])
+    summary = json.loads(json.dumps(result.summary()))
+    assert summary["machine"]["cpu"]
+    assert {"python", "numpy", "tactile-core", "numba"} <= set(summary["machine"]["versions"])
+    assert set(summary["fast"]) == {"installed", "used"}
+    assert {"stage", "median_ms", "p90_ms", "fps"} == set(summary["benches"][0]["stages"][0])
 
 
 def test_a_size_must_be_two_sensible_numbers(lab: VirtualLab) -> None:

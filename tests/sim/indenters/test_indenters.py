@@ -1,4 +1,4 @@
-"""Objects are what they are called, and what makes no sense is said in one sentence."""
+"""Indenters have the right shape, and invalid options are refused in one sentence."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_every_object_has_a_lowest_point_at_zero(kind: str) -> None:
     assert gap.min() >= 0
 
 
-def test_every_kind_but_files_is_tried_above() -> None:
+def test_every_kind_except_files_is_tested_above() -> None:
     assert set(KINDS) == set(EXAMPLES) | {"mesh"}
 
 
@@ -47,7 +47,7 @@ def test_sphere_is_round(x: float, y: float) -> None:
     assert x**2 + y**2 + (3 - gap) ** 2 == pytest.approx(9)
 
 
-def test_cylinder_lies_along_x() -> None:
+def test_cylinder_axis_is_along_x() -> None:
     gap = make_indenter("cylinder", diameter_mm=10.0, length_mm=8.0).gap_mm
     zero = np.zeros(1)
     assert gap(np.array([3.0]), zero) == 0
@@ -61,7 +61,7 @@ def test_cone_has_its_angle() -> None:
 
 
 @pytest.mark.parametrize("half_angle_deg", [30.0, 60.0, 75.0])
-def test_the_tip_of_a_cone_goes_over_into_its_side_without_a_kink(half_angle_deg: float) -> None:
+def test_the_tip_of_a_cone_is_tangent_to_its_side(half_angle_deg: float) -> None:
     gap = make_indenter("cone", half_angle_deg=half_angle_deg, tip_mm=0.5).gap_mm
     r = np.linspace(0, 2, 2001)
     slope = np.gradient(gap(r, np.zeros_like(r)), r)
@@ -72,7 +72,7 @@ def test_the_tip_of_a_cone_goes_over_into_its_side_without_a_kink(half_angle_deg
     assert np.abs(np.diff(slope)).max() < 0.02
 
 
-def test_flat_punch_is_as_large_as_it_says() -> None:
+def test_flat_punch_has_the_given_size() -> None:
     gap = make_indenter("flat", size_mm=(8.0, 6.0), edge_mm=0.2).gap_mm
     x, y = np.meshgrid(np.linspace(-5, 5, 1001), np.linspace(-5, 5, 1001))
     area = (gap(x, y) < 0.21).sum() * 0.01**2
@@ -80,7 +80,7 @@ def test_flat_punch_is_as_large_as_it_says() -> None:
     assert gap(np.array([3.7]), np.array([2.7])) == 0
 
 
-def test_height_map_is_met_at_its_points_and_nothing_is_where_it_has_none() -> None:
+def test_height_map_is_exact_at_its_points_and_empty_at_nan() -> None:
     height = np.random.default_rng(1).uniform(0, 1, (7, 9))
     height[0, 0] = np.nan
     gap = make_indenter("heightmap", height_mm=height, mm_per_px=0.5).gap_mm
@@ -123,7 +123,7 @@ def test_cloth_alternates_over_and_under() -> None:
         ("screw", {"pitch_mm": 9.0}, "half its diameter"),
     ],
 )
-def test_what_makes_no_sense_is_said_in_a_sentence(
+def test_invalid_options_are_refused_in_one_sentence(
     kind: str, options: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(InputError, match=message) as caught:
@@ -157,12 +157,12 @@ def test_mesh_shows_the_side_towards_the_gel(trimesh: Any, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("path", [0, 1.5, None, [], True])
-def test_a_mesh_whose_path_is_no_name_is_refused(path: Any) -> None:
+def test_a_mesh_path_that_is_not_a_name_is_refused(path: Any) -> None:
     with pytest.raises(InputError, match="a mesh's path"):
         make_indenter("mesh", path=path)
 
 
-def test_what_trimesh_says_of_a_broken_mesh_does_not_stand_beside_the_refusal(
+def test_trimesh_log_lines_are_suppressed_on_refusal(
     trimesh: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = tmp_path / "broken.stl"
@@ -180,7 +180,7 @@ def test_open_or_unreadable_meshes_are_refused(trimesh: Any, tmp_path: Path) -> 
     ball.export(tmp_path / "open.stl")
     with pytest.raises(InputError, match="not a closed mesh"):
         make_indenter("mesh", path=tmp_path / "open.stl")
-    with pytest.raises(InputError, match="is no file"):
+    with pytest.raises(InputError, match="is not a file"):
         make_indenter("mesh", path=tmp_path / "none.stl")
     (tmp_path / "words.stl").write_text("these are words")
     with pytest.raises(InputError, match=r"words\.stl"):

@@ -1,6 +1,6 @@
-"""The twin of a recorded press beside the recording: statistics and shading, within a quarter.
+"""Virtual and recorded presses agree in statistics and shading within a quarter.
 
-Measured as docs/accuracy.md shows it.
+docs/reference/accuracy.md shows the same measurement.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def test_the_three_colour_fingertip(hex_pairs: list[beside.Pair]) -> None:
         for line in pair.lines:
             near(line.amplitude)
             assert line.correlation > 0.95
-    # Where the resting skin is red, green and blue tells how the gel is domed.
+    # The colour distribution of the reference image depends on the dome.
     assert hex_pairs[0].tint.min() > 0.8
 
 
@@ -54,7 +54,7 @@ def test_the_six_lights_over_a_grid_of_balls(grid_pair: beside.Pair) -> None:
 
 
 @pytest.mark.recordings
-def test_the_page_shows_what_is_measured(
+def test_the_page_shows_the_measured_values(
     hex_pairs: list[beside.Pair], grid_pair: beside.Pair
 ) -> None:
     shown = beside.PAGE.read_text(encoding="utf-8").partition(beside.BEGIN)[2].partition(beside.END)

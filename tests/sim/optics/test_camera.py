@@ -11,14 +11,14 @@ from tactile_core.sim.optics.camera import Chip, crosstalk_matrix, vignette
 WELL_E = 5000.0
 
 
-def chip(**said: object) -> Chip:
-    told = {"full_well_e": WELL_E, "read_noise_e": 0.0, "gamma": 1.0, "bit_depth": 16}
-    return Chip(**(told | {"jpeg_quality": None} | said))  # type: ignore[arg-type]
+def chip(**options: object) -> Chip:
+    defaults = {"full_well_e": WELL_E, "read_noise_e": 0.0, "gamma": 1.0, "bit_depth": 16}
+    return Chip(**(defaults | {"jpeg_quality": None} | options))  # type: ignore[arg-type]
 
 
-def spread(light: float, **said: object) -> float:
+def spread(light: float, **options: object) -> float:
     noise = np.random.default_rng(1).standard_normal((200, 200, 1), np.float32)
-    pixels = chip(**said).read_out(np.full_like(noise, light), noise)
+    pixels = chip(**options).read_out(np.full_like(noise, light), noise)
     return float(pixels.std() / (2**16 - 1))
 
 
@@ -28,7 +28,7 @@ def test_noise_grows_as_the_square_root_of_light(light: float) -> None:
     assert spread(light) == pytest.approx(np.sqrt(light / WELL_E), rel=0.02)
 
 
-def test_the_dark_has_the_noise_of_reading() -> None:
+def test_noise_without_light_is_read_noise() -> None:
     assert spread(0.01, full_well_e=1e6, read_noise_e=1000.0) == pytest.approx(1e-3, rel=0.02)
 
 
@@ -38,12 +38,12 @@ def test_the_noise_of_frames_is_independent(mode: str) -> None:
     frames = np.array([optics.expose(level()).astype(float) for _ in range(4)])
     noise = (frames - frames.mean(0)).reshape(4, -1)
     others = np.corrcoef(noise)[~np.eye(4, dtype=bool)]
-    # What is taken off with the mean makes them −1/3 alike.
+    # Subtraction of their mean gives a correlation of −1/3.
     np.testing.assert_allclose(others, -1 / 3, atol=0.05)
 
 
 @pytest.mark.parametrize("mode", ["fast", "accurate"])
-def test_the_noise_of_exposures_in_turn_is_independent(mode: str) -> None:
+def test_the_noise_of_sequential_exposures_is_independent(mode: str) -> None:
     noisy, alike = {"sensor": {"full_well_e": 1000.0}}, (0.0, 0.0, 0.0)
     optics = RigOptics(rig(alike, in_turn=True, optics=noisy), mode=mode)  # type: ignore[arg-type]
     first, second, _ = optics.expose(level()).astype(float).reshape(-1, 3).T
@@ -54,7 +54,7 @@ def test_the_noise_of_exposures_in_turn_is_independent(mode: str) -> None:
 
 
 @given(coded=st.floats(0.05, 0.95), gamma=st.sampled_from([1.0, 1.8, 2.2]))
-def test_an_exposure_gives_the_intensity_that_it_tells(coded: float, gamma: float) -> None:
+def test_an_exposure_gives_the_requested_pixel_value(coded: float, gamma: float) -> None:
     one = chip(gamma=gamma, full_well_e=1e12)
     light = np.full((4, 4, 1), one.light_of(coded), np.float32)
     pixels = one.read_out(light, np.zeros_like(light))
@@ -64,7 +64,7 @@ def test_an_exposure_gives_the_intensity_that_it_tells(coded: float, gamma: floa
 @pytest.mark.parametrize(
     ("bits", "dtype"), [(8, np.uint8), (10, np.uint16), (12, np.uint16), (16, np.uint16)]
 )
-def test_numbers_end_at_the_full_scale(bits: int, dtype: type) -> None:
+def test_pixel_values_saturate_at_full_scale(bits: int, dtype: type) -> None:
     profile = rig(image={"bit_depth": bits})
     optics = RigOptics(profile, faults=Faults(overexposure=20.0))
     frame = optics.expose(level())
@@ -72,7 +72,7 @@ def test_numbers_end_at_the_full_scale(bits: int, dtype: type) -> None:
     assert frame.max() == optics.full_scale == 2**bits - 1
 
 
-def test_the_gel_at_rest_is_as_bright_as_the_profile_says() -> None:
+def test_the_undeformed_gel_has_the_profiles_exposure() -> None:
     frame = RigOptics(rig(optics={"sensor": QUIET | {"exposure": 0.3}})).expose(level())
     assert np.median(frame) / (2**16 - 1) == pytest.approx(0.3, rel=0.01)
 
@@ -96,7 +96,7 @@ def test_crosstalk_leaves_white_white(share: float) -> None:
     assert matrix[0, 1] >= matrix[0, 2]
 
 
-def test_corners_lose_what_the_lens_takes() -> None:
+def test_vignetting_darkens_the_corners() -> None:
     through = vignette((101, 201), 0.3)
     assert through[50, 100] == pytest.approx(1.0)
     assert through[0, 0] == pytest.approx(0.7)

@@ -8,7 +8,7 @@ TILTS_DEG = (5, 10, 15, 20, 25, 30, 35, 40, 45)
 
 
 def curve(**coat: object) -> np.ndarray:
-    """Light over the tilt towards a lamp at 30°, of that at rest."""
+    """Reflected light for each tilt towards a light at 30°, relative to a level surface."""
     profile = rig(
         gel={"coating": "semi_specular" if coat else "matte"},
         optics={"sensor": QUIET | {"exposure": 0.01}, "coat": {"grain": 0.0} | coat},
@@ -24,13 +24,13 @@ def test_a_matte_gel_is_lambertian() -> None:
     np.testing.assert_allclose(curve(), expected, rtol=0.02)
 
 
-def test_flakes_mirror_the_light_where_the_gel_bisects_light_and_camera() -> None:
-    # From 30° above the skin to straight above it: a mirror must tilt by (90° − 30°) / 2.
+def test_highlights_are_where_the_normal_bisects_light_and_camera() -> None:
+    # To reflect light from 30° above the surface vertically, a mirror tilts by (90° − 30°) / 2.
     matte, flakes = curve(), curve(specular=0.5, roughness=0.12)
     assert TILTS_DEG[int(np.argmax(flakes - matte))] == 30
 
 
-def test_smoother_flakes_mirror_more_sharply() -> None:
+def test_lower_roughness_gives_sharper_highlights() -> None:
     rough, smooth = (curve(specular=0.5, roughness=r) for r in (0.4, 0.15))
     assert np.ptp(np.diff(smooth)) > np.ptp(np.diff(rough))
 

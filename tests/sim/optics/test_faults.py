@@ -18,7 +18,7 @@ def frames(count: int, faults: Faults, *, in_turn: bool = True, **more: Any) -> 
     return [optics.expose(level()) for _ in range(count)]
 
 
-def test_lights_drift_each_on_its_own_course_and_not_at_first() -> None:
+def test_lights_drift_independently_and_start_without_drift() -> None:
     faults = Faults(drift=0.2, drift_frames=8)
     steady, drifting = (
         np.array(frames(8, f, optics={"sensor": QUIET})).mean((1, 2)) for f in (Faults(), faults)
@@ -29,7 +29,7 @@ def test_lights_drift_each_on_its_own_course_and_not_at_first() -> None:
     assert np.ptp(course[3]) > 0.02
 
 
-def test_dust_rests_in_the_image_and_scratches_move_with_the_gel() -> None:
+def test_dust_is_fixed_in_the_image_and_scratches_move_with_the_gel() -> None:
     def change(faults: Faults) -> list[np.ndarray]:
         whole, spoilt = (
             RigOptics(rig((0.0, 90.0), optics={"sensor": QUIET}), faults=f, seed=1)
@@ -57,16 +57,16 @@ def test_a_dropped_frame_shows_the_one_before_and_a_torn_one_part_of_it() -> Non
     assert kept[np.argmax(kept) :].all()
 
 
-def test_lights_that_are_late_are_recognised_by_what_they_show() -> None:
+def test_late_lights_are_detected_from_their_images() -> None:
     usual = frames(1, Faults())[0]
     late = frames(1, Faults(slipped_frames=1.0))[0]
     full_scale = 2.0**16 - 1
     assert found_faults(pattern(usual, full_scale), None) == ()
-    said = found_faults(pattern(late, full_scale), pattern(usual, full_scale))
-    assert [fault.shows for fault in said] == [5, 0, 1, 2, 3, 4]
+    faults = found_faults(pattern(late, full_scale), pattern(usual, full_scale))
+    assert [fault.shows for fault in faults] == [5, 0, 1, 2, 3, 4]
 
 
-def test_too_much_light_saturates() -> None:
+def test_overexposure_saturates() -> None:
     (frame,) = frames(1, Faults(overexposure=4.0))
     assert (frame == 2**16 - 1).mean() > 0.5
 
@@ -79,17 +79,17 @@ def test_too_much_light_saturates() -> None:
         ({"overexposure": 0}, "must be positive"),
     ],
 )
-def test_what_cannot_be_is_refused(values: dict[str, Any], what: str) -> None:
+def test_values_out_of_range_are_refused(values: dict[str, Any], what: str) -> None:
     with pytest.raises(InputError, match=what):
         Faults(**values)
 
 
-def test_a_light_that_there_is_not_is_refused_by_name() -> None:
+def test_an_unknown_light_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="no light 'lamp9'; the lights are lamp0"):
         RigOptics(rig(), faults=Faults(dim_lights={"lamp9": 0.0}))
 
 
-def test_an_led_that_there_is_not_is_refused() -> None:
+def test_an_unknown_led_is_refused() -> None:
     profile = rig(optics={"lights": {"array": [1, 4]}})
     with pytest.raises(InputError, match="light 'lamp0' has LEDs 0 to 3, and dead_leds names 1, 4"):
         RigOptics(profile, faults=Faults(dead_leds={"lamp0": (1, 4)}))

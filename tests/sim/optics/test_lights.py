@@ -23,7 +23,7 @@ def strength(one: LedArray, **options: object) -> np.ndarray:
 
 
 def test_light_falls_with_the_square_of_the_distance() -> None:
-    # A lobe as wide as the sky, nearly: every place receives 1/r² and nothing else tells.
+    # With a lobe of almost 180° the irradiance depends on 1/r² alone.
     one = led_array(lobe_deg=179.0)
     found = strength(one)[100, ::20]
     x = (np.arange(200)[::20] - 99.5) * SCALE_MM
@@ -32,7 +32,7 @@ def test_light_falls_with_the_square_of_the_distance() -> None:
 
 
 @given(azimuth=st.floats(-180, 180))
-def test_light_comes_from_where_the_light_stands(azimuth: float) -> None:
+def test_light_comes_from_its_direction(azimuth: float) -> None:
     field = light_field(led_array(azimuth_deg=azimuth), (64, 64), mm_per_px=0.05)
     x, y, up = field[:, 31:33, 31:33].mean((1, 2))
     turn = np.degrees(np.arctan2(y, x)) - azimuth
@@ -45,7 +45,7 @@ def test_a_narrow_lobe_that_aims_beyond_the_middle_lights_the_far_side() -> None
     assert np.argmax(near) > np.argmax(far)
 
 
-def test_scatter_evens_the_light_out() -> None:
+def test_scatter_makes_the_light_uniform() -> None:
     spread = [strength(led_array(scatter=share)).std() for share in (0.0, 0.5, 1.0)]
     assert spread[0] > spread[1] > spread[2]
     assert spread[2] < 1e-6
@@ -58,7 +58,7 @@ def test_half_the_leds_give_half_the_light() -> None:
 
 
 def test_a_gel_that_faces_the_light_is_brightest() -> None:
-    # At 30° of elevation a slope of 60° faces it; flatter and steeper ones are darker.
+    # A slope of 60° faces a light at 30° of elevation; other slopes are darker.
     optics = RigOptics(
         rig(elevation_deg=30, optics={"sensor": QUIET | {"exposure": 0.1}, "ambient": 0.0})
     )
@@ -70,7 +70,7 @@ def test_a_gel_that_faces_the_light_is_brightest() -> None:
     assert int(np.argmax(seen)) == 2
 
 
-def test_a_rig_that_tells_no_lights_gets_one_for_each_light() -> None:
+def test_a_rig_without_light_directions_gets_evenly_spaced_lights() -> None:
     profile = rig(image={"color": "rgb", "bit_depth": 8}).model_copy()
     data = profile.model_dump(by_alias=True) | {"illumination": {"use": "core.constant"}}
     optics = RigOptics(type(profile).model_validate(data))
@@ -79,7 +79,7 @@ def test_a_rig_that_tells_no_lights_gets_one_for_each_light() -> None:
     assert len({tuple(np.unravel_index(frame[..., k].argmax(), SHAPE)) for k in range(3)}) == 3
 
 
-def test_a_light_may_say_itself_how_it_is_built() -> None:
+def test_a_light_may_override_its_led_array() -> None:
     class Near(Illumination):
         channels = ("x", "y", "z")
         lights = (Light("a", 0.0, 30.0, ("x", "y"), LightBuild(distance_mm=7.0)),)
@@ -92,7 +92,7 @@ def test_a_light_may_say_itself_how_it_is_built() -> None:
     assert (one.distance_mm, one.feeds, one.build.lobe_deg) == (7.0, ("x", "y"), 120.0)
 
 
-def test_a_dead_light_is_dark_and_the_others_are_as_they_were() -> None:
+def test_a_dead_light_is_dark_and_the_others_are_unchanged() -> None:
     profile = rig((0.0, 120.0, 240.0), in_turn=True, optics={"sensor": QUIET})
     whole, dead = (
         RigOptics(profile, faults=faults).expose(level(), frame=3)

@@ -26,13 +26,13 @@ def printed(shape: str = "round", layout: str = "grid", **more: object) -> Profi
 
 
 def ink(optics: RigOptics, *state: object) -> np.ndarray:
-    """(H, W) share of each pixel that is covered."""
+    """(H, W) printed share of each pixel."""
     light = optics.expose(level(), *state)[..., 0].astype(float)  # type: ignore[arg-type]
     return np.asarray(1 - light / np.median(light))
 
 
 def centres(cover: np.ndarray) -> np.ndarray:
-    """(N, 2) centroids of the markers that lie wholly in the image."""
+    """(N, 2) centroids of the markers that are completely inside the image."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats((cover > 0.02).astype(np.uint8))
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     found = []
@@ -44,15 +44,15 @@ def centres(cover: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def off_px(found: np.ndarray, told: np.ndarray) -> float:
-    """Largest distance of a marker that is seen from the nearest one that is told."""
-    between = np.linalg.norm(found[:, None] - told[None], axis=2)
+def off_px(found: np.ndarray, true: np.ndarray) -> float:
+    """Largest distance of a detected marker from the nearest true one, px."""
+    between = np.linalg.norm(found[:, None] - true[None], axis=2)
     return float(between.min(1).max())
 
 
 @pytest.mark.parametrize("shape", ["round", "square", "triangle"])
 @pytest.mark.parametrize("layout", ["grid", "quasi_random"])
-def test_markers_are_where_they_are_reported(shape: str, layout: str) -> None:
+def test_markers_are_drawn_at_their_true_positions(shape: str, layout: str) -> None:
     optics = RigOptics(printed(shape, layout), seed=2)
     found = centres(ink(optics))
     assert len(found) > 20
@@ -63,7 +63,7 @@ def test_markers_are_where_they_are_reported(shape: str, layout: str) -> None:
     ("shape", "area_mm2"),
     [("round", np.pi / 4), ("square", 1.0), ("triangle", np.sqrt(3) / 4)],
 )
-def test_markers_have_the_area_that_their_size_tells(shape: str, area_mm2: float) -> None:
+def test_markers_have_the_area_of_their_size(shape: str, area_mm2: float) -> None:
     optics = RigOptics(printed(shape))
     places = np.full_like(optics.markers_px, np.nan)
     places[0] = 70.2, 50.7
@@ -78,7 +78,7 @@ def test_markers_move_with_the_gel(x: float, y: float) -> None:
     assert off_px(found, optics.markers_px + np.array([x, y]) / SCALE_MM) < 0.1
 
 
-def test_markers_may_be_placed_one_by_one() -> None:
+def test_marker_positions_may_be_given() -> None:
     optics = RigOptics(printed())
     places = np.full_like(optics.markers_px, np.nan)
     places[7] = 60.3, 41.6
@@ -111,7 +111,7 @@ def test_quasi_random_markers_keep_apart() -> None:
     assert between.min(1).std() > 0.05 * PITCH_MM
 
 
-def test_markers_wear_off_and_run_together() -> None:
+def test_markers_may_be_missing_or_merged() -> None:
     whole, worn, merged = (
         len(centres(ink(RigOptics(printed(), seed=3, faults=faults))))
         for faults in (Faults(), Faults(missing_markers=0.3), Faults(merged_markers=0.4))

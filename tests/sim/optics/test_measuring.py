@@ -1,4 +1,4 @@
-"""What virtual presses teach a calibration holds for others: the errors are those of real rigs."""
+"""Calibrations on virtual presses generalise to held-out ones, with errors like real rigs."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_held_out_presses_are_measured(
         undeformed = replace(undeformed, marker_mask=finder.find(undeformed.pixels))
 
     def press() -> tuple[Frame, np.ndarray, np.ndarray, np.ndarray]:
-        """A frame, the true height and slopes, and where they count."""
+        """A frame, the true height and slopes, and the scored pixels."""
         centre = rng.uniform(0.15, 0.85, 2) * shape[::-1]
         ball = BallPress(tuple(centre), ball_mm, rng.uniform(0.06, 0.12) * ball_mm)
         height = ball.height_mm(shape, image.mm_per_px)
@@ -73,8 +73,8 @@ def test_held_out_presses_are_measured(
         rows, columns = np.nonzero(inside | (at_rest & (height < 1e-3)))
         known = slopes[rows, columns].astype(np.float32)
         samples.append(Press(seen, rows.astype(np.int32), columns.astype(np.int32), known, ""))
-    said = profile.calibration if profile.calibration.use == model else Component(use=model)
-    fitted = calibrator_of(said).fit(samples, undeformed)
+    component = profile.calibration if profile.calibration.use == model else Component(use=model)
+    fitted = calibrator_of(component).fit(samples, undeformed)
     angles, depths = [], []
     for _ in range(4):
         seen, height, slopes, inside = press()

@@ -13,13 +13,13 @@ from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics import Faults, RigOptics
 
 ROOT = Path(__file__).resolve().parents[3]
-# a package's own profiles are tried by its conformance test
+# profiles of a package are tested by its conformance test
 EXAMPLES = [path for path in ROOT.glob("examples/**/*.yaml") if path.parent.name != "profiles"]
 EVERY = sorted([*sensor_profiles.DIRECTORY.glob("*.yaml"), *EXAMPLES])
 
 
 @pytest.mark.parametrize("path", EVERY, ids=lambda path: path.stem)
-def test_every_profile_shows_a_press(path: Path) -> None:
+def test_every_profile_renders_a_press(path: Path) -> None:
     profile = load_profile(path)
     image = profile.image
     optics = RigOptics(profile, seed=1)
@@ -51,7 +51,7 @@ def test_the_same_seed_gives_the_same_frames() -> None:
         assert (a != other).any()
 
 
-def test_a_frame_is_reported_by_its_number_and_not_by_what_was_before() -> None:
+def test_a_frame_depends_on_its_number_and_not_on_earlier_frames() -> None:
     optics = RigOptics(rig(), seed=3)
     first = optics.expose(level())
     optics.expose(bump())
@@ -59,14 +59,14 @@ def test_a_frame_is_reported_by_its_number_and_not_by_what_was_before() -> None:
     assert (optics.expose(level()) != first).any()
 
 
-def test_it_pickles_and_goes_on_where_it_was() -> None:
+def test_it_pickles_and_continues() -> None:
     optics = RigOptics(rig(), seed=3)
     optics.expose(level())
     copy = pickle.loads(pickle.dumps(optics))
     np.testing.assert_array_equal(copy.expose(bump()), optics.expose(bump()))
 
 
-def test_sequential_lights_show_together_what_lights_at_once_show() -> None:
+def test_sequential_exposures_add_up_to_a_simultaneous_one() -> None:
     azimuths = (0.0, 120.0, 240.0)
     turn, once = (
         RigOptics(rig(azimuths, in_turn=t, optics={"sensor": QUIET})).expose(bump(), frame=0)
@@ -77,7 +77,7 @@ def test_sequential_lights_show_together_what_lights_at_once_show() -> None:
     np.testing.assert_allclose(ratio, ratio.mean(), rtol=1e-3)
 
 
-def test_one_exposure_shows_the_lights_that_shine() -> None:
+def test_an_exposure_shows_the_lights_that_are_on() -> None:
     optics = RigOptics(rig((0.0, 180.0), optics={"sensor": QUIET}))
     surface = optics.surface(level())
     left, right, both = (
@@ -88,8 +88,8 @@ def test_one_exposure_shows_the_lights_that_shine() -> None:
     assert optics.exposures == (Exposure({"lamp0": 1.0, "lamp1": 1.0}, ("grey",)),)
 
 
-def test_a_dome_falls_away_from_the_light_on_its_far_side() -> None:
-    # Its border lies nearer to the camera: the skin beyond the apex faces the lamp.
+def test_a_dome_is_darker_on_the_side_away_from_the_light() -> None:
+    # Its border is closer to the camera: the surface beyond the apex faces the light.
     gel = {"shape": "dome", "radius_mm": 20.0}
     flat, domed = (
         RigOptics(rig(gel=g, optics={"sensor": QUIET, "lights": {"distance_mm": 500.0}})).expose(
@@ -107,7 +107,7 @@ def test_a_plane_has_one_brightness_up_to_the_border() -> None:
     assert np.ptp(frame) < 0.02 * frame.mean()
 
 
-def test_both_modes_show_the_same_but_for_noise_and_the_rims_of_shadows() -> None:
+def test_both_modes_agree_except_for_noise_and_penumbrae() -> None:
     profile = rig((0.0, 120.0), optics={"sensor": QUIET})
     fast, accurate = (
         RigOptics(profile, mode=mode).expose(bump(1.0)).astype(float)
@@ -116,7 +116,7 @@ def test_both_modes_show_the_same_but_for_noise_and_the_rims_of_shadows() -> Non
     assert np.abs(fast - accurate).mean() < 0.02 * accurate.mean()
 
 
-def test_a_state_of_another_size_is_refused() -> None:
+def test_arrays_of_another_size_are_refused() -> None:
     optics = RigOptics(rig())
     with pytest.raises(InputError, match=r"height_mm has the shape \(3, 4\)"):
         optics.expose(np.zeros((3, 4)))
@@ -130,7 +130,7 @@ def test_a_state_of_another_size_is_refused() -> None:
 
 @pytest.mark.parametrize("elevation", [0.0, 1.0, 89.0, 90.0])
 @pytest.mark.parametrize("coating", ["matte", "semi_specular"])
-def test_lights_may_stand_low_and_high(elevation: float, coating: str) -> None:
+def test_lights_may_have_any_elevation(elevation: float, coating: str) -> None:
     profile = rig((0.0, 120.0), elevation_deg=elevation, gel={"coating": coating})
     frame = RigOptics(profile).expose(bump())
     assert frame.max() > 0

@@ -9,14 +9,14 @@ from tactile_core.sim.optics.rig import Mode
 
 
 def block(height_mm: float) -> np.ndarray:
-    """A tower with upright walls in the middle."""
+    """Height map of a tower with vertical walls in the middle."""
     height = np.zeros(SHAPE, np.float32)
     height[50:70, 70:90] = height_mm
     return height
 
 
 def darkened(azimuth_deg: float, height: np.ndarray, mode: Mode = "accurate") -> np.ndarray:
-    """(H, W) light, of that of the resting skin."""
+    """(H, W) intensity relative to the undeformed surface."""
     optics = RigOptics(
         rig((azimuth_deg,), optics={"sensor": QUIET, "lights": {"distance_mm": 200}}), mode=mode
     )
@@ -25,7 +25,7 @@ def darkened(azimuth_deg: float, height: np.ndarray, mode: Mode = "accurate") ->
 
 @pytest.mark.parametrize("mode", get_args(Mode))
 @pytest.mark.parametrize("azimuth", [0, 90, 180, 270])
-def test_shadows_lie_on_the_side_away_from_the_light(azimuth: float, mode: Mode) -> None:
+def test_shadows_are_on_the_side_away_from_the_light(azimuth: float, mode: Mode) -> None:
     dark = darkened(azimuth, block(0.8), mode) < 0.5
     y, x = np.nonzero(dark)
     away = np.array([np.mean(x) - (WIDTH - 1) / 2, np.mean(y) - (HEIGHT - 1) / 2])
@@ -33,13 +33,13 @@ def test_shadows_lie_on_the_side_away_from_the_light(azimuth: float, mode: Mode)
     assert away @ led_array < -0.8 * np.linalg.norm(away)
 
 
-def test_a_shadow_is_as_long_as_the_tower_is_high_over_the_tangent_of_the_elevation() -> None:
-    # The lamp stands at the right, at 30°; the tower's left wall is at column 69.5.
+def test_the_length_of_a_shadow_follows_from_height_and_elevation() -> None:
+    # The light is on the right, at 30°; the tower's left wall is at column 69.5.
     row = darkened(0, block(1.0))[60, :69]
     reach_mm = float((row[:69] < 0.5).sum()) * SCALE_MM
     assert reach_mm == pytest.approx(1.0 / np.tan(np.radians(30)), abs=0.25)
 
 
-def test_a_gentle_hill_casts_none() -> None:
+def test_a_gentle_slope_casts_no_shadow() -> None:
     hill = bump(height_mm=0.2, radius_mm=3.0)
     assert darkened(0, hill).min() > 0.5

@@ -1,0 +1,181 @@
+"""Write the Python reference: python docs/building/reference_pages.py.
+
+The pages below ``docs/reference/python/`` are committed, so that the reference can be read in the
+repository. A test fails when they differ from the docstrings; ``make reference`` updates them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+import reference_source as source
+from docstring_markdown import markdown, summary
+from reference_source import ROOT, Entry
+
+FOLDER = ROOT / "docs" / "reference" / "python"
+
+PUBLIC = {
+    "sensor": ("Sensor, pipeline and files", ("pipeline", "formats", "bundles", "profiles")),
+    "quantities": ("Quantities", ("quantities",)),
+    "interfaces": ("Interfaces", ("interfaces",)),
+    "errors": ("Errors", ("errors",)),
+}
+"""Pages of the names that ``tactile_core`` offers: title, and the packages that define them."""
+
+FURTHER = {
+    "sensor": (
+        "tactile_core.formats.saved_quantities.read_quantities",
+        "tactile_core.calibration.fitting.calibrate",
+        "tactile_core.plugins.registry.resolve",
+        "tactile_core.plugins.registry.list_plugins",
+        "tactile_core.sim.VirtualStage",
+        "tactile_core.sim.Faults",
+    ),
+}
+"""Names on these pages that are promised under their own module."""
+
+ALGORITHMS = {
+    "photometric-stereo": (
+        "Photometric stereo",
+        "From intensities to surface normals.",
+        (
+            *("intensity", "photometric", "normal_xy", "slope_field", "colour_table", "network"),
+            *("background", "drift", "sequence", "validity", "sampling", "lit_area"),
+        ),
+    ),
+    "poisson": ("Poisson integration", "From surface slopes to height.", ("poisson",)),
+    "contact": (
+        "Contact and surface shape",
+        "The contact area, and the undeformed surface that heights refer to.",
+        ("contact", "contact_rim", "dome", "rest_surface"),
+    ),
+    "circles": (
+        "Ball contacts",
+        "Where a ball touched, found from shading alone, for calibration.",
+        ("circles",),
+    ),
+    "markers": ("Marker detection", "Centres and masks of printed markers.", ("markers",)),
+    "marker-tracking": (
+        "Marker tracking",
+        "The same marker from frame to frame, however far it moved.",
+        ("marker_tracking",),
+    ),
+    "displacement": (
+        "Displacement fields",
+        "A dense displacement field from markers or from optical flow.",
+        ("displacement", "elasticity"),
+    ),
+    "slip": ("Slip", "Stick, incipient slip and gross slip.", ("slip", "entropy")),
+    "arrays": (
+        "Array helpers",
+        "Filters, regression and sampling.",
+        ("arrays",),
+    ),
+}
+"""Pages of ``tactile_core.algorithms``: title, what for, and modules or packages."""
+
+
+def pages() -> dict[str, str]:
+    """Return the text of every page by its file name."""
+    written = {f"{page}.md": _public_page(page) for page in PUBLIC}
+    written |= {f"{page}.md": _algorithms_page(page) for page in ALGORITHMS}
+    return {"index.md": _index()} | written
+
+
+def main() -> None:
+    """Write the pages, and remove those that are no longer made."""
+    FOLDER.mkdir(exist_ok=True)
+    texts = pages()
+    for path in FOLDER.glob("*.md"):
+        if path.name not in texts:
+            path.unlink()
+    for name, text in texts.items():
+        (FOLDER / name).write_text(text, encoding="utf-8")
+
+
+def names_on(page: str) -> list[str]:
+    """Return the full names on a page of public names."""
+    packages = PUBLIC[page][1]
+    own = [name for name in source.public_names() if name.split(".")[1] in packages]
+    return [*own, *FURTHER.get(page, ())]
+
+
+def _index() -> str:
+    lines = [
+        "# Python reference",
+        "",
+        "Signatures and docstrings, written by `make reference`. What stays compatible between",
+        "versions is listed under [compatibility](../compatibility.md).",
+        "",
+        "## Public names",
+        "",
+    ]
+    for page, (title, _) in PUBLIC.items():
+        short = [f"[`{n}`]({page}.md#{_anchor(n)})" for n in map(_short, names_on(page))]
+        lines += [f"- [{title}]({page}.md): {', '.join(short)}"]
+    lines += [
+        "",
+        "## Algorithms",
+        "",
+        "Pure functions on arrays, below `tactile_core.algorithms`. They are not part of the",
+        "promise of compatibility, but each can be used alone.",
+        "",
+    ]
+    lines += [f"- [{title}]({page}.md): {what}" for page, (title, what, _) in ALGORITHMS.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _public_page(page: str) -> str:
+    entries = [(name, source.entry(name)) for name in names_on(page)]
+    parts = [f"# {PUBLIC[page][0]}", _contents([entry for _, entry in entries])]
+    for name, entry in entries:
+        module = name.rpartition(".")[0] if name in FURTHER.get(page, ()) else source.PACKAGE
+        parts += _sections(entry, 2, f"`from {module} import {entry.name}`")
+    return "\n\n".join(parts) + "\n"
+
+
+def _algorithms_page(page: str) -> str:
+    title, what, rooms = ALGORITHMS[page]
+    parts = [f"# {title}", what]
+    for room in rooms:
+        for module in source.modules_below(f"{source.PACKAGE}.algorithms.{room}"):
+            entries = source.entries(module)
+            text = source.docstring(module)
+            if not entries and not text:
+                continue
+            parts += [f"## {module.removeprefix('tactile_core.algorithms.')}", f"`{module}`"]
+            parts += [markdown(text)] if text else []
+            for entry in entries:
+                parts += _sections(entry, 3)
+    return "\n\n".join(parts) + "\n"
+
+
+def _sections(entry: Entry, level: int, under: str = "") -> Iterator[str]:
+    """Yield an entry's heading, signature and docstring, then those of its members."""
+    yield f"{'#' * level} {entry.name}"
+    if under:
+        yield under
+    yield f"```python\n{entry.signature}\n```"
+    if entry.docstring:
+        yield markdown(entry.docstring)
+    for member in entry.members:
+        yield from _sections(member, level + 1)
+
+
+def _contents(entries: Sequence[Entry]) -> str:
+    """Return a table of names and what they are."""
+    rows = [f"| [`{e.name}`](#{_anchor(e.name)}) | {summary(e.docstring)} |" for e in entries]
+    return "\n".join(["| name | |", "| --- | --- |", *rows])
+
+
+def _anchor(heading: str) -> str:
+    return re.sub(r"[^\w]+", "-", heading.lower()).strip("-")
+
+
+def _short(name: str) -> str:
+    return name.rpartition(".")[2]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,214 @@
+"""Signature, docstring and members of public names, from the source and without imports."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import zip_longest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = "tactile_core"
+
+_WIDTH = 88
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A public function, class, method, property or constant.
+
+    Attributes
+    ----------
+    name : str
+        Short name; a method has its class in front.
+    signature : str
+        Python code.
+    docstring : str
+        Without indentation; empty if there is none.
+    members : list of Entry
+        Public methods and properties of a class, in the order of the source.
+    """
+
+    name: str
+    signature: str
+    docstring: str
+    members: list[Entry] = field(default_factory=list)
+
+
+@cache
+def module_of(name: str) -> ast.Module:
+    """Parse a module of the package by its full name."""
+    path = ROOT / Path(*name.split("."))
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def modules_below(name: str) -> list[str]:
+    """Return the full names of a package and its modules, or of a module, in order."""
+    folder = ROOT / Path(*name.split("."))
+    if not folder.is_dir():
+        return [name]
+    below = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+    return [name, *(f"{name}.{module}" for module in below)]
+
+
+def public_names() -> list[str]:
+    """Return the full names of everything that the package offers at its top."""
+    return [
+        f"{node.module}.{alias.name}"
+        for node in ast.walk(module_of(PACKAGE))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(PACKAGE)
+        for alias in node.names
+    ]
+
+
+def entry(full_name: str) -> Entry:
+    """Return the entry of one name; imports are followed to the definition."""
+    module, _, name = full_name.rpartition(".")
+    body = module_of(module).body
+    for node, following in zip_longest(body, body[1:]):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
+            return _entry(node)
+        if (constant := _constant(node, following)) and constant.name == name:
+            return constant
+    for node in ast.walk(module_of(module)):
+        if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
+            return entry(f"{node.module}.{name}")
+    raise LookupError(f"{module} defines no {name}")
+
+
+def entries(module: str) -> list[Entry]:
+    """Return the public functions, classes and documented constants of a module."""
+    return list(_public(module_of(module).body))
+
+
+def docstring(module: str) -> str:
+    """Return a module's docstring."""
+    return ast.get_docstring(module_of(module)) or ""
+
+
+def _public(body: list[ast.stmt], prefix: str = "") -> Iterator[Entry]:
+    for node, following in zip_longest(body, body[1:]):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            if not node.name.startswith("_") or _abstract(node):
+                yield _entry(node, prefix)
+        elif not prefix and (found := _constant(node, following)) and _is_public(found.name):
+            yield found
+
+
+def _entry(node: ast.FunctionDef | ast.ClassDef, prefix: str = "") -> Entry:
+    text = ast.get_docstring(node) or ""
+    if isinstance(node, ast.FunctionDef):
+        if "property" in _decorators(node) or "cached_property" in _decorators(node):
+            kind = f": {ast.unparse(node.returns)}" if node.returns else ""
+            return Entry(prefix + node.name, prefix + node.name + kind, text)
+        return Entry(prefix + node.name, _call(prefix + node.name, node), text)
+    functions = [member for member in node.body if isinstance(member, ast.FunctionDef)]
+    members = [m for m in _public(list(functions), f"{node.name}.") if m.docstring]
+    return Entry(node.name, _class(node), text, members)
+
+
+def _constant(node: ast.stmt, following: ast.stmt | None) -> Entry | None:
+    """Return a name that is assigned to, with a docstring below it."""
+    targets = node.targets if isinstance(node, ast.Assign) else []
+    documented = (
+        isinstance(following, ast.Expr)
+        and isinstance(following.value, ast.Constant)
+        and isinstance(following.value.value, str)
+    )
+    if not documented or len(targets) != 1 or not isinstance(targets[0], ast.Name):
+        return None
+    name = targets[0].id
+    assert isinstance(following, ast.Expr)
+    assert isinstance(following.value, ast.Constant)
+    value = ast.unparse(node)
+    code = value if len(value) <= _WIDTH else f"{name} = …"
+    return Entry(name, code, str(following.value.value))
+
+
+def _is_public(constant: str) -> bool:
+    return constant.isupper() and not constant.startswith("_")
+
+
+def _class(node: ast.ClassDef) -> str:
+    """Return a class's header and how it is made."""
+    bases = ", ".join(ast.unparse(base) for base in node.bases)
+    header = f"class {node.name}({bases})" if bases else f"class {node.name}"
+    for member in node.body:
+        if isinstance(member, ast.FunctionDef) and member.name == "__init__":
+            return f"{header}\n{_call(node.name, member)}"
+    lines = [f"    {line}" for line in map(_field, node.body) if line]
+    return "\n".join([header + (":" if lines else ""), *lines])
+
+
+def _field(node: ast.stmt) -> str | None:
+    """Return the declaration of a public field or of a member of an enumeration."""
+    if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+        name = ast.unparse(node.targets[0])
+        return None if name.startswith("_") else f"{name} = {ast.unparse(node.value)}"
+    if not isinstance(node, ast.AnnAssign):
+        return None
+    name = ast.unparse(node.target)
+    if name.startswith("_"):
+        return None
+    value = _default(node.value) if node.value is not None else ""
+    return f"{name}: {ast.unparse(_plain(node.annotation))}{value and f' = {value}'}"
+
+
+def _plain(annotation: ast.expr) -> ast.expr:
+    """Drop what ``Annotated`` adds to a type."""
+    if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Annotated":
+        assert isinstance(annotation.slice, ast.Tuple)
+        return annotation.slice.elts[0]
+    return annotation
+
+
+def _default(value: ast.expr) -> str:
+    """Return a field's default; of ``Field(…)`` and ``field(…)`` the default within."""
+    if not isinstance(value, ast.Call) or ast.unparse(value.func) not in {"Field", "field"}:
+        return ast.unparse(value)
+    if value.args:
+        return "" if ast.unparse(value.args[0]) == "..." else ast.unparse(value.args[0])
+    named = {word.arg: ast.unparse(word.value) for word in value.keywords}
+    return named.get("default") or ("…" if "default_factory" in named else "")
+
+
+def _call(name: str, node: ast.FunctionDef) -> str:
+    """Return ``name(arguments) -> result``, over several lines where it is long."""
+    arguments = [a for a in _arguments(node) if a not in {"self", "cls"}]
+    result = f" -> {ast.unparse(node.returns)}" if node.returns and "__" not in node.name else ""
+    line = f"{name}({', '.join(arguments)}){result}"
+    if len(line) <= _WIDTH:
+        return line
+    return "\n".join([f"{name}(", *(f"    {argument}," for argument in arguments), f"){result}"])
+
+
+def _arguments(node: ast.FunctionDef) -> list[str]:
+    given = node.args
+    positional = [*given.posonlyargs, *given.args]
+    defaults = [None] * (len(positional) - len(given.defaults)) + list(given.defaults)
+    done = [_argument(a, d) for a, d in zip(positional, defaults, strict=True)]
+    if given.posonlyargs:
+        done.insert(len(given.posonlyargs), "/")
+    if given.vararg:
+        done.append("*" + _argument(given.vararg, None))
+    elif given.kwonlyargs:
+        done.append("*")
+    done += [_argument(a, d) for a, d in zip(given.kwonlyargs, given.kw_defaults, strict=True)]
+    return done + (["**" + _argument(given.kwarg, None)] if given.kwarg else [])
+
+
+def _argument(argument: ast.arg, default: ast.expr | None) -> str:
+    kind = f": {ast.unparse(argument.annotation)}" if argument.annotation else ""
+    equals = " = " if kind else "="
+    return argument.arg + kind + (f"{equals}{ast.unparse(default)}" if default else "")
+
+
+def _decorators(node: ast.FunctionDef) -> set[str]:
+    return {ast.unparse(decorator).rpartition(".")[2] for decorator in node.decorator_list}
+
+
+def _abstract(node: ast.stmt) -> bool:
+    return isinstance(node, ast.FunctionDef) and "abstractmethod" in _decorators(node)

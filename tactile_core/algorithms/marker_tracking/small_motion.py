@@ -1,0 +1,57 @@
+"""The first attempt at a frame: match markers as if they had made a small, smooth step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Array, Bool, Intp
+from tactile_core.algorithms.marker_tracking.growth import Scene
+from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION
+
+
+def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
+    """Match each marker with the detection that is mutually nearest to its prediction.
+
+    Parameters
+    ----------
+    scene : Scene
+    last_px : (N, 2) float64
+        Positions in the previous frame.
+    momentum_px : (N, 2) float64
+        Predicted steps.
+    searched : (N,) bool
+        Markers to match.
+
+    Returns
+    -------
+    owner : (N,) intp
+        The detection of each marker, or -1.
+    small, smooth : (2,) bool
+        ``small``: enough markers are matched, and nearly all of them to the same detection with
+        and without momentum. ``smooth``: in addition, each is close to its neighbours' prediction
+        and none can be added.
+    """
+    base_px = last_px + momentum_px
+    gate = np.where(searched, SMALL_MOTION.gate_spacings * scene.spacing_px, -1.0)
+    enough = max(GROWTH.min_markers, SMALL_MOTION.min_share * np.count_nonzero(searched))
+    owner = scene.paired(base_px, gate)
+    without_momentum = scene.paired(last_px, gate)
+    both = (without_momentum >= 0) & (owner >= 0)
+    misfits = np.count_nonzero((without_momentum != owner) & both)
+    step, known = scene.steps(base_px, owner)
+    few = misfits <= SMALL_MOTION.max_misfits
+    small = bool(few and np.count_nonzero(known) >= enough)
+    return owner, np.array([small, small and _smooth(scene, step, known)])
+
+
+def _smooth(scene: Scene, step: Array, known: Bool) -> bool:
+    around = scene.around
+    count = np.count_nonzero(known)
+    if count < min(len(known), len(scene.found_px)):
+        return False
+    expected = around.fit(step, known.astype(np.float64))
+    residual = np.hypot(step[:, 0] - expected[:, 0], step[:, 1] - expected[:, 1])
+    if (residual > GROWTH.accepted_spacings * scene.spacing_px)[known].any():
+        return False
+    supported = around.supporters(known)[known] >= GROWTH.min_neighbours
+    return count == len(known) or bool(supported.all())

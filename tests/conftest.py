@@ -15,22 +15,22 @@ from support.own_plugins import install  # noqa: F401
 if TYPE_CHECKING:
     from support.virtual_lab import VirtualLab
 
-# Before anything imports numpy: its threads only wait for each other on matrices this small.
+# Set before numpy is imported: its threads only wait for each other on matrices this small.
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-# A job in the background ignores Ctrl-C, and so would each command that a test interrupts.
+# A background job ignores SIGINT, and so would every command that a test interrupts.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# The same examples every time: a property that fails does so for everybody, at once.
+# Use the same examples in every run, so that a failure is reproducible.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _kernels() -> None:
-    """With the extra ``fast`` all tests see the compiled kernels, unless TACTILE_FAST is 0."""
+    """Load the compiled kernels of the extra ``fast``, unless TACTILE_FAST is 0."""
     from tactile_core.algorithms import kernels
 
     kernels.load()
@@ -38,17 +38,17 @@ def _kernels() -> None:
 
 @pytest.fixture(scope="session")
 def recordings() -> Path:
-    """Folder of real recordings, or skip."""
+    """Return the folder of real recordings; skip the test if there is none."""
     default = Path(__file__).resolve().parents[2] / "shared" / "data"
     folder = Path(os.environ.get("TACTILE_TEST_DATA", default))
     if not folder.is_dir():
-        pytest.skip("no real recordings here; set TACTILE_TEST_DATA to the folder that holds them")
+        pytest.skip("no real recordings found; set TACTILE_TEST_DATA to their folder")
     return folder
 
 
 @pytest.fixture(scope="session")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> VirtualLab:
-    """A calibrated virtual sensor; calibrated once for all tests."""
+    """A virtual sensor, calibrated once for all tests."""
     from support.virtual_lab import make_lab
 
     return make_lab(tmp_path_factory.mktemp("lab"))

@@ -1,4 +1,4 @@
-"""The package is a house of few rooms, each of which says what it holds and may import."""
+"""The package has few subpackages, and each documents its content and its allowed imports."""
 
 import ast
 from pathlib import Path
@@ -10,22 +10,22 @@ PACKAGE = ROOT / "tactile_core"
 ROOMS = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
 
 
-def test_there_are_at_most_twenty_rooms_and_nothing_beside_them() -> None:
+def test_there_are_at_most_twenty_subpackages_and_no_other_modules() -> None:
     assert len(ROOMS) <= 20
     assert {path.name for path in PACKAGE.glob("*.py")} == {"__init__.py", "errors.py"}
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_a_room_says_in_two_lines_what_is_inside_and_what_it_may_import(room: str) -> None:
+def test_a_subpackage_documents_its_content_and_its_imports(room: str) -> None:
     text = ast.get_docstring(ast.parse((PACKAGE / room / "__init__.py").read_text())) or ""
-    inside, blank, may_import, *_ = text.splitlines()
-    assert inside.endswith(".")
+    content, blank, may_import, *_ = text.splitlines()
+    assert content.endswith(".")
     assert blank == ""
     assert may_import.startswith("May import ")
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_the_tests_of_a_room_are_in_a_folder_of_its_name(room: str) -> None:
+def test_the_tests_of_a_subpackage_are_in_a_folder_of_its_name(room: str) -> None:
     assert list((ROOT / "tests" / room).rglob("test_*.py"))
 
 

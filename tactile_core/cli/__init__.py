@@ -1,4 +1,4 @@
-"""The command ``tactile``: data to stdout, words to stderr, one sentence when it fails.
+"""The command ``tactile``: data on stdout, messages on stderr, one sentence per failure.
 
 May import every room but testing.
 """
@@ -11,12 +11,12 @@ import sys
 from tactile_core.cli.signals import Signalled, signals_raised
 
 _ENVIRONMENT = {
-    # Matrices here are small: more threads only wait for each other, several times as long when
-    # anything else runs. Only the first import of numpy reads this.
+    # The matrices are small: more threads only wait for each other, and several times longer on a
+    # busy machine. Only the first import of numpy reads these variables.
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
-    # What OpenCV and FFmpeg would print beside the one sentence that says what is wrong.
+    # Silences OpenCV and FFmpeg, which would print next to the command's own error message.
     "OPENCV_LOG_LEVEL": "OFF",
     "OPENCV_FFMPEG_LOGLEVEL": "-8",
 }
@@ -25,16 +25,16 @@ _ENVIRONMENT = {
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit.
 
-    Exit codes: 0 done; 2 something that the user gave is unusable; 1 it failed while working;
-    128 and the signal's number where one ended it.
+    Exit codes: 0 success; 2 unusable input (a wrong call, profile, bundle or file); 1 a failure
+    while working (disk, device, lost connection); 128 plus the signal number after a signal.
     """
     words = sys.argv[1:] if arguments is None else arguments
     try:
-        with signals_raised() as came:
+        with signals_raised() as received:
             code = _run([word for word in words if word != "--debug"], "--debug" in words)
-        if came:  # the library that reads the command line takes each of them for Ctrl-C
-            code = came[-1].exit_code
-    except Signalled as signalled:  # while the last one was being explained
+        if received:  # typer treats every signal as Ctrl-C
+            code = received[-1].exit_code
+    except Signalled as signalled:  # raised while the previous one was being reported
         code = signalled.exit_code
     sys.exit(code)
 
@@ -46,7 +46,7 @@ def _run(words: list[str], debug: bool) -> int:
         import warnings
 
         from tactile_core.cli.app import app
-        from tactile_core.cli.output import let_go_of_stdout
+        from tactile_core.cli.output import flush_stdout
         from tactile_core.cli.paths import refuse_impossible
 
         if not (debug or sys.warnoptions):
@@ -56,7 +56,7 @@ def _run(words: list[str], debug: bool) -> int:
                 stream.reconfigure(errors="backslashreplace")
         refuse_impossible(words)
         result = app(words, prog_name="tactile", standalone_mode=False)
-        let_go_of_stdout()
+        flush_stdout()
         return result if isinstance(result, int) else 0
     except Signalled as signalled:
         return signalled.exit_code

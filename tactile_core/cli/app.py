@@ -1,4 +1,4 @@
-"""All commands, registered without importing what they need."""
+"""Registers all commands without importing their dependencies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tactile_core.cli.simulate import simulate
 
 app = typer.Typer(
     name="tactile",
-    help="Optical tactile sensors of the GelSight family: from camera frames to millimetres.",
+    help="Measure with optical tactile sensors of the GelSight family.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
@@ -31,7 +31,7 @@ def _options(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of errors.")] = False,
 ) -> None:
-    # --debug is taken from anywhere on the line before this; it stands here for --help.
+    # main() removes --debug from anywhere on the line; it is declared here only for --help.
     if version:
         from tactile_core import __version__
 

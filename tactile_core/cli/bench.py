@@ -1,4 +1,4 @@
-"""``tactile bench``: what each stage costs on this machine."""
+"""``tactile bench``: the cost of each stage on this machine."""
 
 from __future__ import annotations
 
@@ -7,40 +7,45 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tactile_core.cli.output import say, say_json, tell
+from tactile_core.cli.output import print_data, print_json, print_message
 
 if TYPE_CHECKING:
     from tactile_core.evaluation.timing import Bench, Benches
     from tactile_core.profiles.model import Profile
 
-_SMALLEST_PX, _LARGEST_PX = 64, 4096
+_SMALLEST_PX = 64
+"""Shortest image side that ``--size`` accepts, px."""
+
+_LARGEST_PX = 4096
+"""Longest image side that ``--size`` accepts, px."""
 
 
 def bench(
     profile: Annotated[
-        str | None, typer.Argument(help="A profile's name or YAML file; else all that there are.")
+        str | None, typer.Argument(help="A profile's name or YAML file; default: all profiles.")
     ] = None,
     size: Annotated[
         list[str] | None,
         typer.Option(
             metavar="WIDTHxHEIGHT",
-            help="Image size, as 320x240, 640x480 or 1920x1080; may be repeated. By default each "
-            "profile's own.",
+            help="Image size in px, for example 640x480; repeat it for more sizes. Default: the "
+            "size in each profile.",
         ),
     ] = None,
     calibration: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="The model that is fitted, as core.lookup_table; by default each profile's own.",
+            help="Calibration model, for example core.lookup_table. Default: the model in each "
+            "profile.",
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Measure what each stage of a frame's way costs here, on one core.
+    """Measure the time and memory of each processing stage on one core of this machine.
 
-    Virtual units are calibrated on rendered presses. What a camera's driver takes is not counted.
-    All of it takes under a minute unless several sizes are asked for.
+    The frames come from virtual sensors, calibrated on rendered presses. The time of a camera
+    driver is not included. Takes under a minute unless you ask for several sizes.
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.evaluation.timing import bench as measure_all
@@ -52,12 +57,12 @@ def bench(
             profiles, sizes_px=sizes_px, calibration=calibration, progress=progress
         )
     for line in (*unusable, *result.left_out):
-        tell(f"left out {line}")
+        print_message(f"left out {line}")
     if as_json:
-        say_json(result.summary())
+        print_json(result.summary())
         return
     for line in _lines(result):
-        say(line)
+        print_data(line)
 
 
 def _profiles(name: str | None) -> tuple[list[Profile], list[str]]:
@@ -98,7 +103,7 @@ def _lines(result: Benches) -> list[str]:
     lines = [
         f"{about['cpu']}, {about['cores']} cores, {about['system']}; {versions}",
         f"'fast' extra (numba): {used if fast['installed'] else 'not installed'}",
-        "one core, one thread, no camera; ms; memory of a process that only streams, all included",
+        "one core, one thread, no camera; times in ms; memory of a whole process that only streams",
     ]
     for one in result.benches:
         rows = [
@@ -115,5 +120,5 @@ def _title(one: Bench) -> str:
     if one.peak_memory_mib is not None:
         parts.append(f"{one.peak_memory_mib:.0f} MiB")
     if one.two_process_ratio is not None:
-        parts.append(f"two processes do {one.two_process_ratio:.2f} times as much as one")
+        parts.append(f"two processes: {one.two_process_ratio:.2f} times the throughput of one")
     return "; ".join(parts)

@@ -1,4 +1,4 @@
-"""``tactile calibrate``: fit a calibration from presses of something known and write its bundle."""
+"""``tactile calibrate``: fit a calibration from presses of a known target and write its bundle."""
 
 from __future__ import annotations
 
@@ -7,31 +7,39 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import say, say_json, tell
+from tactile_core.cli.output import print_data, print_json, print_message
 
 
 def calibrate(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
-    presses: Annotated[Path, typer.Option(help="Recording of the ball pressed here and there.")],
+    presses: Annotated[
+        Path, typer.Option(help="Recording of the ball, pressed at different places.")
+    ],
     reference: Annotated[
         Path | None,
-        typer.Option(help="Recording of the untouched sensor; a .tmd target does without."),
+        typer.Option(help="Recording of the sensor with no contact; optional with a .tmd target."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the bundle; by default the user's data.")
+        Path | None,
+        typer.Option(help="Folder for the bundle. Default: in the user's data directory."),
     ] = None,
-    ball_diameter_mm: Annotated[float | None, typer.Option(help="Diameter of the ball.")] = None,
+    ball_diameter_mm: Annotated[
+        float | None, typer.Option(help="Diameter of the ball, in mm.")
+    ] = None,
     labels: Annotated[
-        Path | None, typer.Option(help="CSV of circles that overrule the automatic ones.")
+        Path | None, typer.Option(help="CSV with circles that replace the detected ones.")
     ] = None,
-    target: Annotated[Path | None, typer.Option(help="YAML of a grid of balls, or .tmd.")] = None,
+    target: Annotated[
+        Path | None, typer.Option(help="Calibration target: YAML of a ball grid, or .tmd.")
+    ] = None,
     rows: Annotated[
-        str | None, typer.Option(help="A:B, rows of the .tmd target that may be used.")
+        str | None, typer.Option(help="A:B, the rows of the .tmd target to use.")
     ] = None,
     model: Annotated[
-        str | None, typer.Option(help="Calibration to fit, plugin.name; else the profile's.")
+        str | None,
+        typer.Option(help="Calibration model, plugin.name. Default: the model in the profile."),
     ] = None,
-    serial: Annotated[str, typer.Option(help="Which physical unit this is.")] = "",
+    serial: Annotated[str, typer.Option(help="Serial of the physical unit.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
@@ -63,17 +71,17 @@ def calibrate(
         )
     result.save(folder)
     for note in result.notes:
-        tell(f"note: {note}")
+        print_message(f"note: {note}")
     if as_json:
-        say_json(result.summary(folder))
+        print_json(result.summary(folder))
         return
     for press in result.presses:
         if not press.used:
-            tell(f"left out {press.file}: {press.why}")
-    say(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
+            print_message(f"left out {press.file}: {press.why}")
+    print_data(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
     if result.score is not None:
-        say(
+        print_data(
             f"held-out normal error: mean {result.score.mean_deg:.2f}°, median "
             f"{result.score.median_deg:.2f}°, 90 % {result.score.p90_deg:.2f}° "
-            f"(saying 'flat': {result.score.predict_flat_deg:.1f}°)"
+            f"(predicting 'flat': {result.score.predict_flat_deg:.1f}°)"
         )

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import say, say_json, tell
+from tactile_core.cli.output import print_data, print_json, print_message
 
 
 def compare(
@@ -19,26 +19,26 @@ def compare(
     truth: Annotated[
         Path,
         typer.Option(
-            help="Folder of NAME.npz, one a frame, as 'tactile simulate' writes them; every array "
-            "of the same name as in the results of 'tactile run' is compared."
+            help="Folder with one NAME.npz per frame, as 'tactile simulate' writes them. Arrays "
+            "are compared with the arrays of the same name in the results of 'tactile run'."
         ),
     ],
     swap: Annotated[
         list[str] | None,
         typer.Option(
             metavar="STEP=USE",
-            help="One variant: the profile with this one step done by another estimator "
+            help="One variant: the profile with another estimator in this step "
             "(height=core.robust_poisson), or with another bundle (calibration=FOLDER). Repeat it "
-            "for more; each changes the profile as it is, and not the other variants.",
+            "for more variants; each changes the original profile.",
         ),
     ] = None,
     bundle: Annotated[
-        Path | None, typer.Option(help="The calibration bundle; by default the unit's own.")
+        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
     ] = None,
     reference: Annotated[
-        str | None, typer.Option(help="The untouched sensor: a path, or 'first'.")
+        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
     ] = None,
-    serial: Annotated[str | None, typer.Option(help="Which physical unit.")] = None,
+    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for report.html, with pictures of one frame.")
     ] = None,
@@ -46,8 +46,8 @@ def compare(
 ) -> None:
     """Compare estimators or calibrations on one recording: accuracy, time, memory.
 
-    The first row is the profile as it is. Accuracy counts every pixel of every frame; time is per
-    frame on one core; memory is that of a process which only measures the recording.
+    The first row is the unchanged profile. Accuracy counts every pixel of every frame. Time is
+    per frame on one core. Memory is the peak of a process that only measures the recording.
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.cli.table import table_lines
@@ -84,14 +84,14 @@ def compare(
         )
     for variant in result.variants:
         for note in variant.notes:
-            tell(f"note: {variant.name}: {note}")
+            print_message(f"note: {variant.name}: {note}")
     if results is not None:
         report = results.write(
             REPORT, partial(write_atomically, data=comparison_page(result).encode())
         )
-        tell(f"{report} shows the pictures")
+        print_message(f"{report} shows the pictures")
     if as_json:
-        say_json(result.summary())
+        print_json(result.summary())
         return
     for line in table_lines(*comparison_table(result)):
-        say(line)
+        print_data(line)

@@ -1,4 +1,4 @@
-"""``tactile demo``: everything once, with no hardware and no files."""
+"""``tactile demo``: calibrates and measures with virtual sensors, without hardware or files."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import say, tell
+from tactile_core.cli.output import print_data, print_message
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("tactile-demo"),
 ) -> None:
-    """Calibrate and measure with virtual rigs; write report.html."""
+    """Calibrate every shipped sensor virtually, measure presses and write report.html."""
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import ProfileError
     from tactile_core.evaluation.demo import demonstrate
@@ -30,7 +30,7 @@ def demo(
         try:
             profile = load_profile(entry.name)
         except ProfileError as error:
-            tell(f"skipped {entry.name}: {error}")
+            print_message(f"skipped {entry.name}: {error}")
             continue
         with Bar() as progress:
             measured, figures = demonstrate(profile, progress)
@@ -48,15 +48,18 @@ def demo(
         )
         for row in rows
     ]
-    told = html.paragraph(
-        "Every sensor here is virtual, with the mechanics of its gel and the light of its lamps, "
-        "so that the truth is known at each pixel. Normal error: mean angle over the contact. "
+    introduction = html.paragraph(
+        "Every sensor here is virtual: its gel mechanics and its illumination are simulated, so "
+        "the ground truth is known at each pixel. Normal error: mean angle over the contact area. "
         "Height error: RMS over the image."
     )
     page = html.page(
-        "Optical touch, measured against the truth", [told, html.table(header, cells), *parts]
+        "Tactile measurements compared with ground truth",
+        [introduction, html.table(header, cells), *parts],
     )
     report = results.write(REPORT, partial(write_atomically, data=page.encode()))
     for line in [header, *cells]:
-        say("  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line)))
-    tell(f"{report} shows the pictures")
+        print_data(
+            "  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line))
+        )
+    print_message(f"{report} shows the pictures")

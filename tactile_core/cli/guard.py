@@ -1,4 +1,4 @@
-"""What a command raises, carried past the library that reads the command line."""
+"""Carries a command's exceptions past typer, which would reinterpret some of them."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from tactile_core.cli.output import only_data_on_stdout
 
 
 class Carried(Exception):
-    """What a command raised.
+    """Wraps the exception of a command.
 
-    The library that reads the command line takes an end of file for an interrupt, a broken pipe
-    for a closed stdout and an exit for the command's own; here they may be anybody's.
+    Typer treats EOFError as an interrupt, a broken pipe as a closed stdout and SystemExit as the
+    end of the command, but a plugin or a library can raise them for other reasons.
     """
 
     def __init__(self, error: BaseException) -> None:
@@ -24,7 +24,7 @@ class Carried(Exception):
 
 
 def guarded(command: Callable[..., None]) -> Callable[..., None]:
-    """Let a command have stdout for its data alone, and whatever it raises arrive unchanged."""
+    """Reserve stdout for a command's data and carry its exceptions past typer unchanged."""
 
     @wraps(command)
     def inside(*arguments: Any, **options: Any) -> None:

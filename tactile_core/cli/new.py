@@ -1,4 +1,4 @@
-"""``tactile new``: a commented profile, or a plugin package, for one's own sensor."""
+"""``tactile new``: a commented profile, or a plugin package, for your own sensor."""
 
 from __future__ import annotations
 
@@ -8,48 +8,53 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import say, tell
+from tactile_core.cli.output import print_data, print_message
 
 
 def new(
     name: Annotated[str, typer.Argument(help="Name of the new profile: letters, digits and _.")],
     parent: Annotated[
-        str, typer.Option("--from", help="The profile that comes nearest: a name or a YAML file.")
+        str, typer.Option("--from", help="The most similar profile: a name or a YAML file.")
     ],
     image: Annotated[
-        Path, typer.Option(help="The untouched sensor: an image, a folder, a video or a scan.")
+        Path,
+        typer.Option(help="The sensor with no contact: an image, a folder, a video or a scan."),
     ],
     mm_per_px: Annotated[
-        float | None, typer.Option(help="Scale of the resulting image, where it is known.")
+        float | None, typer.Option(help="Scale of the resulting image in mm per px, if known.")
     ] = None,
     known_mm: Annotated[
-        str | None, typer.Option(help="Known size on the gel: 10, or 24x32 for a rectangle.")
+        str | None, typer.Option(help="Known size on the gel in mm: 10, or 24x32 for a rectangle.")
     ] = None,
     known_px: Annotated[
         str | None,
-        typer.Option(help="Where it is in the camera's picture: x,y of both ends or four corners."),
+        typer.Option(help="Its position in the camera image: x,y of both ends or four corners."),
     ] = None,
     marker_pitch_mm: Annotated[
-        float | None, typer.Option(help="Distance of a printed marker to its nearest.")
+        float | None, typer.Option(help="Distance between neighbouring markers, in mm.")
     ] = None,
     target: Annotated[
-        Path | None, typer.Option(help="YAML of a grid of balls, whose pitch gives the scale.")
+        Path | None, typer.Option(help="YAML of a ball grid; its pitch gives the scale.")
     ] = None,
     presses: Annotated[
-        Path | None, typer.Option(help="Presses of a ball, which tell where each light stands.")
+        Path | None, typer.Option(help="Presses of a ball, to estimate the light directions.")
     ] = None,
     ball_diameter_mm: Annotated[
-        float | None, typer.Option(help="Diameter of the ball of --presses.")
+        float | None, typer.Option(help="Diameter of the ball of --presses, in mm.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="File, or with --plugin folder; NAME.yaml, tactile-NAME.")
+        Path | None,
+        typer.Option(
+            help="File, or folder with --plugin. Default: NAME.yaml; tactile-NAME with --plugin."
+        ),
     ] = None,
     plugin: Annotated[
-        bool, typer.Option("--plugin", help="A package with a first estimator and its test.")
+        bool,
+        typer.Option("--plugin", help="Write a package with a first estimator and its test."),
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
 ) -> None:
-    """Write a commented minimal profile for one's own sensor."""
+    """Write a commented minimal profile for your own sensor."""
     from tactile_core.cli.progress import Bar
     from tactile_core.scaffold import KnownSize, new_package, new_profile
     from tactile_core.scaffold.package import profile_path
@@ -76,8 +81,8 @@ def new(
     made = new_package(profile) if plugin else profile
     made.write(place, force=force)
     for note in profile.notes:
-        tell(f"note: {note}")
-    say(str(place))
+        print_message(f"note: {note}")
+    print_data(str(place))
     ball = f"--ball-diameter-mm {'D' if ball_diameter_mm is None else f'{ball_diameter_mm:g}'}"
     if target is not None:
         ball = f"--target {target}"
@@ -91,10 +96,10 @@ def new(
             f"tactile run {place} --bundle BUNDLE --input RECORDING --out RESULTS --save png,npz",
         ]
     for step in steps:
-        tell(f"next: {step}")
+        print_message(f"next: {step}")
 
 
 def _ask(question: str) -> str:
-    # not typer.prompt, which writes a part of the question to stdout
-    tell(question, end=" ")
+    # typer.prompt would write part of the question to stdout
+    print_message(question, end=" ")
     return sys.stdin.readline()

@@ -1,4 +1,4 @@
-"""What a command prints: its data alone on stdout, words and all else on stderr."""
+"""The output of a command: its data on stdout, everything else on stderr."""
 
 from __future__ import annotations
 
@@ -13,34 +13,33 @@ from tactile_core.formats.json import plain
 from tactile_core.formats.printable import printable
 
 _data: list[TextIO | None] = []
-"""Where data goes while :func:`only_data_on_stdout` keeps all else away; the last one counts."""
+"""Streams for data inside :func:`only_data_on_stdout`; the last one is in use."""
 
 
 class StdoutClosed(Exception):
-    """Whoever read the data has gone."""
+    """The reader of stdout closed it."""
 
 
 @contextmanager
 def only_data_on_stdout() -> Iterator[None]:
-    """Keep stdout for :func:`say`: what libraries and plugins print goes to stderr."""
+    """Reserve stdout for :func:`print_data`; prints of libraries and plugins go to stderr."""
     stdout = sys.stdout
     _data.append(_apart(stdout))
     sys.stdout = sys.stderr
     try:
         yield
     finally:
-        # not what it was before: its descriptor is stderr's now, and what C code has printed and
-        # not flushed yet must go there
+        # the original descriptor stays on stderr: C code may not have flushed its output yet
         sys.stdout = _data.pop() or stdout
 
 
-def say(line: str) -> None:
+def print_data(line: str) -> None:
     """Print a line of data.
 
     Raises
     ------
     StdoutClosed
-        Nobody reads it.
+        Stdout is closed.
     """
     stream = _data[-1] if _data else sys.stdout
     if stream is None:
@@ -52,14 +51,14 @@ def say(line: str) -> None:
         raise StdoutClosed from None
 
 
-def say_json(value: Any, *, indent: int | None = None) -> None:
+def print_json(value: Any, *, indent: int | None = None) -> None:
     """Print strict JSON, on one line unless it is indented."""
     for line in json.dumps(plain(value), allow_nan=False, indent=indent).split("\n"):
-        say(line)
+        print_data(line)
 
 
-def tell(words: str, *, end: str = "\n") -> None:
-    """Print words for people."""
+def print_message(words: str, *, end: str = "\n") -> None:
+    """Print a message for the user on stderr."""
     if sys.stderr is None:
         return
     with suppress(BrokenPipeError):
@@ -67,12 +66,12 @@ def tell(words: str, *, end: str = "\n") -> None:
 
 
 def printable_lines(text: str) -> str:
-    """Escape what would steer a terminal or hide in a line; line breaks stay."""
+    """Escape control and invisible characters, except line breaks."""
     return "\n".join(map(printable, text.split("\n")))
 
 
-def let_go_of_stdout() -> None:
-    """Flush stdout, so that the interpreter has no reason to complain when it ends."""
+def flush_stdout() -> None:
+    """Flush stdout, or drop its content if it is closed, so the interpreter exits quietly."""
     stream: TextIO | None = sys.stdout
     if stream is None:
         return
@@ -84,9 +83,9 @@ def let_go_of_stdout() -> None:
 
 
 def _apart(stdout: TextIO | None) -> TextIO | None:
-    """Move stdout away from its descriptor, to which C code and other programs write."""
+    """Give data its own descriptor and point the original, which C code uses, to stderr."""
     if stdout is None or sys.__stdout__ is None or stdout is not sys.__stdout__:
-        return stdout  # none, or captured already
+        return stdout  # missing, or already captured
     stdout.flush()
     number, encoding = stdout.fileno(), stdout.encoding
     stream = os.fdopen(os.dup(number), "w", encoding=encoding, errors="backslashreplace")

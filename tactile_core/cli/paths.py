@@ -1,4 +1,4 @@
-"""What no word of a command line may be, whatever it stands for."""
+"""Refuses words of a command line that can never be valid, such as overlong names."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from tactile_core.errors import InputError
 from tactile_core.formats.printable import printable
 
 LONGEST_NAME = 255
-"""Bytes of one name that file systems take."""
+"""Longest file name that file systems accept, bytes."""
 
 
 def refuse_impossible(words: Sequence[str]) -> None:
-    """Refuse empty words, which would mean the folder here, and names that no file can have.
+    """Refuse empty words, which would mean the current folder, and overlong file names.
 
     Raises
     ------
     InputError
-        With the option that the word follows.
+        A word is empty or too long; the message names the option in front of it.
     """
     for before, word in zip(("", *words), words, strict=False):
         option, equals, value = word.partition("=") if word.startswith("--") else (before, "", word)

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import say, say_json, tell
+from tactile_core.cli.output import print_data, print_json, print_message
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def profiles(as_json: AsJson = False) -> None:
-    """List the profiles that can be named."""
+    """List the available profiles."""
     from tactile_core.profiles.loader import list_profiles
 
     entries = list_profiles()
@@ -27,26 +27,26 @@ def profiles(as_json: AsJson = False) -> None:
             }
             for entry in entries
         ]
-        say_json({"profiles": rows})
+        print_json({"profiles": rows})
         return
     for entry in entries:
-        say(f"{entry.name:<28}{entry.origin:<16}{_description(entry.path)}")
+        print_data(f"{entry.name:<28}{entry.origin:<16}{_description(entry.path)}")
 
 
 def _description(path: Path) -> str:
-    """What a profile says of itself; "" where it cannot be read."""
+    """Return the description in a profile; "" if it cannot be read."""
     from tactile_core.errors import ProfileError
     from tactile_core.profiles.loader import load_source
 
     try:
-        said = load_source(path).settings.get("description")
+        description = load_source(path).settings.get("description")
     except ProfileError:
         return ""
-    return "" if said is None else " ".join(str(said.value).split())
+    return "" if description is None else " ".join(str(description.value).split())
 
 
 def plugins(as_json: AsJson = False) -> None:
-    """List the plugins and what each brings."""
+    """List the installed plugins and their components."""
     from tactile_core.plugins.registry import list_plugins
 
     found = list_plugins()
@@ -61,15 +61,15 @@ def plugins(as_json: AsJson = False) -> None:
             }
             for p in found
         ]
-        say_json({"plugins": rows})
+        print_json({"plugins": rows})
         return
     for plugin in found:
-        say(f"{plugin.name}  ({plugin.distribution} {plugin.version})")
+        print_data(f"{plugin.name}  ({plugin.distribution} {plugin.version})")
         for kind, names in plugin.components.items():
             for name in sorted(names):
-                say(f"    {kind:<14}{plugin.name}.{name}")
+                print_data(f"    {kind:<14}{plugin.name}.{name}")
         for problem in plugin.problems:
-            say(f"    problem: {problem}")
+            print_data(f"    problem: {problem}")
 
 
 def validate(
@@ -86,9 +86,9 @@ def validate(
             check_steps(load_profile(path))
         except TactileError as error:
             failed = True
-            tell(f"tactile: {error}")
+            print_message(f"tactile: {error}")
         else:
-            say(f"{path}: valid")
+            print_data(f"{path}: valid")
     if failed:
         raise typer.Exit(2)
 
@@ -97,14 +97,16 @@ def schema() -> None:
     """Print the JSON schema of profiles, for editors."""
     from tactile_core.profiles.schema import profile_schema
 
-    say_json(profile_schema(), indent=2)
+    print_json(profile_schema(), indent=2)
 
 
 def doctor(
-    profile: Annotated[str | None, typer.Argument(help="A profile to look at as well.")] = None,
-    sim: Annotated[bool, typer.Option("--sim", help="Open its virtual twin, too.")] = False,
+    profile: Annotated[str | None, typer.Argument(help="A profile to check as well.")] = None,
+    sim: Annotated[
+        bool, typer.Option("--sim", help="Open its virtual sensor and read a frame.")
+    ] = False,
 ) -> None:
-    """Say what is wrong with the plugins, and with a profile."""
+    """Check the installed plugins, and optionally a profile."""
     from tactile_core.errors import InputError
     from tactile_core.pipeline.profile_steps import check_steps
     from tactile_core.pipeline.sensor import open_sensor
@@ -112,19 +114,19 @@ def doctor(
     from tactile_core.profiles.loader import load_profile
 
     if sim and profile is None:
-        raise InputError("--sim opens the virtual twin of a profile; name one")
-    sound = True
+        raise InputError("--sim opens the virtual sensor of a profile; name a profile")
+    healthy = True
     for plugin in list_plugins(import_components=True):
-        say(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
+        print_data(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
         for problem in plugin.problems:
-            sound = False
-            say(f"         {problem}")
+            healthy = False
+            print_data(f"         {problem}")
     if profile is not None:
         check_steps(load_profile(profile))
-        say(f"{'ok':<9}profile {profile}")
+        print_data(f"{'ok':<9}profile {profile}")
     if profile is not None and sim:
         with open_sensor(profile, sim=True) as sensor:
             height, width, channels = sensor.read().frame.pixels.shape
-        say(f"{'ok':<9}twin of {profile}: {width} × {height}, {channels} channels")
-    if not sound:
+        print_data(f"{'ok':<9}virtual sensor of {profile}: {width} × {height}, {channels} channels")
+    if not healthy:
         raise typer.Exit(2)

@@ -1,4 +1,4 @@
-"""A progress bar on work longer than a second, when somebody watches."""
+"""A progress bar for work longer than a second, if stderr is a terminal."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
 PATIENCE_S = 1.0
+"""Time before the bar appears, s."""
 
 
 class Bar:
@@ -34,13 +35,13 @@ class Bar:
             self._bar.stop()
 
     def stage(self, words: str, share: float) -> None:
-        """A stage begins that takes about this share of the whole."""
+        """Begin a stage that takes about this share, 0..1, of the whole work."""
         self._done += self._share
         self._words, self._share = words, share
         self.fraction(0.0)
 
     def fraction(self, done: float) -> None:
-        """So much of the present stage is done, 0..1."""
+        """Set the completed fraction of the current stage, 0..1."""
         if self._bar is None and sys.stderr.isatty() and monotonic() - self._start > PATIENCE_S:
             self._begin()
         if self._bar is not None:

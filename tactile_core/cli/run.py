@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tactile_core.cli.output import say, say_json, tell
+from tactile_core.cli.output import print_data, print_json, print_message
 
 if TYPE_CHECKING:
     from tactile_core.interfaces.reading import Reading
@@ -17,40 +17,46 @@ if TYPE_CHECKING:
 
 def run(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
-    serial: Annotated[str | None, typer.Option(help="Which physical unit.")] = None,
-    sim: Annotated[bool, typer.Option("--sim", help="Use the virtual twin.")] = False,
+    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="Use the virtual sensor.")] = False,
     script: Annotated[
-        Path | None, typer.Option(help="With --sim: YAML of what is pressed and how it moves.")
+        Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
     ] = None,
     input: Annotated[
         Path | None, typer.Option(help="An image, a folder of images, a video or a scan.")
     ] = None,
     reference: Annotated[
-        str | None, typer.Option(help="The untouched sensor: a path, or 'first'.")
+        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
     ] = None,
-    bundle: Annotated[Path | None, typer.Option(help="The calibration bundle.")] = None,
+    bundle: Annotated[
+        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
+    ] = None,
     tare_frame: Annotated[
-        int | None, typer.Option(min=0, help="Sequence number of the frame whose load is zero.")
+        int | None, typer.Option(min=0, help="Sequence number of the frame with zero load.")
     ] = None,
-    frames: Annotated[int | None, typer.Option(min=1, help="Stop after so many.")] = None,
+    frames: Annotated[
+        int | None, typer.Option(min=1, help="Stop after this number of frames.")
+    ] = None,
     workers: Annotated[
-        int, typer.Option(min=1, max=256, help="Processes that measure; 1 keeps to this one.")
+        int, typer.Option(min=1, max=256, help="Number of processes that measure.")
     ] = 1,
     external: Annotated[
         Path | None,
-        typer.Option(help="Folder of NAME.npz with what comes from outside with each frame."),
+        typer.Option(help="Folder with one NAME.npz of external quantities per frame."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
     save: Annotated[
         str | None,
         typer.Option(
-            help="Where readings go: npz,tmd,png,ply, a name of the profile's sinks, or "
-            "plugin.name; npz if there is a folder."
+            help="Formats or sinks, separated by commas: npz, tmd, png, ply, a sink of the "
+            "profile, or plugin.name. Default: npz with --out, else nothing."
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object per line.")
+    ] = False,
 ) -> None:
-    """Measure: height, contact and all that the profile's steps give."""
+    """Measure height, contact and the results of all other steps of a profile."""
     from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
     from tactile_core.pipeline.playback import observation_names
@@ -62,13 +68,13 @@ def run(
     from tactile_core.recordings.saved_inputs import SavedInputs
 
     if frames is not None and frames > sys.maxsize:
-        raise InputError(f"--frames {frames}: no sensor delivers so many; leave the option out")
+        raise InputError(f"--frames {frames} is too large; leave the option out to measure all")
     names = ["npz"] if save is None and out is not None else (save or "").split(",")
     names = [name for name in names if name]
     if save is not None and not names:
         raise InputError("--save names nothing to write; give it npz, tmd, png, ply or a sink")
     if input is not None and sim:
-        raise InputError("--input is measured in place of the camera that --sim opens; give one")
+        raise InputError("--input and --sim exclude each other; give one of them")
     given = {
         PROFILE: profile,
         "--input": input,
@@ -96,7 +102,7 @@ def run(
                 sources = observation_names(sensor.profile, input)
                 results.check_for(sources, sinks.endings)
         for note in sensor.notes:
-            tell(f"note: {note}")
+            print_message(f"note: {note}")
         tared = tare_frame is None
         inputs = None if external is None else SavedInputs(external, sensor.pipeline.takes)
         stream = sensor.stream(tare_frame=tare_frame, workers=workers, inputs=inputs)
@@ -106,35 +112,35 @@ def run(
                 sinks.write(reading)
                 line = reading.summary(blame_of)
                 if as_json:
-                    say_json(line)
+                    print_json(line)
                 else:
-                    say(_words(reading, line))
+                    print_data(_text(reading, line))
     if not tared:
         raise InputError(
-            f"--tare-frame {tare_frame}: no frame of this number was measured, so nothing was "
-            f"subtracted; frames are counted from 0"
+            f"--tare-frame {tare_frame}: no frame with this number was measured, so nothing was "
+            f"subtracted; numbers start at 0"
         )
 
 
-def _words(reading: Reading, line: dict[str, Any]) -> str:
+def _text(reading: Reading, line: dict[str, Any]) -> str:
     height, area = line["max_height_mm"], line["contact_area_mm2"]
     parts = [
         f"{height:.3f} mm deep" if height is not None else "no height",
         f"{area:.2f} mm² in contact" if area is not None else "no contact mask",
-        *_words_of_shear(line),
+        *_shear_texts(line),
         f"{reading.latency_ms:.1f} ms",
     ]
     return f"{reading.source}: {', '.join(parts)}"
 
 
-def _words_of_shear(line: dict[str, Any]) -> list[str]:
-    """What the markers and the slip say, as far as the chain tells."""
+def _shear_texts(line: dict[str, Any]) -> list[str]:
+    """Return the text about markers and slip, for the quantities that the chain measures."""
     parts = []
     markers, slip = line.get("markers"), line.get("slip")
     if markers is not None:
         parts.append(f"{markers['seen']} of {markers['expected']} markers seen")
     if slip is not None:
-        words = slip["state"] if slip["state"] != "none" else "nothing touches"
+        words = slip["state"] if slip["state"] != "none" else "no contact"
         if slip["kind"] is not None:
             words += f" ({slip['kind']}, degree {slip['degree']:.2f})"
         parts.append(words)

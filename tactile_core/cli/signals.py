@@ -1,4 +1,4 @@
-"""Signals that end a command become exceptions, so that lights go dark and files are cleared up."""
+"""Turns signals that end a command into exceptions, so that lights and files are cleaned up."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 class Signalled(KeyboardInterrupt):
     """The user or the system ends the command.
 
-    A :class:`KeyboardInterrupt`, which code that has something to put in order expects.
+    Derives from :class:`KeyboardInterrupt`, which cleanup code already handles.
     """
 
     def __init__(self, number: int) -> None:
@@ -23,25 +23,25 @@ class Signalled(KeyboardInterrupt):
 
 @contextmanager
 def signals_raised() -> Iterator[list[Signalled]]:
-    """Raise :class:`Signalled` for each signal that ends a program, if it is not ignored.
+    """Raise :class:`Signalled` for each signal that ends a program, unless it is ignored.
 
-    Yields those that came.
+    Yields the list of received signals.
     """
-    came: list[Signalled] = []
+    received: list[Signalled] = []
 
     def handle(number: int, frame: FrameType | None) -> None:
-        came.append(Signalled(number))
-        raise came[-1]
+        received.append(Signalled(number))
+        raise received[-1]
 
     before = {}
     for name in _NAMES:
         number = getattr(signal, name, None)
-        # nohup and background jobs of a shell ignore some on purpose
+        # nohup and background jobs of a shell deliberately ignore some signals
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:
             with suppress(ValueError):  # only the main thread may handle signals
                 before[number] = signal.signal(number, handle)
     try:
-        yield came
+        yield received
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

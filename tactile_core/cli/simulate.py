@@ -1,4 +1,4 @@
-"""``tactile simulate``: frames of a virtual rig with the truth beside each."""
+"""``tactile simulate``: frames of a virtual sensor with the ground truth of each frame."""
 
 from __future__ import annotations
 
@@ -7,21 +7,23 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import say, say_json
+from tactile_core.cli.output import print_data, print_json
 
 
 def simulate(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
-    script: Annotated[Path, typer.Option(help="YAML of what is pressed and how it moves.")],
-    out: Annotated[Path, typer.Option(help="Folder for frames, reference and truth.")],
-    seed: Annotated[int, typer.Option(min=0, help="Makes the unit and its noise.")] = 0,
-    mode: Annotated[str, typer.Option(help="accurate, or fast, which keeps up.")] = "accurate",
+    script: Annotated[Path, typer.Option(help="YAML of the indenter and its motion.")],
+    out: Annotated[Path, typer.Option(help="Folder for frames, reference and ground truth.")],
+    seed: Annotated[
+        int, typer.Option(min=0, help="Random seed of the unit's variations and its noise.")
+    ] = 0,
+    mode: Annotated[str, typer.Option(help="accurate, or fast for real time.")] = "accurate",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write what a profile's virtual twin sees of a script, and what is true.
+    """Write the frames of a virtual sensor for a script, with the ground truth.
 
-    'tactile run PROFILE --input OUT/frames --reference OUT/reference' measures it, and
-    'tactile compare … --truth OUT/truth' scores it.
+    Measure them with 'tactile run PROFILE --input OUT/frames --reference OUT/reference' and score
+    the result with 'tactile compare … --truth OUT/truth'.
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import InputError
@@ -36,6 +38,6 @@ def simulate(
     with Bar() as progress:
         count = play(stage, steps, out, progress=progress)
     if as_json:
-        say_json({"out": str(out), "frames": count, "profile": stage.profile.name})
+        print_json({"out": str(out), "frames": count, "profile": stage.profile.name})
         return
-    say(f"{out}: {count} frames of {stage.profile.name}, with the truth of each")
+    print_data(f"{out}: {count} frames of {stage.profile.name}, each with its ground truth")

@@ -1,4 +1,4 @@
-"""The conformance kit: a lab proves its plugin with five lines of pytest.
+"""The conformance kit: checks a plugin with five lines of pytest.
 
 May import every room but cli; nothing but tests imports it.
 
@@ -11,7 +11,7 @@ May import every room but cli; nothing but tests imports it.
         plugin = "mylab"
         expected_failures = {}  # check name → reason: a strict xfail
 
-Nothing at run time imports this package; it needs the extra ``testing``.
+It needs the extra ``testing`` and is never imported at run time.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ try:
     import pytest  # noqa: F401
 except ImportError:
     raise PluginError(
-        "tactile_core.testing runs its checks with pytest, which is not installed; run "
+        "tactile_core.testing needs pytest, which is not installed; run "
         "\"pip install 'tactile-core[testing]'\""
     ) from None
 

@@ -1,4 +1,4 @@
-"""Checks of calibrators and of the models that they fit on virtual presses of a ball."""
+"""Checks of calibrators and of the models that they fit to virtual presses of a ball."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference, kept, writable
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import PRESSES, VirtualPress
 
 _FLAT_SLOPE = 0.1
-"""Mean slope of untouched skin that no model may exceed: 6°."""
+"""Largest mean slope of the undeformed surface, mm/mm: 6°."""
 
 _FLAT_SHARE = 0.2
-"""Mean distance of untouched skin from height 0, over the depth of a press."""
+"""Largest mean height error of the undeformed surface, as a share of the press depth."""
 
 
 class CalibrationChecks(Suite):
@@ -32,19 +32,19 @@ class CalibrationChecks(Suite):
 
     @check(Registered.calibrators)
     def test_fit(self, part: Part) -> None:
-        """A model is fitted on presses of a ball, and the same presses give the same model."""
+        """The calibrator fits presses of a ball, and the same presses give the same model."""
         try:
             second = self.registered.fit(part)
             if not isinstance(second, Calibration):
                 raise TypeError(f"fit() returns {type(second).__name__}, no Calibration")
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
             raise Fault(
                 part,
-                f"it cannot be fitted on {PRESSES} virtual presses ({error})",
+                f"it cannot fit {PRESSES} virtual presses ({error})",
                 why="no unit of the sensor can be calibrated",
-                do="fit() takes pixels of known slope; give options for the virtual sensor",
+                do="fit() receives pixels with known slopes; set options for the virtual sensor",
             ) from error
         first = self.registered.fitted(part)
         frame = self.registered.rig(part).scenes[0].frame
@@ -54,61 +54,61 @@ class CalibrationChecks(Suite):
         if differs:
             raise Fault(
                 part,
-                f"two fits on the same presses measure differently: {differs}",
-                why="a calibration could not be repeated, nor its score trusted",
-                do="draw random numbers from np.random.default_rng(options.seed) alone",
+                f"two fits to the same presses measure differently: {differs}",
+                why="a calibration and its score cannot be reproduced",
+                do="draw random numbers only from np.random.default_rng(options.seed)",
             )
 
     @check(Registered.calibrators)
     def test_measurement(self, part: Part) -> None:
-        """What it measures has the image's size, float32, no gaps, and cannot be written to."""
+        """The result of a measurement has the image's size, is float32, finite and read-only."""
         scene = self.registered.rig(part).scenes[0]
         try:
             measured = self.registered.fitted(part).measure(
                 scene.frame, self.registered.rig(part).reference
             )
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
             raise Fault(
                 part,
                 f"measure() fails ({type(error).__name__}: {error})",
                 why="nothing can be measured",
-                do="try it on the presses that it was fitted on",
+                do="call it with the presses of the fit",
             ) from error
         wrong = (
             quantity_fault(measured, scene)
             if isinstance(measured, Gradients | HeightMap)
-            else f"measure() returns {type(measured).__name__}, neither Gradients nor HeightMap"
+            else f"measure() returns {type(measured).__name__} instead of Gradients or a HeightMap"
         )
         if wrong:
             raise Fault(
                 part,
                 wrong,
-                why="every step after it relies on dtype, size and scale",
-                do="Gradients(x, y, valid, frame.mm_per_px, frame.timestamp_s), (H, W) float32 "
-                "and bool; fill in what cannot be measured and mark it not valid",
+                why="every later step relies on dtype, size and scale",
+                do="return Gradients(x, y, valid, frame.mm_per_px, frame.timestamp_s), (H, W) "
+                "float32 and bool; fill in pixels that cannot be measured and mark them not valid",
             )
 
     @check(Registered.calibrators)
-    def test_sense(self, part: Part) -> None:
-        """A ball that it has not seen rises towards the camera; untouched skin is flat."""
+    def test_orientation(self, part: Part) -> None:
+        """A held-out ball rises towards the camera, and the undeformed surface is flat."""
         rig, model = self.registered.rig(part), self.registered.fitted(part)
         scene = rig.scenes[1]
         wrong = truth_fault(self._measured(part, model, scene.frame), scene)
-        rest = self._measured(part, model, rig.undeformed)
-        wrong = wrong or _unlevel(rest, scene)
+        undeformed = self._measured(part, model, rig.undeformed)
+        wrong = wrong or _flatness_fault(undeformed, scene)
         if wrong:
             raise Fault(
                 part,
                 wrong,
-                why="unit and sign are part of a quantity's type; nobody checks them again",
-                do="x is right, y down, heights in mm are positive where the object presses",
+                why="unit and sign are part of a quantity's type and are not checked at run time",
+                do="x points right and y down; heights are in mm and positive where pressed",
             )
 
     @check(Registered.calibrators)
     def test_round_trip(self, part: Part) -> None:
-        """A model that was saved and loaded measures the same."""
+        """A model gives the same results after saving and loading."""
         model = self.registered.fitted(part)
         frame = self.registered.rig(part).scenes[0].frame
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
@@ -117,43 +117,43 @@ class CalibrationChecks(Suite):
                 model.save(folder)
                 loaded = type(model).load(folder)
             except Exception as error:
-                found = f"what it saves cannot be loaded ({type(error).__name__}: {error})"
+                found = f"its saved model cannot be loaded ({type(error).__name__}: {error})"
             else:
                 before, after = (self._measured(part, m, frame) for m in (model, loaded))
                 differs = difference(before, after)
-                found = f"saved and loaded, it measures otherwise: {differs}" if differs else ""
+                found = f"it measures differently after loading: {differs}" if differs else ""
         if found:
             raise Fault(
                 part,
                 found,
-                why="a bundle would measure otherwise than the calibration that was scored",
+                why="a bundle would measure differently from the calibration that was scored",
                 do="save every fitted number in full precision",
             )
 
     @check(Registered.calibrators)
     def test_fitted_class(self, part: Part) -> None:
-        """The class of what is fitted is registered, and compensates as its calibrator does."""
+        """The class of the fitted model is registered and compensates drift like its calibrator."""
         model, calibrator = self.registered.fitted(part), self.registered.class_of(part)
         name = type(model).__name__
         if registered_name("artefact", type(model)) is None:
             raise Fault(
                 part,
                 f"fit() returns {name}, which no plugin registers",
-                why="a bundle names the class of its model, and only hooks turn a name into one",
+                why="a bundle names the class of its model, and only hooks resolve that name",
                 do=f"return {name} from the hook tactile_artefacts",
             )
         if model.compensation != calibrator.compensation:
             raise Fault(
                 part,
-                f"it is fitted with compensation {calibrator.compensation!r}, and {name} measures "
+                f"it is fitted with compensation {calibrator.compensation!r}, but {name} measures "
                 f"with {model.compensation!r}",
-                why="a model would measure other pixels than it was fitted on",
-                do="say the same compensation in both classes",
+                why="the model would measure pixels that are prepared differently from the fit",
+                do="declare the same compensation in both classes",
             )
 
     @check(Registered.artefacts)
     def test_empty_folder(self, part: Part) -> None:
-        """An empty folder is refused with a CalibrationError."""
+        """Loading an empty folder raises CalibrationError."""
         cls = self.registered.class_of(part)
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
             try:
@@ -167,19 +167,19 @@ class CalibrationChecks(Suite):
         raise Fault(
             part,
             found,
-            why="a bundle that lacks a file would end in a traceback, or measure anything",
-            do="raise CalibrationError where files are missing",
+            why="a bundle with a missing file would give a traceback or wrong measurements",
+            do="raise CalibrationError if files are missing",
         )
 
     @check(Registered.calibrators)
     def test_other_size(self, part: Part) -> None:
-        """An image of another size is refused with a CalibrationError."""
+        """Measuring an image of another size raises CalibrationError."""
         rig, model = self.registered.rig(part), self.registered.fitted(part)
         frame = rig.scenes[0].frame
-        cut = replace(frame, pixels=frame.pixels[:-8, :-8])
+        cropped = replace(frame, pixels=frame.pixels[:-8, :-8])
         reference = replace(rig.reference, pixels=rig.reference.pixels[:-8, :-8])
         try:
-            model.measure(cut, reference)
+            model.measure(cropped, reference)
         except CalibrationError:
             return
         except Exception as error:
@@ -188,9 +188,9 @@ class CalibrationChecks(Suite):
             found = "is measured"
         raise Fault(
             part,
-            f"a frame of {_size(cut)} {found}, though it was fitted on {_size(frame)}",
-            why="light and scale belong to one image size; the slopes would be wrong in silence",
-            do="keep the shape that was fitted and raise CalibrationError for another",
+            f"a frame of {_size(cropped)} {found}, although the fit had {_size(frame)}",
+            why="illumination and scale belong to one image size; slopes would be silently wrong",
+            do="store the fitted image shape and raise CalibrationError for any other",
         )
 
     @check(Registered.calibrators)
@@ -208,28 +208,28 @@ class CalibrationChecks(Suite):
             raise Fault(
                 part,
                 f"measure() changes its input: {changed}",
-                why="recordings, estimators and the next frame see what it left",
+                why="recordings, estimators and the next frame use the same arrays",
                 do="work on copies",
             )
 
     @check(Registered.calibrators)
     def test_calibration_pickling(self, part: Part) -> None:
-        """A model pickles, also after measuring, and measures the same afterwards."""
+        """A model can be pickled, also after measuring, and its copy measures the same."""
         model = self.registered.fitted(part)
         frame = self.registered.rig(part).scenes[0].frame
         before = self._measured(part, model, frame)
         try:
             copy = pickle.loads(pickle.dumps(model))
         except Exception as error:
-            found = f"it does not pickle ({type(error).__name__}: {error})"
+            found = f"it cannot be pickled ({type(error).__name__}: {error})"
         else:
             found = difference(before, self._measured(part, copy, frame))
-            found = found and f"its pickled copy measures otherwise: {found}"
+            found = found and f"its pickled copy measures differently: {found}"
         if found:
             raise Fault(
                 part,
                 found,
-                why="a Pipeline is sent to other processes for recordings and for robots",
+                why="a Pipeline is pickled to run in other processes",
                 do="leave locks, handles and caches out of __getstate__",
             )
 
@@ -239,18 +239,19 @@ class CalibrationChecks(Suite):
         try:
             return model.measure(frame, reference or self.registered.rig(part).reference)
         except Exception as error:
-            raise Unjudged(f"see the check 'measurement': {error}") from error
+            raise CannotCheck(f"see the check 'measurement': {error}") from error
 
 
-def _unlevel(rest: Quantity, scene: VirtualPress) -> str:
-    """Say how what is measured of the undeformed sensor is not flat; empty where it is."""
-    if isinstance(rest, Gradients):
-        slope = float(np.hypot(rest.x, rest.y).mean())
-        return f"untouched skin has a mean slope of {slope:.2g}" if slope > _FLAT_SLOPE else ""
-    if isinstance(rest, HeightMap):
-        off_mm = float(np.abs(rest.mm).mean())
-        if off_mm > _FLAT_SHARE * scene.height_mm.max():
-            return f"untouched skin is measured {off_mm:.2g} mm off its place"
+def _flatness_fault(undeformed: Quantity, scene: VirtualPress) -> str:
+    """Return why a measurement of the undeformed surface is not flat; "" if it is flat."""
+    if isinstance(undeformed, Gradients):
+        slope = float(np.hypot(undeformed.x, undeformed.y).mean())
+        if slope > _FLAT_SLOPE:
+            return f"the undeformed surface has a mean slope of {slope:.2g}"
+    if isinstance(undeformed, HeightMap):
+        error_mm = float(np.abs(undeformed.mm).mean())
+        if error_mm > _FLAT_SHARE * scene.height_mm.max():
+            return f"the undeformed surface has a mean height error of {error_mm:.2g} mm"
     return ""
 
 

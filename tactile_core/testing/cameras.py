@@ -1,4 +1,4 @@
-"""Checks of cameras: what an exposure must be, and how long one may take."""
+"""Checks of cameras: the images that they return and the time limit of a read."""
 
 from __future__ import annotations
 
@@ -12,14 +12,24 @@ from tactile_core.quantities import Image
 from tactile_core.quantities.array_form import image_fault
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import within
 from tactile_core.testing.registered import Part, Registered
 
 SLACK_S = 0.5
-"""How much longer than asked a read may take, on a busy machine."""
+"""How far a read may exceed its timeout on a busy machine, s."""
 
-_READS, _PATIENCE_S, _AT_ONCE_S, _STALLED_S = 4, 5.0, 0.001, 0.1
+_READS = 4
+"""Images read in a row, to detect reused buffers and missed time limits."""
+
+_PATIENCE_S = 5.0
+"""Timeout of reads that are expected to succeed, s."""
+
+_AT_ONCE_S = 0.001
+"""Timeout that a running camera cannot meet, s."""
+
+_STALLED_S = 0.1
+"""Timeout of a read from a stalled camera, s."""
 
 
 class CameraChecks(Suite):
@@ -27,37 +37,37 @@ class CameraChecks(Suite):
 
     @check(Registered.cameras)
     def test_image(self, part: Part) -> None:
-        """A read gives an Image of bytes or 16-bit values, grey or RGB, of one size."""
-        images = self._read(part, 3, judged=True)
+        """A read returns an Image, uint8 or uint16, grey or RGB, always of the same size."""
+        images = self._read(part, 3, report=True)
         for image in images:
-            wrong = _what_is_wrong_with(image, images[0])
+            wrong = _fault_of(image, images[0])
             if wrong:
                 raise Fault(
                     part,
                     wrong,
-                    why="acquisition crops, turns and pairs images by what the interface promises",
+                    why="acquisition relies on this form when it crops, rotates and pairs images",
                     do="return Image(pixels, timestamp_s, wall_time_s, sequence) with (H, W) or "
                     "(H, W, 3) pixels in R, G, B order as uint8 or uint16",
                 )
 
     @check(Registered.cameras)
-    def test_clock(self, part: Part) -> None:
-        """Timestamps never run backwards, and sequence numbers rise."""
+    def test_timestamps(self, part: Part) -> None:
+        """Timestamps never decrease, and sequence numbers increase."""
         for first, second in pairwise(self._read(part, 3)):
             if second.timestamp_s < first.timestamp_s:
-                fault = f"timestamp_s goes back from {first.timestamp_s} to {second.timestamp_s}"
+                fault = f"timestamp_s decreases from {first.timestamp_s} to {second.timestamp_s}"
                 do = "take time.monotonic() at mid-exposure"
             elif second.sequence <= first.sequence:
                 fault = f"sequence goes from {first.sequence} to {second.sequence}"
                 do = "count the images from 0"
             else:
                 continue
-            why = "speeds, slip and lost frames are told by them"
+            why = "speed, slip and lost frames are computed from them"
             raise Fault(part, fault, why=why, do=do)
 
     @check(Registered.cameras)
-    def test_own_pixels(self, part: Part) -> None:
-        """An image keeps its pixels when the next one is read."""
+    def test_separate_images(self, part: Part) -> None:
+        """An image keeps its pixels when the next image is read."""
         images, before = [], []
         with opened(self.registered.device(part)) as camera:
             for _ in range(_READS):
@@ -67,18 +77,18 @@ class CameraChecks(Suite):
         if any(np.shares_memory(a, b) for a, b in combinations(images, 2)):
             found = "two images share one buffer"
         elif not all(np.array_equal(a, b) for a, b in zip(images, before, strict=True)):
-            found = "an image's pixels are overwritten when later ones are read"
+            found = "reading later images overwrites the pixels of an earlier one"
         if found:
             raise Fault(
                 part,
                 found,
-                why="a frame that waits in a queue, or a reference, would turn into a later one",
-                do="copy what the driver hands out before it is returned",
+                why="a queued frame or a reference would change into a later frame",
+                do="return a copy of the driver's buffer",
             )
 
     @check(Registered.cameras)
     def test_reading_closed(self, part: Part) -> None:
-        """A camera that is closed says so, before it was opened and after."""
+        """Reading a closed camera raises DeviceError, before opening and after closing."""
         camera = self.registered.device(part)
         assert isinstance(camera, Camera)
         for when in ("before it is opened", "after it was closed"):
@@ -90,21 +100,21 @@ class CameraChecks(Suite):
                 raise Fault(
                     part,
                     f"reading {when} raises {type(error).__name__}: {error}",
-                    why="a program that handles DeviceError ends with something else",
+                    why="programs that handle DeviceError fail with another exception",
                     do="do not override read(); it guards _read()",
                 ) from error
             else:
                 raise Fault(
                     part,
-                    f"reading {when} gives something",
-                    why="whoever forgot to open it measures what nobody took",
+                    f"reading {when} returns a value",
+                    why="a program that forgets to open the camera would measure invalid images",
                     do="do not override read(); it guards _read()",
                 )
             opened(camera).close()
 
     @check(Registered.cameras)
     def test_arming(self, part: Part) -> None:
-        """An open camera is armed for its profile's exposures and says who switches the lights."""
+        """An open camera accepts its profile's exposures and returns a Trigger."""
         camera = self.registered.device(part)
         assert isinstance(camera, Camera)
         with opened(camera):
@@ -120,63 +130,63 @@ class CameraChecks(Suite):
                 raise Fault(
                     part,
                     found,
-                    why="acquisition must know who goes from one exposure to the next, and two "
-                    "cameras of a kind are told apart by device_id",
-                    do="return Trigger.SOFTWARE or Trigger.CAMERA from _arm, and words from "
-                    "device_id, or leave both out",
+                    why="the Trigger defines whether the software or the camera advances the "
+                    "lights; device_id distinguishes two cameras of the same model",
+                    do="return Trigger.SOFTWARE or Trigger.CAMERA from _arm and a string from "
+                    "device_id, or define neither",
                 )
 
     @check(Registered.cameras)
     def test_time_limit(self, part: Part) -> None:
-        """A read ends within timeout_s; CameraTimeout is what it says then, and None is the end.
+        """A read without an image raises CameraTimeout in timeout_s; None ends a recording.
 
-        A camera that :meth:`stall` can stall is measured while it delivers nothing; any other is
-        asked for images faster than it can have them.
+        A camera that :meth:`stall` can stall is tested while it delivers nothing. Any other is
+        read faster than it can deliver.
         """
         with opened(self.registered.device(part)) as camera:
             stalled = self.stall(camera)
             asked_s = _STALLED_S if stalled else _AT_ONCE_S
             for _ in range(1 if stalled else _READS):
-                self._judge_read(part, camera, asked_s, stalled)
+                self._check_read(part, camera, asked_s, stalled)
 
-    def _judge_read(self, part: Part, camera: Camera, asked_s: float, stalled: bool) -> None:
+    def _check_read(self, part: Part, camera: Camera, asked_s: float, stalled: bool) -> None:
         outcome = within(asked_s + 2 * SLACK_S, lambda: camera.read(asked_s))
         found = ""
         if not outcome.ended or outcome.took_s > asked_s + SLACK_S:
-            waited = "it ended" if outcome.ended else "somebody lost patience"
-            found = f"read(timeout_s={asked_s}) took {outcome.took_s:.2f} s until {waited}"
+            waited = "" if outcome.ended else " and did not end"
+            found = f"read(timeout_s={asked_s}) took {outcome.took_s:.2f} s{waited}"
         elif outcome.error is not None and not isinstance(outcome.error, CameraTimeout):
             found = (
                 f"read(timeout_s={asked_s}) raises {type(outcome.error).__name__} "
-                f"({outcome.error}) where it must raise CameraTimeout"
+                f"({outcome.error}) instead of CameraTimeout"
             )
         elif outcome.error is None and stalled:
             given = type(outcome.value).__name__
-            found = f"a stalled camera returns {given} where it must raise CameraTimeout"
+            found = f"a stalled camera returns {given} instead of raising CameraTimeout"
         elif outcome.error is None and outcome.value is None and camera.read(_PATIENCE_S):
-            found = "it returns None and goes on with images; None is the end of a recording"
+            found = "it returns images after None; None is the end of a recording"
         if found:
             raise Fault(
                 part,
                 found,
-                why="a program that waits for a lost camera hangs, or ends as if all were read",
-                do="wait in _read for timeout_s at the most, then raise "
+                why="a program that loses its camera hangs, or ends as if the recording were over",
+                do="wait in _read for at most timeout_s, then raise "
                 "tactile_core.errors.CameraTimeout",
             ) from outcome.error
 
-    def _read(self, part: Part, count: int, *, judged: bool = False) -> list[Image]:
+    def _read(self, part: Part, count: int, *, report: bool = False) -> list[Image]:
         with opened(self.registered.device(part)) as camera:
             try:
                 return [self._next(camera) for _ in range(count)]
-            except Unjudged as unjudged:
-                if not judged or unjudged.__cause__ is None:
+            except CannotCheck as skipped:
+                if not report or skipped.__cause__ is None:
                     raise
-                error = unjudged.__cause__
+                error = skipped.__cause__
                 raise Fault(
                     part,
                     f"reading fails ({type(error).__name__}: {error})",
                     why="there is nothing to measure",
-                    do="where no hardware is attached, give options for an emulator",
+                    do="without the hardware, set options for an emulator",
                 ) from error
 
     def _next(self, camera: Camera) -> Image:
@@ -185,13 +195,13 @@ class CameraChecks(Suite):
             if not isinstance(image, Image | None):
                 raise TypeError(f"read() returns {type(image).__name__} instead of an Image")
         except Exception as error:
-            raise Unjudged(f"see the check 'image': {error}") from error
+            raise CannotCheck(f"see the check 'image': {error}") from error
         if image is None:
-            raise Unjudged("the recording ended too soon; give a longer one in options, or a loop")
+            raise CannotCheck("the recording is too short; set a longer one, or a loop, in options")
         return image
 
 
-def _what_is_wrong_with(image: Image, first: Image) -> str:
+def _fault_of(image: Image, first: Image) -> str:
     wrong = image_fault(image)
     if wrong:
         return f"it {wrong}"

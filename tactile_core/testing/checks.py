@@ -1,4 +1,4 @@
-"""What makes a method a check: the things it is repeated for, and strict expected failures."""
+"""The decorator for checks: repeats one per component and handles expected failures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Quantity
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.registered import Registered
 
 if TYPE_CHECKING:
@@ -21,20 +21,21 @@ F = TypeVar("F", bound=Callable[..., None])
 Subjects = Callable[[Registered], Sequence[object]]
 
 PREFIX = "test_"
+"""Prefix of check methods; the rest of the method's name is the name of the check."""
 
 
 class Suite:
-    """What a lab says of its plugin; the checks are in subclasses.
+    """The settings of a plugin's test class; subclasses add the checks.
 
     Attributes
     ----------
     plugin : str
         The plugin's name.
     expected_failures : mapping of str to str
-        A check's name, ``"units"`` or ``"units[estimator mylab.depth]"``, and why it fails.
+        Reason by name of a check, ``"units"`` or ``"units[estimator mylab.depth]"``.
     options : mapping of str to mapping
-        Options under which a component works here: ``{"mylab.camera": {"port": "loop"}}``. Those
-        of the plugin's profiles, else the defaults, serve where there are none.
+        Options for a component in tests: ``{"mylab.camera": {"port": "loop"}}``. Default: the
+        options in the plugin's profiles, else the defaults of the component.
     """
 
     plugin: ClassVar[str] = ""
@@ -47,29 +48,29 @@ class Suite:
         cls.registered = Registered(cls.plugin, cls.options)
 
     def stall(self, camera: Camera) -> bool:
-        """Make an open camera deliver nothing; return False, as here, where that cannot be done."""
+        """Make an open camera deliver nothing; return False, the default, if that is impossible."""
         return False
 
     def inputs(self, scene: VirtualPress) -> Mapping[type[Quantity], Quantity]:
-        """Return what an estimator needs of this scene and the kit cannot make by itself."""
+        """Return the quantities of a scene that an estimator needs and the kit cannot compute."""
         return {}
 
 
 def check(subjects: Subjects | None = None) -> Callable[[F], F]:
-    """Make a method a check, repeated for each subject: ``@check(Bench.cameras)``."""
+    """Make a method a check, repeated for each subject: ``@check(Registered.cameras)``."""
 
     def made(method: F) -> F:
         name = method.__name__.removeprefix(PREFIX)
 
         @wraps(method)
-        def judged(self: Suite, **subject: object) -> None:
+        def checked(self: Suite, **subject: object) -> None:
             __tracebackhide__ = True
             full_name = "".join([name, *(f"[{one}]" for one in subject.values())])
             key = full_name if full_name in self.expected_failures else name
             reason = self.expected_failures.get(key)
             try:
                 method(self, **subject)
-            except Unjudged as why:
+            except CannotCheck as why:
                 pytest.skip(str(why))
             except Exception as error:
                 if reason is not None:
@@ -79,21 +80,21 @@ def check(subjects: Subjects | None = None) -> Callable[[F], F]:
                 raise
             if reason is not None:
                 pytest.fail(
-                    f"{full_name} passes, and expected_failures says that it does not "
-                    f"({reason})\n  Why it matters: a fault that comes back would go unnoticed\n"
-                    f"  What to do: remove {key!r} from expected_failures, or name there only the "
+                    f"{full_name} passes, but expected_failures lists it as failing "
+                    f"({reason})\n  Why it matters: the fault could return unnoticed\n"
+                    f"  What to do: remove {key!r} from expected_failures, or list only the "
                     f"component that still fails",
                     pytrace=False,
                 )
 
-        judged.__dict__["subjects"] = subjects
-        return cast(F, judged)
+        checked.__dict__["subjects"] = subjects
+        return cast(F, checked)
 
     return made
 
 
 def checks_of(suite: type[Suite]) -> dict[str, Callable[..., None]]:
-    """Return each check of a suite by its name."""
+    """Return the checks of a suite by name."""
     return {
         name.removeprefix(PREFIX): method
         for name, method in inspect.getmembers(suite, inspect.isfunction)
@@ -104,7 +105,7 @@ def checks_of(suite: type[Suite]) -> dict[str, Callable[..., None]]:
 def subjects_of(
     method: Callable[..., None], registered: Registered
 ) -> tuple[str, list[object]] | None:
-    """Return a check's argument and what it is repeated for; None for one of the whole plugin."""
+    """Return a check's argument and its subjects; None for a check of the whole plugin."""
     subjects: Subjects | None = getattr(method, "subjects", None)
     if subjects is None:
         return None

@@ -1,4 +1,4 @@
-"""The suite that a lab subclasses."""
+"""The test class that a lab subclasses."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ class PluginConformance(
     SinkChecks,
     ProfileChecks,
 ):
-    """Every check, for everything that a plugin registers; see docs/how-to/test-a-plugin.md.
+    """Checks everything that a plugin registers; see docs/how-to/test-a-plugin.md.
 
-    Subclass it in a test module, with ``plugin`` and, where there are any, ``expected_failures``
-    and ``options``.
+    Subclass it in a test module and set ``plugin``, and ``expected_failures`` and ``options`` if
+    you need them.
     """
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
-        """Repeat each check for what it is about."""
+        """Repeat each check for each of its subjects."""
         found = subjects_of(metafunc.function, self.registered)
         if found is None:
             return
         argument, subjects = found
         params = [pytest.param(subject, id=str(subject)) for subject in subjects]
         if not params:
-            nothing = f"plugin {self.plugin!r} registers nothing that this check is about"
+            nothing = f"plugin {self.plugin!r} registers nothing for this check"
             params = [pytest.param(None, id="none", marks=pytest.mark.skip(reason=nothing))]
         metafunc.parametrize(argument, params)
 
     def test_expected_failures(self) -> None:
-        """``expected_failures`` names checks and components that exist."""
+        """``expected_failures`` names existing checks and components."""
         known = set[str]()
         for name, method in checks_of(type(self)).items():
             found = subjects_of(method, self.registered)
@@ -58,8 +58,8 @@ class PluginConformance(
             if key not in known:
                 fault = Fault(
                     type(self).__name__,
-                    f"expected_failures names {key!r}, which is no check of this plugin",
-                    why="what it was meant to excuse is not excused, or no longer exists",
-                    do=f"remove it, or write a name as pytest prints it without {PREFIX!r}",
+                    f"expected_failures names {key!r}, which is not a check of this plugin",
+                    why="the entry has no effect",
+                    do=f"remove it, or use a name from pytest's output without {PREFIX!r}",
                 )
                 pytest.fail(str(fault), pytrace=False)

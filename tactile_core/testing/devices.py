@@ -1,4 +1,4 @@
-"""Checks of everything that is opened and closed: cameras and light drivers."""
+"""Checks of opening and closing cameras and light drivers."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import Any
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.device import Device
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import Footprint
 from tactile_core.testing.registered import Part, Registered
 
 _ROUNDS = 2
+"""Number of repeated openings in the check of leaks."""
 
 
 class DeviceChecks(Suite):
-    """Open, close, and what is left behind."""
+    """Opening, closing and released resources."""
 
     @check(Registered.devices)
     def test_opening(self, part: Part) -> None:
@@ -31,38 +32,38 @@ class DeviceChecks(Suite):
                     f"it no longer {attempt} ({type(error).__name__}: {error})"
                     if "again" in attempt
                     else f"it does not open and close ({type(error).__name__}: {error})",
-                    why="a program that loses its camera for a moment could not go on",
-                    do="release in _close all that _open acquires and keep nothing of it; where "
-                    f"no hardware is attached, give options = {{{part.use!r}: {{…}}}} for an "
-                    "emulator, or say so in expected_failures",
+                    why="a program could not continue after it loses its camera for a moment",
+                    do="release in _close everything that _open acquires; without the hardware, "
+                    f"set options = {{{part.use!r}: {{…}}}} for an emulator, or add the check to "
+                    "expected_failures",
                 ) from error
 
     @check(Registered.devices)
     def test_closing_twice(self, part: Part) -> None:
-        """A device may be closed when it is closed already, or was never open."""
+        """Closing a device twice, or before opening it, does nothing."""
         device = self.registered.device(part)
         try:
             device.close()
             opened(device).close()
             device.close()
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
             raise Fault(
                 part,
                 f"closing it twice, or before it was opened, fails ({error!r})",
-                why="cleaning up after another error would hide that error",
-                do="do not override close(); write _close(), which is called once",
+                why="cleanup after another error would hide that error",
+                do="do not override close(); implement _close(), which is called once",
             ) from error
 
     @check(Registered.devices)
     def test_failed_opening(self, part: Part) -> None:
-        """An opening that fails, early or late, leaves nothing open and says its own reason."""
+        """A failed opening, early or late, leaves nothing open and keeps its own error."""
         opened(self.registered.device(part)).close()
         for late in (False, True):
             device = _refusing(self.registered.device(part), late=late)
             before = Footprint.now()
-            when = "after all was acquired" if late else "before anything was acquired"
+            when = "after acquiring everything" if late else "before acquiring anything"
             try:
                 device.open()
             except DeviceError as error:
@@ -71,8 +72,9 @@ class DeviceChecks(Suite):
                 raise Fault(
                     part,
                     f"_open failed {when}, and then {notes}",
-                    why="_close is called after a half-finished _open, whatever that acquired",
-                    do="set in __init__ what _close looks at, and release only what is there",
+                    why="_close is also called after an _open that failed halfway",
+                    do="set the attributes that _close uses in __init__, and release only those "
+                    "that _open acquired",
                 )
             left = before.left()
             if left or device.is_open:
@@ -80,14 +82,14 @@ class DeviceChecks(Suite):
                     part,
                     f"_open failed {when}, and left {left or 'the device open'}",
                     why="the next attempt finds the device busy",
-                    do="release in _close whatever is held, also after a half-finished _open",
+                    do="release everything in _close, also after an _open that failed halfway",
                 )
 
     @check(Registered.devices)
     def test_leaks(self, part: Part) -> None:
-        """Closing ends every thread and closes every file."""
+        """Closing a device ends all its threads and closes all its files."""
         device = self.registered.device(part)
-        use(device)  # what a library keeps for good is acquired by the first opening
+        use(device)  # the first opening acquires what libraries keep until the process ends
         for _ in range(_ROUNDS):
             before = Footprint.now()
             use(device)
@@ -96,9 +98,9 @@ class DeviceChecks(Suite):
                 raise Fault(
                     part,
                     f"after close() there is still {left}",
-                    why="a program that opens it often runs out of them, and a thread that is "
-                    "left holds the device",
-                    do="end the threads and close the files in _close, and wait for their end",
+                    why="a program that opens it often runs out of resources, and a remaining "
+                    "thread can keep the device busy",
+                    do="close the files and end the threads in _close, and wait for the threads",
                 )
 
 
@@ -107,17 +109,17 @@ def opened(device: Device) -> Any:
 
     Raises
     ------
-    Unjudged
+    CannotCheck
         It does not open.
     """
     try:
         return device.open()
     except Exception as error:
-        raise Unjudged(f"see the check 'opening': {error}") from error
+        raise CannotCheck(f"see the check 'opening': {error}") from error
 
 
 def use(device: Device) -> None:
-    """Open a device, read or switch once, and close it."""
+    """Open a device, read or set levels once, and close it."""
     with opened(device) as ready:
         try:
             if hasattr(ready, "read"):
@@ -125,17 +127,17 @@ def use(device: Device) -> None:
             else:
                 ready.set({})
         except Exception as error:
-            raise Unjudged(f"see the checks of this {type(device).__name__}: {error}") from error
+            raise CannotCheck(f"see the checks of this {type(device).__name__}: {error}") from error
 
 
 def _refusing(device: Device, *, late: bool) -> Device:
-    """The same device, whose next opening fails before or after all that it does."""
+    """Let the device's next opening fail before or after its own ``_open``."""
     acquire = device._open
 
     def refuse() -> None:
         if late:
             acquire()
-        raise DeviceError("the conformance kit lets this opening fail")
+        raise DeviceError("the conformance kit makes this opening fail")
 
     device._open = refuse  # type: ignore[method-assign]
     return device

@@ -1,4 +1,4 @@
-"""Whether two results are the same, and what of a result can be changed."""
+"""Compares results, and copies quantities to detect changes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tactile_core.quantities import Quantity
 
 
 def difference(first: object, second: object, name: str = "result") -> str:
-    """Say where two values differ; empty where they do not. NaN equals NaN."""
+    """Return the first difference between two values, or ""; NaN equals NaN."""
     if type(first) is not type(second):
         return f"{name} is {type(first).__name__}, then {type(second).__name__}"
     if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
@@ -42,12 +42,12 @@ def arrays_in(quantity: Quantity) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def kept(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], dict[str, Any]]:
-    """Copy the arrays of some quantities, to see later whether they were changed."""
+    """Copy the arrays of quantities, to detect later changes."""
     return {kind: {n: a.copy() for n, a in arrays_in(q)} for kind, q in quantities.items()}
 
 
 def writable(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], Quantity]:
-    """Copy quantities over arrays that a view's base lets one write to, as a camera's do."""
+    """Copy quantities with arrays whose base is writable, like arrays from a camera."""
     return {
         kind: replace(quantity, **{name: array.copy() for name, array in arrays_in(quantity)})
         for kind, quantity in quantities.items()

@@ -1,26 +1,26 @@
-"""What a check says when it does not pass."""
+"""The exceptions of checks."""
 
 from __future__ import annotations
 
 
 class Fault(AssertionError):
-    """Something that a plugin does wrong, told like advice.
+    """A fault of a plugin, reported with its consequence and a remedy.
 
     Parameters
     ----------
     where : object
-        The component or profile, as its name.
+        The component or profile; its string is its name.
     found : str
-        What was seen.
+        The observed fault.
     why : str
-        What goes wrong for whoever uses the plugin.
+        The consequence for users of the plugin.
     do : str
-        How it is put right.
+        How to fix it.
     """
 
     def __init__(self, where: object, found: str, *, why: str, do: str) -> None:
         super().__init__(f"{where}: {found}\n  Why it matters: {why}\n  What to do: {do}")
 
 
-class Unjudged(Exception):
-    """A check cannot be carried out, because what it looks at is missing or failed another one."""
+class CannotCheck(Exception):
+    """A check cannot run, because its subject is missing or failed another check."""

@@ -1,4 +1,4 @@
-"""What a device holds of the process: threads and open files."""
+"""Snapshots of the threads and open files of the process, to detect leaks."""
 
 from __future__ import annotations
 
@@ -11,27 +11,30 @@ from typing import Any
 
 _FDS = Path("/proc/self/fd")
 _GRACE_S = 0.5
+"""Time that threads have to end after close(), s."""
+
 _POLL_S = 0.01
+"""Interval between two looks at the threads, s."""
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """Threads, and open files with what they lead to (where the system tells)."""
+    """The threads of the process, and its open files with their targets (on Linux)."""
 
     threads: frozenset[threading.Thread]
     files: frozenset[tuple[str, str]]
 
     @classmethod
     def now(cls) -> Footprint:
-        """The process as it is."""
+        """Return the current threads and open files."""
         return cls(frozenset(threading.enumerate()), frozenset(_open_files()))
 
     def left(self) -> str:
-        """Say what is there now that was not then, once threads have had time to end."""
+        """Return the threads and files that are new since the snapshot, or ""."""
         until = time.monotonic() + _GRACE_S
-        while (said := self._added()) and time.monotonic() < until:
+        while (added := self._added()) and time.monotonic() < until:
             time.sleep(_POLL_S)
-        return said
+        return added
 
     def _added(self) -> str:
         now = Footprint.now()
@@ -42,13 +45,14 @@ class Footprint:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a call ended.
+    """The result of a call with a time limit.
 
     Attributes
     ----------
     took_s : float
-        Until it ended, or until nobody waited any longer.
+        Time until the call ended, or until the limit.
     ended : bool
+        False if the call is still running.
     value, error : object, BaseException or None
     """
 
@@ -59,7 +63,7 @@ class Outcome:
 
 
 def within(limit_s: float, action: Callable[[], Any]) -> Outcome:
-    """Run an action in a thread of its own and wait for it no longer than that."""
+    """Run an action in a new thread and wait for it for at most ``limit_s``."""
     results: dict[str, Any] = {}
 
     def run() -> None:

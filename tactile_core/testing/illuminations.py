@@ -1,6 +1,6 @@
-"""Checks of illuminations: where the lights are, which channels there are, what an exposure shows.
+"""Checks of illuminations: the positions of lights, the channels and the exposures.
 
-They are descriptions: nothing is opened.
+An illumination is a description, so nothing is opened.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.registered import Part, Registered
 
 
@@ -20,7 +20,7 @@ class IlluminationChecks(Suite):
 
     @check(Registered.illuminations)
     def test_channels(self, part: Part) -> None:
-        """Channels have names, each its own."""
+        """Channels have unique names."""
         channels = self._illumination(part).channels
         if (
             not channels
@@ -30,104 +30,108 @@ class IlluminationChecks(Suite):
             raise Fault(
                 part,
                 f"its channels are {channels!r}",
-                why="a frame's intensities and a bundle's model are told apart by these names",
-                do="name each channel, none twice",
+                why="frames and bundles identify their channels by these names",
+                do="give each channel a unique name",
             )
 
     @check(Registered.illuminations)
     def test_exposures(self, part: Part) -> None:
         """The exposures measure every channel once, in the channels' order, at levels 0..1."""
-        light = self._illumination(part, judged=True)
+        light = self._illumination(part, report=True)
         exposures = light.exposures()
-        wrong = _what_is_wrong_with(exposures, tuple(light.channels))
+        wrong = _fault_of_exposures(exposures, tuple(light.channels))
         if wrong:
             raise Fault(
                 part,
                 wrong,
-                why="acquisition stacks the exposures' images into the frame's channels",
-                do="return one Exposure(levels, channels) after another; a dark one has none",
+                why="acquisition stacks the images of the exposures into the frame's channels",
+                do="return a sequence of Exposure(levels, channels); a dark one has no channels",
             )
 
     @check(Registered.illuminations)
     def test_lights(self, part: Part) -> None:
-        """Lights have a name, each its own, and a place; given any, none that shines is missing."""
+        """Lights have unique names and valid positions, and include every light in use, or none."""
         illumination = self._illumination(part)
-        if _what_is_wrong_with(illumination.exposures(), tuple(illumination.channels)):
-            raise Unjudged("see the check 'exposures'")
-        wrong = _what_is_wrong_with_lights(illumination.lights, illumination.exposures())
+        if _fault_of_exposures(illumination.exposures(), tuple(illumination.channels)):
+            raise CannotCheck("see the check 'exposures'")
+        wrong = _fault_of_lights(illumination.lights, illumination.exposures())
         if wrong:
             raise Fault(
                 part,
                 wrong,
-                why="the virtual sensor and what is measured without a bundle rely on them",
-                do="return a Light(name, azimuth_deg, elevation_deg) for each, or none at all",
+                why="the virtual sensor and measurements without a bundle use the positions",
+                do="return a Light(name, azimuth_deg, elevation_deg) for each light, or none",
             )
 
     @check(Registered.illuminations)
-    def test_order(self, part: Part) -> None:
-        """The sequence is the same whenever it is asked for, and whoever made it."""
+    def test_determinism(self, part: Part) -> None:
+        """The same options always give the same exposures, channels and lights."""
         first = self._illumination(part)
-        told = _told(first)
-        for again, other in (("asked again", first), ("made again", self._illumination(part))):
-            if _told(other) != told:
+        expected = _description(first)
+        for again, other in (
+            ("read again", first),
+            ("constructed again", self._illumination(part)),
+        ):
+            if _description(other) != expected:
                 raise Fault(
                     part,
                     f"its exposures, channels or lights differ when it is {again}",
-                    why="the model of one channel would read another one's light",
-                    do="let them follow from the options alone",
+                    why="the model of one channel would be applied to another light",
+                    do="derive them only from the options",
                 )
 
     @check(Registered.illuminations)
     def test_illumination_pickling(self, part: Part) -> None:
-        """An illumination pickles, and says the same afterwards."""
+        """An illumination can be pickled, and its copy is the same."""
         illumination = self._illumination(part)
         try:
             copy = pickle.loads(pickle.dumps(illumination))
         except Exception as error:
-            found = f"it does not pickle ({type(error).__name__}: {error})"
+            found = f"it cannot be pickled ({type(error).__name__}: {error})"
         else:
-            found = "" if _told(copy) == _told(illumination) else "its pickled copy says otherwise"
+            same = _description(copy) == _description(illumination)
+            found = "" if same else "its pickled copy differs"
         if found:
             raise Fault(
                 part,
                 found,
-                why="a pipeline holds it, and recordings are measured in several processes",
-                do="keep the options and plain values; what switches lights is a LightDriver",
+                why="it is part of the pipeline, which is pickled to run in other processes",
+                do="store only options and plain values; control the lights in a LightDriver",
             )
 
-    def _illumination(self, part: Part, *, judged: bool = False) -> Illumination:
+    def _illumination(self, part: Part, *, report: bool = False) -> Illumination:
         illumination = self.registered.made(part)
         assert isinstance(illumination, Illumination)
         try:
             illumination.exposures()
         except Exception as error:
-            if not judged:
-                raise Unjudged(f"see the check 'exposures': {error}") from error
+            if not report:
+                raise CannotCheck(f"see the check 'exposures': {error}") from error
             raise Fault(
                 part,
                 f"exposures() fails ({type(error).__name__}: {error})",
-                why="nothing can be observed",
-                do="make the sequence of its options alone, without the hardware",
+                why="no frame can be acquired",
+                do="derive the sequence from the options, without the hardware",
             ) from error
         return illumination
 
 
-def _told(illumination: Illumination) -> tuple[object, ...]:
+def _description(illumination: Illumination) -> tuple[object, ...]:
     return illumination.exposures(), tuple(illumination.channels), illumination.lights
 
 
-def _what_is_wrong_with(exposures: Sequence[Exposure], channels: tuple[str, ...]) -> str:
+def _fault_of_exposures(exposures: Sequence[Exposure], channels: tuple[str, ...]) -> str:
     if not exposures or not all(isinstance(exposure, Exposure) for exposure in exposures):
         return f"exposures() returns {exposures!r}"
     shown = tuple(name for exposure in exposures for name in exposure.channels)
     if shown != channels:
-        return f"its exposures measure {shown}, and its channels are {channels}"
+        return f"its exposures measure {shown}, but its channels are {channels}"
     for exposure in exposures:
         outside = {n: level for n, level in exposure.levels.items() if not 0 <= level <= 1}
         if outside:
             return f"levels outside 0..1: {outside}"
         if exposure.channels and not any(exposure.levels.values()):
-            return f"no light shines in the exposure that measures {exposure.channels}"
+            return f"no light is on in the exposure that measures {exposure.channels}"
         for name in ("exposure_time_s", "gain"):
             value = getattr(exposure, name)
             if value is not None and not 0 < value < math.inf:
@@ -135,7 +139,7 @@ def _what_is_wrong_with(exposures: Sequence[Exposure], channels: tuple[str, ...]
     return ""
 
 
-def _what_is_wrong_with_lights(lights: Sequence[Light], exposures: Sequence[Exposure]) -> str:
+def _fault_of_lights(lights: Sequence[Light], exposures: Sequence[Exposure]) -> str:
     if not isinstance(lights, tuple) or not all(isinstance(light, Light) for light in lights):
         return f"its lights are {lights!r}"
     names = [light.name for light in lights]
@@ -143,7 +147,7 @@ def _what_is_wrong_with_lights(lights: Sequence[Light], exposures: Sequence[Expo
         return f"its lights are named {', '.join(map(repr, names))}"
     for light in lights:
         if not (math.isfinite(light.azimuth_deg) and 0 <= light.elevation_deg <= 90):
-            return f"it has {light}, which is no place above the gel"
-    shining = dict.fromkeys(name for exposure in exposures for name in exposure.levels)
-    missing = [name for name in shining if names and name not in names]
-    return f"{', '.join(missing)} shine, and are none of its lights" if missing else ""
+            return f"it has {light}, which is not a position above the gel"
+    used = dict.fromkeys(name for exposure in exposures for name in exposure.levels)
+    missing = [name for name in used if names and name not in names]
+    return f"its exposures use {', '.join(missing)}, missing from its lights" if missing else ""

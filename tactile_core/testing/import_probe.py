@@ -1,7 +1,7 @@
-"""Imports a plugin's entry module in a fresh interpreter and tells what that changed.
+"""Imports a plugin's entry module in a fresh interpreter and reports the side effects.
 
-Run as a script: ``probe.py OFFER PATH RESULT`` with an entry point's fields and ``sys.path`` as
-JSON, and the file that the findings are written to.
+Run it as a script: ``import_probe.py OFFER PATH RESULT``. OFFER is an entry point's fields and
+PATH is ``sys.path``, both as JSON; RESULT is the output file.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ HEAVY = (
     "cv2", "cupy", "jax", "matplotlib", "numba", "onnxruntime", "open3d", "pandas", "rclpy",
     "scipy", "skimage", "sklearn", "tensorflow", "torch", "torchvision",
 )  # fmt: skip
-"""What costs a tenth of a second or more to import."""
+"""Packages that take 0.1 s or more to import."""
 
-_WATCHED = {
+_WATCHED = {  # audit events that an import must not raise, with their description
     "os.mkdir": "makes a folder",
     "os.remove": "removes a file",
     "os.system": "runs a program",
@@ -32,7 +32,7 @@ _WATCHED = {
 
 
 def snapshot() -> dict[str, Any]:
-    """State of the process that an import must leave as it is, each by what changing it is."""
+    """Return process state that an import must not change, by the description of a change."""
     root = logging.getLogger()
     fds = Path("/proc/self/fd")
     return {
@@ -47,14 +47,14 @@ def snapshot() -> dict[str, Any]:
 
 
 class ImportWatch:
-    """Collects what is written, started and connected meanwhile."""
+    """Records written files, started programs and opened connections."""
 
     def __init__(self) -> None:
         self.seen: list[str] = []
         self.on = True
-        sys.addaudithook(self._hear)
+        sys.addaudithook(self._record)
 
-    def _hear(self, event: str, arguments: tuple[Any, ...]) -> None:
+    def _record(self, event: str, arguments: tuple[Any, ...]) -> None:
         if not self.on:
             return
         if event in _WATCHED:
@@ -68,9 +68,9 @@ def _writes(mode: str | None, flags: int) -> bool:
 
 
 def main(offer: str, path: str, result: str) -> None:
-    """Import what the offer names, call its hooks, and write ``{"heavy": …, "effects": …}``."""
+    """Import the module of an offer, call its hooks and write ``{"heavy": …, "effects": …}``."""
     sys.path[:] = json.loads(path)
-    import numpy  # noqa: F401  (it changes the filters of warnings, and may be imported)
+    import numpy  # noqa: F401  (allowed, although it changes the filters of warnings)
 
     from tactile_core.errors import PluginError
     from tactile_core.plugins.entry_points import Offer

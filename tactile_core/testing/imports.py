@@ -1,4 +1,4 @@
-"""Checks of the module that a plugin's entry point names: it is light, and changes nothing."""
+"""Checks that a plugin's entry module imports fast and without side effects."""
 
 from __future__ import annotations
 
@@ -14,24 +14,27 @@ from tempfile import TemporaryDirectory
 from tactile_core.plugins.entry_points import Offer
 from tactile_core.testing import import_probe as probe
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 
 _LONGEST_S = 60.0
-_MOVE = "move it into the module of the component that needs it, which is imported when it is named"
+"""Time limit of the import in a fresh interpreter, s."""
+
+_MOVE = "import it in the module of the component that needs it, which is loaded on demand"
+"""Advice for a heavy import."""
 
 
 @dataclass(frozen=True)
 class Imported:
-    """What importing a plugin's entry module did.
+    """The side effects of importing a plugin's entry module.
 
     Attributes
     ----------
     heavy : tuple of str
-        Heavy packages that it imported.
+        Imported packages that take long to import.
     effects : tuple of str
-        What it changed.
+        Changes of the process.
     output : str
-        What it printed.
+        Text that it printed.
     """
 
     heavy: tuple[str, ...]
@@ -40,26 +43,28 @@ class Imported:
 
 
 class ImportChecks(Suite):
-    """What happens when any profile names anything of the plugin."""
+    """Side effects of loading the plugin."""
 
     @check()
     def test_light_import(self) -> None:
-        """Naming a plugin imports no heavy package."""
+        """Loading a plugin's hooks imports no heavy package."""
         found = self._imported()
         if found.heavy:
             raise Fault(
                 f"plugin {self.plugin!r}",
                 f"its hooks' module imports {', '.join(found.heavy)}",
-                why="listing plugins and naming any of its components waits for that",
+                why="it slows down listing plugins and loading any of its components",
                 do=_MOVE,
             )
 
     @check()
     def test_import_effects(self) -> None:
-        """Importing the plugin prints nothing and changes nothing in the process."""
+        """Importing the plugin prints nothing and does not change the process."""
         found = self._imported()
         if found.heavy:
-            raise Unjudged("see the check 'light_import'; such packages have effects of their own")
+            raise CannotCheck(
+                "see the check 'light_import'; such packages have effects of their own"
+            )
         effects = list(found.effects)
         if found.output:
             effects.append(f"prints {found.output[:60]!r}")
@@ -67,19 +72,19 @@ class ImportChecks(Suite):
             raise Fault(
                 f"plugin {self.plugin!r}",
                 f"importing its hooks' module {', '.join(effects)}",
-                why="it is imported into other people's programs, merely to list what there is",
-                do="do it in the component that needs it (a device, in _open); log to "
+                why="other programs import it only to list the installed plugins",
+                do="do this in the component that needs it (for a device, in _open); log to "
                 "logging.getLogger(__name__) and leave handlers to the program",
             )
 
     def _imported(self) -> Imported:
         if self.registered.plugin is None:
-            raise Unjudged("see the check 'registration'")
+            raise CannotCheck("see the check 'registration'")
         return imported(self.registered.plugin.offer, tuple(sys.path))
 
 
 def _first_environment() -> dict[str, str]:
-    """The environment before anything was imported here, where the system tells."""
+    """Return the environment at the start of this process (on Linux), else the current one."""
     try:
         entries = os.fsdecode(Path("/proc/self/environ").read_bytes()).split("\0")
     except OSError:
@@ -89,12 +94,12 @@ def _first_environment() -> dict[str, str]:
 
 @cache
 def imported(offer: Offer, path: tuple[str, ...]) -> Imported:
-    """Import what an offer names in an interpreter of its own.
+    """Import the module of an offer in a fresh interpreter.
 
     Raises
     ------
-    Unjudged
-        It cannot be imported there.
+    CannotCheck
+        The import fails there.
     """
     with TemporaryDirectory(prefix="tactile-probe-") as folder:
         result = Path(folder) / "result.json"
@@ -108,8 +113,8 @@ def imported(offer: Offer, path: tuple[str, ...]) -> Imported:
             check=False,
         )
         if not result.is_file():
-            raise Unjudged(f"{offer} cannot be imported on its own: {done.stderr[-500:]}")
+            raise CannotCheck(f"{offer} cannot be imported separately: {done.stderr[-500:]}")
         found = json.loads(result.read_text(encoding="utf-8"))
     if found["error"]:
-        raise Unjudged(found["error"])
+        raise CannotCheck(found["error"])
     return Imported(tuple(found["heavy"]), tuple(found["effects"]), done.stdout)

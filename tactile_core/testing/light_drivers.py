@@ -1,4 +1,4 @@
-"""Checks of light drivers: that lights obey, refuse what is no level, and go out."""
+"""Checks of light drivers: setting levels, refusing invalid ones, switching off."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tactile_core.errors import DeviceError
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.registered import Part, Registered
 
 
@@ -17,7 +17,7 @@ class LightDriverChecks(Suite):
 
     @check(Registered.light_drivers)
     def test_levels(self, part: Part) -> None:
-        """Open lights take the levels of their profiles; closed ones and 1.5 are refused."""
+        """An open driver accepts its profiles' levels and refuses 1.5; a closed one refuses all."""
         driver = self._driver(part)
         levels = [exposure.levels for exposure in self.registered.exposures(part)]
         name = next(iter(levels[0]), "light")
@@ -30,14 +30,14 @@ class LightDriverChecks(Suite):
                     raise Fault(
                         part,
                         f"set({dict(one)}) fails ({type(error).__name__}: {error})",
-                        why="the sequence of its own profile cannot be carried out",
-                        do="let _set know the lights that the profile's illumination names",
+                        why="the light sequence of its own profile fails",
+                        do="accept in _set the light names of the profile's illumination",
                     ) from error
             self._must_refuse(part, driver, {name: 1.5}, ValueError, "1.5 is above full brightness")
 
     @check(Registered.light_drivers)
-    def test_darkness(self, part: Part) -> None:
-        """Closing switches every light off before it lets go of them."""
+    def test_lights_off(self, part: Part) -> None:
+        """Closing switches all lights off before it releases the device."""
         driver = self._driver(part)
         done: list[object] = []
         switch, release = driver._set, driver._close
@@ -56,14 +56,14 @@ class LightDriverChecks(Suite):
             driver.set(self.registered.exposures(part)[0].levels)
         except Exception as error:
             driver.close()
-            raise Unjudged(f"see the check 'levels': {error}") from error
+            raise CannotCheck(f"see the check 'levels': {error}") from error
         done.clear()
         driver.close()
         if done[-2:] != [{}, "closed"]:
             raise Fault(
                 part,
-                "it closes without darkness",
-                why="lights that nobody watches heat the gel and age",
+                "it closes without switching the lights off",
+                why="lights that stay on heat the gel and age",
                 do="do not override close(); it calls _set({}) and then _close()",
             )
 
@@ -85,8 +85,8 @@ class LightDriverChecks(Suite):
             found = f"is accepted instead of raising {expected.__name__}"
         raise Fault(
             part,
-            f"set({levels}) {found}, though {because}",
-            why="a rig that stays dark, or burns its lights, goes unnoticed",
+            f"set({levels}) {found}, although {because}",
+            why="lights that stay dark or are overdriven would go unnoticed",
             do="do not override set(); it guards _set()",
         )
 

@@ -1,4 +1,4 @@
-"""Quantities that an estimator needs and that other estimators make."""
+"""Computes the inputs of an estimator with other estimators."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def completed(
     *,
     without: str,
 ) -> dict[type[Quantity], Quantity]:
-    """Add what is needed and missing, made by estimators of the plugin or of the core.
+    """Add the missing quantities, computed by estimators of the plugin or of the core.
 
     Parameters
     ----------
@@ -28,25 +28,25 @@ def completed(
     needs : collection of types
     registered : Registered
     context : SensorContext
-        The sensor that the quantities are of.
+        The sensor of the quantities.
     without : str
-        The estimator that is being tried.
+        The estimator under test, which is not used.
     """
     made = dict(known)
     if made.keys() >= set(needs):
         return made
     steps = list(_steps(registered, context, without))
-    while step := next((s for s in steps if _is_of_use(s, made)), None):
+    while step := next((s for s in steps if _is_useful(s, made)), None):
         steps.remove(step)
         try:
             step.estimator.open()
             made.update(zip(step.gives, step.estimate(made), strict=True))
-        except Exception:  # its own checks tell
+        except Exception:  # its own checks report it
             continue
     return made
 
 
-def _is_of_use(step: Step, made: Mapping[type[Quantity], Quantity]) -> bool:
+def _is_useful(step: Step, made: Mapping[type[Quantity], Quantity]) -> bool:
     return not made.keys() >= set(step.gives) and step.missing(made) is None
 
 
@@ -56,5 +56,5 @@ def _steps(registered: Registered, context: SensorContext, without: str) -> Iter
             try:
                 if part.use != without:
                     yield declared_step(part.use, source.make(part, context))
-            except Exception:  # its own checks tell
+            except Exception:  # its own checks report it
                 continue

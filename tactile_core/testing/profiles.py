@@ -1,7 +1,7 @@
-"""Checks of the profiles that a plugin brings, and of the shipped ones that are written for it.
+"""Checks of the profiles in a plugin, and of the shipped profiles that use the plugin.
 
-Each profile's pipeline runs once on the :mod:`tactile_core.testing.virtual_presses` that are
-rendered from what the profile says, and its virtual twin is opened as a sensor.
+Each profile's pipeline measures :mod:`tactile_core.testing.virtual_presses` rendered from the
+profile, and its virtual sensor is opened.
 """
 
 from __future__ import annotations
@@ -25,22 +25,23 @@ from tactile_core.profiles.nodes import Node
 from tactile_core.profiles.yaml_tree import read_yaml
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.registered import ProfileFile, Registered
 from tactile_core.testing.virtual_presses import Rig, full_rig
 
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
+"""Matches absolute paths except devices."""
 
 _VIRTUAL_FRAMES = 6
-"""Untouched first, and then the first frames of a press."""
+"""Number of frames that reach from the undeformed surface into a press."""
 
 
 class ProfileChecks(Suite):
-    """What a sensor build's file must be wherever it is installed."""
+    """Validity of a profile on every machine."""
 
     @check(Registered.profiles)
     def test_profile(self, profile: ProfileFile) -> None:
-        """It is valid: no unknown key, every component exists, all that it extends is found."""
+        """It is valid: no unknown key, and every component and extended profile exists."""
         try:
             load_profile(profile.path)
         except ProfileError as error:
@@ -48,51 +49,51 @@ class ProfileChecks(Suite):
                 profile,
                 str(error),
                 why="the sensor cannot be opened",
-                do="correct the file; 'tactile validate' says the same",
+                do="correct the file; check it with 'tactile validate'",
             ) from error
 
     @check(Registered.profiles)
     def test_profile_name(self, profile: ProfileFile) -> None:
-        """Its name is its file's, and no other profile has it."""
+        """Its name equals the file's name and is unique among the profiles."""
         name = self._loaded(profile).name
         same = [e for e in list_profiles() if e.name == profile.path.stem]
         others = [e.origin for e in same if e.path.resolve() != profile.path.resolve()]
         if name != profile.path.stem:
-            found = f"it is named {name!r} and its file {profile.path.name!r}"
+            found = f"it is named {name!r}, but its file {profile.path.name!r}"
         elif others:
-            found = f"there is one of this name already ({', '.join(others)})"
+            found = f"a profile of this name already exists ({', '.join(others)})"
         else:
             return
         raise Fault(
             profile,
             found,
-            why="profiles are opened by the file's name and bundles belong to the profile's",
+            why="profiles are opened by the file's name, and bundles store the profile's name",
             do="rename one of them",
         )
 
     @check(Registered.profiles)
     def test_profile_paths(self, profile: ProfileFile) -> None:
-        """It names no absolute path, apart from devices."""
+        """It contains no absolute path, except devices."""
         try:
             tree, _ = read_yaml(profile.path)
         except ProfileError as error:
-            raise Unjudged(f"see the check 'profile': {error}") from error
+            raise CannotCheck(f"see the check 'profile': {error}") from error
         for node in _scalars(tree):
             if isinstance(node.value, str) and _ABSOLUTE.match(node.value):
                 raise Fault(
                     f"{profile}:{node.place.line}",
-                    f"it names the absolute path {node.value!r}",
-                    why="that folder exists on one machine only",
-                    do="put the file beside the profile and name it relative to that",
+                    f"it contains the absolute path {node.value!r}",
+                    why="that folder exists only on one machine",
+                    do="put the file next to the profile and use a relative path",
                 )
 
     @check(Registered.profiles)
     def test_pipeline(self, profile: ProfileFile) -> None:
-        """Its pipeline measures a virtual press, every step, and the same once it was pickled."""
+        """Every step of its pipeline measures a virtual press, also after pickling."""
         loaded = self._loaded(profile)
         rig = full_rig(loaded)
         if rig is None:
-            raise Unjudged("no virtual press can be rendered under this light")
+            raise CannotCheck("no virtual press can be rendered with this illumination")
         try:
             pipeline = Pipeline(loaded, _bundle(loaded, rig))
             reading = pipeline.process(rig.scenes[0].frame)
@@ -101,36 +102,36 @@ class ProfileChecks(Suite):
                 profile,
                 f"its pipeline fails on a virtual press ({type(error).__name__}: {error})",
                 why="no recording of this sensor could be measured",
-                do="see the checks of the components that it names, and its image section",
+                do="see the checks of its components, and its image section",
             ) from error
         idle = [name for name in loaded.estimators if name not in reading.steps]
         if idle:
             raise Fault(
                 profile,
                 f"the steps {', '.join(idle)} do not run on a calibrated unit",
-                why="whoever opens the sensor waits for a quantity that never comes",
-                do="name the steps that give what they need, or remove them",
+                why="users of the sensor never receive these quantities",
+                do="add the steps that provide their inputs, or remove them",
             )
         pipeline.reset()
         try:
             copy = pickle.loads(pickle.dumps(pipeline))
         except Exception as error:
-            found = f"its pipeline does not pickle ({type(error).__name__}: {error})"
+            found = f"its pipeline cannot be pickled ({type(error).__name__}: {error})"
         else:
             frame = rig.scenes[1].frame
             found = difference(pipeline.process(frame).steps, copy.process(frame).steps)
-            found = found and f"its pickled pipeline gives something else: {found}"
+            found = found and f"its pickled pipeline gives other results: {found}"
         if found:
             raise Fault(
                 profile,
                 found,
-                why="recordings are measured in several processes, and robots run it in another",
-                do="see the pickling checks of the components that it names",
+                why="a Pipeline is pickled to run in other processes",
+                do="see the pickling checks of its components",
             )
 
     @check(Registered.profiles)
     def test_virtual_sensor(self, profile: ProfileFile) -> None:
-        """Its virtual sensor runs: frames of the profile's size, which a touch changes."""
+        """Its virtual sensor gives frames of the profile's size, and a press changes them."""
         self._loaded(profile)
         try:
             virtual_profile = load_profile(profile.path, sim=True)
@@ -139,38 +140,38 @@ class ProfileChecks(Suite):
         except Exception as error:
             raise Fault(
                 profile,
-                f"its virtual twin does not run ({type(error).__name__}: {error})",
-                why="with --sim a profile is tried, shown and tested where its sensor is not",
-                do="correct the lights or the gel of the profile, or say in 'sim:' what differs",
+                f"its virtual sensor does not run ({type(error).__name__}: {error})",
+                why="--sim runs a profile without its hardware",
+                do="correct the lights or the gel in the profile, or override them under 'sim:'",
             ) from error
         image = virtual_profile.image
         sizes = {frame.pixels.shape[1::-1] for frame in frames}
         found = ""
         if sizes != {(image.width_px, image.height_px)}:
-            found = f"its virtual twin gives images of {sizes}"
+            found = f"its virtual sensor gives images of {sizes}"
         elif np.array_equal(frames[0].pixels, frames[-1].pixels):
-            found = "its virtual twin shows the same picture when a ball presses"
+            found = "its virtual sensor gives the same image when a ball presses"
         if found:
             raise Fault(
                 profile,
                 found,
-                why="with --sim a profile is tried, shown and tested where its sensor is not",
-                do="see the camera under 'sim:' in the profile",
+                why="--sim runs a profile without its hardware",
+                do="check the camera under 'sim:' in the profile",
             )
 
     def _loaded(self, profile: ProfileFile) -> Profile:
         try:
             return load_profile(profile.path)
         except ProfileError as error:
-            raise Unjudged(f"see the check 'profile': {error}") from error
+            raise CannotCheck(f"see the check 'profile': {error}") from error
 
 
 def _bundle(profile: Profile, rig: Rig) -> Bundle:
-    """A bundle for the profile, fitted on virtual presses."""
+    """Return a bundle for the profile, fitted to virtual presses."""
     try:
         fitted = fitted_by(calibrator_of(profile.calibration), rig.presses, rig.reference)
     except Exception as error:
-        raise PluginError(f"{profile.calibration.use} cannot be fitted: {error}") from error
+        raise PluginError(f"fitting {profile.calibration.use} fails: {error}") from error
     artefacts = {LIGHT: fitted}
     image = profile.image
     manifest = Manifest(

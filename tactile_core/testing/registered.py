@@ -1,4 +1,4 @@
-"""What a plugin registers, and its parts made ready to be tried."""
+"""The components and profiles of a plugin, constructed for testing."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.testing.faults import Unjudged
+from tactile_core.testing.faults import CannotCheck
 from tactile_core.testing.virtual_presses import Rig, full_rig, generic_rig, small_rig
 
 
 @dataclass(frozen=True)
 class Part:
-    """A registered component: its kind, and its name as profiles say it."""
+    """A registered component: its kind, and its name in profiles."""
 
     kind: ComponentKind
     use: str
@@ -42,7 +42,7 @@ class Part:
 
 @dataclass(frozen=True)
 class ProfileFile:
-    """A profile that the plugin brings, or a shipped one that is written for it."""
+    """A profile of the plugin, or a shipped profile that uses the plugin."""
 
     path: Path
 
@@ -51,7 +51,7 @@ class ProfileFile:
 
 
 class Registered:
-    """A plugin's parts, each made when it is asked for.
+    """The components of a plugin, constructed on demand.
 
     Parameters
     ----------
@@ -67,14 +67,14 @@ class Registered:
 
     @cached_property
     def plugin(self) -> Plugin | None:
-        """The imported plugin; None where that fails."""
+        """The imported plugin; None if the import fails."""
         try:
             return find_plugin(self.name)
         except PluginError:
             return None
 
     def parts(self, *kinds: ComponentKind) -> list[Part]:
-        """Components of some kinds, or of all."""
+        """Return the components of some kinds, or of all."""
         found = []
         for kind in kinds or KINDS:
             try:
@@ -85,45 +85,45 @@ class Registered:
         return found
 
     def cameras(self) -> list[Part]:
-        """The plugin's cameras."""
+        """Return the plugin's cameras."""
         return self.parts("camera")
 
     def illuminations(self) -> list[Part]:
-        """What the plugin knows of lights."""
+        """Return the plugin's illuminations."""
         return self.parts("illumination")
 
     def light_drivers(self) -> list[Part]:
-        """What switches lights."""
+        """Return the plugin's light drivers."""
         return self.parts("light_driver")
 
     def devices(self) -> list[Part]:
-        """What is opened and closed."""
+        """Return the plugin's cameras and light drivers."""
         return self.parts("camera", "light_driver")
 
     def calibrators(self) -> list[Part]:
-        """The plugin's calibrators."""
+        """Return the plugin's calibrators."""
         return self.parts("calibrator")
 
     def artefacts(self) -> list[Part]:
-        """What the plugin's calibrators fit, and other fitted parts."""
+        """Return the plugin's artefacts: fitted models and other parts of bundles."""
         return self.parts("artefact")
 
     def estimators(self) -> list[Part]:
-        """The plugin's estimators."""
+        """Return the plugin's estimators."""
         return self.parts("estimator")
 
     def sinks(self) -> list[Part]:
-        """The plugin's sinks."""
+        """Return the plugin's sinks."""
         return self.parts("sink")
 
-    def makeable(self) -> list[Part]:
-        """What is made from its options."""
+    def constructible(self) -> list[Part]:
+        """Return the components that are constructed from options."""
         return self.parts(
             "camera", "illumination", "light_driver", "calibrator", "estimator", "sink"
         )
 
     def profiles(self) -> list[ProfileFile]:
-        """The plugin's profiles, and the shipped ones that use it."""
+        """Return the plugin's profiles, and the shipped ones that use it."""
         import sensor_profiles
 
         own: Path | None = None
@@ -134,39 +134,39 @@ class Registered:
         return [ProfileFile(path) for path in found + [p for p in shipped if self._is_for(p)]]
 
     @cached_property
-    def sound_profiles(self) -> list[Profile]:
-        """Profiles that tell how components are used: the plugin's; for the core, all shipped."""
+    def valid_profiles(self) -> list[Profile]:
+        """Valid profiles that may use the components: the plugin's, or all shipped for the core."""
         import sensor_profiles
 
         paths = [file.path for file in self.profiles()]
         if self.name == "core":
             paths += sorted(set(sensor_profiles.DIRECTORY.glob("*.yaml")) - set(paths))
-        sound = []
+        valid = []
         for path in paths:
             with suppress(TactileError):
-                sound.append(load_profile(path))
-        return sound
+                valid.append(load_profile(path))
+        return valid
 
     def class_of(self, part: Part) -> Any:
-        """The component's class.
+        """Return the component's class.
 
         Raises
         ------
-        Unjudged
+        CannotCheck
             It cannot be imported.
         """
         try:
             return resolve(part.kind, part.use)
         except PluginError as error:
-            raise Unjudged(f"see the check 'components': {error}") from error
+            raise CannotCheck(f"see the check 'components': {error}") from error
 
     def options(self, part: Part) -> BaseModel:
-        """Options under which a component is tried; pydantic's error where they are wrong."""
+        """Return the options for testing a component; raises pydantic's error if invalid."""
         options: type[BaseModel] = self.class_of(part).Options
-        return options.model_validate(self._said(part))
+        return options.model_validate(self._given_options(part))
 
     def make(self, part: Part, context: SensorContext | None = None) -> Any:
-        """Make a component anew; whatever its constructor raises is raised."""
+        """Construct a component; exceptions of its constructor pass through."""
         cls = self.class_of(part)
         if issubclass(cls, Camera):
             return cls.of(self.options(part), self.rig(part).profile)
@@ -175,27 +175,27 @@ class Registered:
         return cls(self.options(part), context or self.rig(part).context)
 
     def made(self, part: Part) -> Any:
-        """A component, newly made.
+        """Construct a component.
 
         Raises
         ------
-        Unjudged
-            It cannot be made.
+        CannotCheck
+            Its construction fails.
         """
         try:
             return self.make(part)
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
-            raise Unjudged(f"see the check 'construction': {error}") from error
+            raise CannotCheck(f"see the check 'construction': {error}") from error
 
     def device(self, part: Part) -> Device:
-        """A closed device; light drivers have met their camera.
+        """Construct a device; a light driver is attached to its profile's camera.
 
         Raises
         ------
-        Unjudged
-            It cannot be made.
+        CannotCheck
+            Its construction fails.
         """
         device: Device = self.made(part)
         camera = self._companion(part) if isinstance(device, LightDriver) else None
@@ -203,45 +203,45 @@ class Registered:
             try:
                 device.attach(camera)
             except Exception as error:
-                raise Unjudged(f"it does not take its profile's camera: {error}") from error
+                raise CannotCheck(f"attaching its profile's camera fails: {error}") from error
         return device
 
     def exposures(self, part: Part) -> Sequence[Exposure]:
-        """The exposures of a profile that uses a camera or light driver; else one, in the dark."""
-        for profile in self.sound_profiles:
+        """Return the exposures of a profile that uses the device; default: a dark exposure."""
+        for profile in self.valid_profiles:
             if _uses(profile, part):
                 with suppress(TactileError):
                     return make_lights(profile).exposures()
         return (Exposure({}, ()),)
 
     def rig(self, part: Part) -> Rig:
-        """A virtual rig with the light and the gel of a profile that uses the component, if any.
+        """Return a virtual sensor like that of a profile that uses the component, if there is one.
 
-        A calibrator's is small. An estimator's has the size of the profile, to which weights may
-        belong, and its markers.
+        For an estimator it has the profile's image size, because network weights may need it, and
+        its markers. For other components it is small and has no markers.
         """
         if part not in self._rigs:
-            users = [p for p in self.sound_profiles if _uses(p, part)]
+            users = [p for p in self.valid_profiles if _uses(p, part)]
             if part.kind == "estimator":
                 rigs = (full_rig(profile) for profile in users)
             else:
-                rigs = (small_rig(profile) for profile in [*users, *self.sound_profiles])
+                rigs = (small_rig(profile) for profile in [*users, *self.valid_profiles])
             self._rigs[part] = next((rig for rig in rigs if rig is not None), generic_rig())
         return self._rigs[part]
 
     def fit(self, part: Part) -> Calibration:
-        """A calibration newly fitted on virtual presses by a calibrator."""
+        """Fit a calibration to virtual presses."""
         rig = self.rig(part)
         calibrator: Calibrator = self.make(part)
         return calibrator.fit(rig.presses, rig.reference)
 
     def fitted(self, part: Part) -> Calibration:
-        """A calibration that was fitted once for all checks.
+        """Return the calibration that all checks share; it is fitted once.
 
         Raises
         ------
-        Unjudged
-            It cannot be fitted.
+        CannotCheck
+            The fit fails.
         """
         if part not in self._fits:
             try:
@@ -250,18 +250,18 @@ class Registered:
                 self._fits[part] = error
         fitted = self._fits[part]
         if not isinstance(fitted, Calibration):
-            raise Unjudged(f"see the check 'fit': {fitted}")
+            raise CannotCheck(f"see the check 'fit': {fitted}")
         return fitted
 
-    def _said(self, part: Part) -> Mapping[str, Any]:
+    def _given_options(self, part: Part) -> Mapping[str, Any]:
         if part.use in self._options:
             return self._options[part.use]
-        named = [c for p in self.sound_profiles for c in p.components.values()]
+        named = [c for p in self.valid_profiles for c in p.components.values()]
         return next((c.options for c in named if c.use == part.use), {})
 
     def _companion(self, part: Part) -> Camera | None:
-        """The camera that a profile puts beside a light driver of this plugin."""
-        for profile in self.sound_profiles:
+        """Return the camera of a profile that uses this light driver, if it is the plugin's."""
+        for profile in self.valid_profiles:
             camera = Part("camera", profile.camera.use)
             if _uses(profile, part) and camera in self.cameras():
                 made: Camera = self.made(camera)
@@ -269,14 +269,14 @@ class Registered:
         return None
 
     def _is_for(self, path: Path) -> bool:
-        """Whether a shipped profile is this plugin's; those of the core alone are the core's."""
+        """Return whether a shipped profile uses this plugin; for the core, only the core."""
         plugins = _plugins_named_by(path)
         return plugins == {"core"} if self.name == "core" else self.name in plugins
 
 
 @cache
 def _plugins_named_by(path: Path) -> frozenset[str]:
-    """Plugins of the components that a shipped profile names."""
+    """Return the plugins of the components in a shipped profile."""
     try:
         profile = load_profile(path, components=False)
     except TactileError:

@@ -1,4 +1,4 @@
-"""Checks of what a plugin registers: names, classes, options."""
+"""Checks of a plugin's registration: names, classes, options."""
 
 from __future__ import annotations
 
@@ -15,22 +15,25 @@ from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.plugins.entry_points import installed_offers, normalized
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import Footprint
 from tactile_core.testing.registered import Part, Registered
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+"""Valid names of plugins in profiles."""
+
 _UNKNOWN = "no_such_option"
+"""Name of an option that no component has."""
 
 
 class RegistrationChecks(Suite):
-    """What the hooks say, and the classes that they name."""
+    """The hooks' return values and the classes that they name."""
 
     @check()
     def test_registration(self) -> None:
-        """The plugin imports, its hooks return what they must, and there is something in it."""
+        """The plugin can be imported, its hooks are valid, and it registers something."""
         if len(self._claimants()) > 1:
-            raise Unjudged("see the check 'collision'")
+            raise CannotCheck("see the check 'collision'")
         try:
             problems = find_plugin(self.plugin).report(import_components=False).problems
         except PluginError as error:
@@ -39,69 +42,69 @@ class RegistrationChecks(Suite):
             raise Fault(
                 f"plugin {self.plugin!r}",
                 "; ".join(problems),
-                why="no profile can name anything of a plugin that does not register it",
-                do="see hookspecs.py: a hook takes nothing and returns {name: 'module:Class'}, "
-                "and tactile_profiles an existing folder",
+                why="profiles can name only registered components",
+                do="see hookspecs.py: a hook takes no arguments and returns {name: "
+                "'module:Class'}; tactile_profiles returns an existing folder",
             )
 
     @check()
     def test_collision(self) -> None:
-        """No other distribution offers a plugin of this name."""
+        """No other installed distribution offers a plugin of this name."""
         claimants = self._claimants()
         if len(claimants) > 1:
             origins = [f"{name} {version}" for name, version in claimants.items()]
             raise Fault(
                 f"plugin {self.plugin!r}",
                 f"it is offered by {' and by '.join(sorted(origins))}",
-                why="the core refuses both rather than guess which one a profile means",
+                why="the core refuses both, because a profile could mean either",
                 do="uninstall one of them, or rename your entry point",
             )
 
     @check()
     def test_names(self) -> None:
-        """The plugin's name can be written in a profile."""
+        """The plugin's name is valid in a profile."""
         if not _NAME.fullmatch(self.plugin):
             raise Fault(
                 f"plugin {self.plugin!r}",
-                "its name cannot be written before the dot of 'use: plugin.name'",
+                "its name is not valid in front of the dot of 'use: plugin.name'",
                 why="no profile can name its components",
-                do="name the entry point with letters, digits, '_' and '-', a letter first",
+                do="use letters, digits, '_' and '-' in the entry point's name, a letter first",
             )
 
     @check(Registered.parts)
     def test_components(self, part: Part) -> None:
-        """Each name leads to a class that implements the interface of its hook."""
+        """Each name refers to a class that implements the interface of its hook."""
         try:
             resolve(part.kind, part.use)
         except PluginError as error:
             raise Fault(
                 part,
                 str(error),
-                why="naming it in a profile fails",
+                why="profiles that use it fail",
                 do="correct the hook's 'module:Class', or the class",
             ) from error
 
-    @check(Registered.makeable)
+    @check(Registered.constructible)
     def test_options(self, part: Part) -> None:
         """Options are frozen, refuse unknown keys, and each has a description."""
         options = self.registered.class_of(part).Options
         for model in _models(options):
-            self._judge_options(part, model)
+            self._check_options(part, model)
 
-    @check(Registered.makeable)
+    @check(Registered.constructible)
     def test_construction(self, part: Part) -> None:
-        """A component is made from its options, and a device does not open in its constructor."""
+        """A component can be constructed from its options; a device does not open itself then."""
         before = Footprint.now()
         try:
             made = self.registered.make(part)
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
             raise Fault(
                 part,
-                f"it cannot be made ({type(error).__name__}: {error})",
-                why="nothing else can be tried, and a profile that names it is refused",
-                do="give options that work here, in the test class: "
+                f"it cannot be constructed ({type(error).__name__}: {error})",
+                why="no other check can run, and profiles that use it are refused",
+                do="set options that work here in the test class: "
                 f"options = {{{part.use!r}: {{…}}}}",
             ) from error
         left = before.left() if isinstance(made, Device) else ""
@@ -109,17 +112,17 @@ class RegistrationChecks(Suite):
             raise Fault(
                 part,
                 f"its constructor leaves {left}",
-                why="devices are made to ask for their channels, and nobody closes those",
-                do="touch hardware in _open alone",
+                why="a device that is constructed but not opened is never closed",
+                do="access the hardware only in _open",
             )
 
     def _claimants(self) -> dict[str, str]:
-        """Each distribution that offers a plugin of this name, and its version."""
+        """Return the distributions that offer a plugin of this name, with their versions."""
         offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
         core = {"tactile-core": __version__} if self.plugin == "core" else {}
         return core | {normalized(offer.distribution): offer.version for offer in offers}
 
-    def _judge_options(self, part: Part, model: type[BaseModel]) -> None:
+    def _check_options(self, part: Part, model: type[BaseModel]) -> None:
         where = f"{part}: {model.__name__}"
         try:
             model.model_validate({_UNKNOWN: 1})
@@ -129,15 +132,15 @@ class RegistrationChecks(Suite):
         if not any(e["type"] == "extra_forbidden" and e["loc"] == (_UNKNOWN,) for e in errors):
             raise Fault(
                 where,
-                "it accepts a key that it does not know",
-                why="a misspelt option in a profile would be ignored in silence",
+                "it accepts unknown keys",
+                why="a misspelt option in a profile would be silently ignored",
                 do="derive it from tactile_core.interfaces.device.Options, or set extra='forbid'",
             )
         if not model.model_config.get("frozen"):
             raise Fault(
                 where,
                 "its values can be changed after validation",
-                why="a component may then work with other options than the profile says",
+                why="a component could work with options that differ from the profile",
                 do="derive it from tactile_core.interfaces.device.Options, or set frozen=True",
             )
         bare = [name for name, field in model.model_fields.items() if not field.description]
@@ -145,13 +148,13 @@ class RegistrationChecks(Suite):
             raise Fault(
                 where,
                 f"{', '.join(bare)}: no description",
-                why="whoever writes a profile has nothing but this sentence",
-                do="write Field(default=…, description=…); without a default it is required",
+                why="the description is the documentation for authors of profiles",
+                do="write Field(default=…, description=…); an option without default is required",
             )
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    """Yield the models in an annotation, and those in their fields."""
+    """Yield the models in an annotation and in their fields."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
         for field in annotation.model_fields.values():

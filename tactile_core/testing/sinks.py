@@ -1,4 +1,4 @@
-"""Checks of sinks, on readings of a few virtual presses."""
+"""Checks of sinks, with readings of virtual presses."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from tactile_core.interfaces.sink import Session, Sink
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.output_folder import WRITTEN, OutputFolder
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.faults import Fault, Unjudged
+from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import Footprint
 from tactile_core.testing.registered import Part, Registered
 
 _ROUNDS = 2
+"""Number of repeated openings in the check of leaks."""
 
 
 class SinkChecks(Suite):
@@ -24,38 +25,38 @@ class SinkChecks(Suite):
 
     @check(Registered.sinks)
     def test_readings(self, part: Part) -> None:
-        """It opens, takes readings of any content, closes, and opens again."""
+        """It opens, accepts readings with any quantities, closes, and opens again."""
         for attempt in ("", " again, after it was closed"):
             try:
                 self._used(part)
-            except Unjudged:
+            except CannotCheck:
                 raise
             except Exception as error:
                 raise Fault(
                     part,
-                    f"it does not take readings{attempt} ({type(error).__name__}: {error})",
-                    why="a reading lacks what the profile has no step for, or no bundle gives",
-                    do="ask reading.get(HeightMap) and go on where that is None; acquire in open() "
-                    "all that close() releases",
+                    f"it does not accept readings{attempt} ({type(error).__name__}: {error})",
+                    why="a reading lacks quantities without a step in the profile or a bundle",
+                    do="use reading.get(HeightMap), which may be None; acquire in open() what "
+                    "close() releases",
                 ) from error
 
     @check(Registered.sinks)
     def test_files(self, part: Part) -> None:
-        """Its files have the endings that it names."""
+        """It writes only files with its declared endings."""
         endings = self.registered.class_of(part).endings
         for name in self._tried(part):
             if name != WRITTEN and not any(name.endswith(ending) for ending in endings):
                 raise Fault(
                     part,
-                    f"it writes {name}, and its endings are {endings!r}",
-                    why="what must not be replaced is refused by the endings, before measuring",
+                    f"it writes {name}, but its endings are {endings!r}",
+                    why="the endings are used to protect existing files before measuring",
                     do='endings: ClassVar[tuple[str, ...]] = (".ending",)',
                 )
 
     @check(Registered.sinks)
-    def test_leftovers(self, part: Part) -> None:
-        """Closing ends every thread and closes every file."""
-        self._tried(part)  # what a library keeps for good is acquired by the first opening
+    def test_sink_leaks(self, part: Part) -> None:
+        """Closing a sink ends all its threads and closes all its files."""
+        self._tried(part)  # the first opening acquires what libraries keep until the process ends
         for _ in range(_ROUNDS):
             before = Footprint.now()
             self._tried(part)
@@ -64,20 +65,20 @@ class SinkChecks(Suite):
                 raise Fault(
                     part,
                     f"after close() there is still {left}",
-                    why="a program that measures all day runs out of them",
-                    do="end the threads and close the files in close(), and wait for their end",
+                    why="a program that runs for a long time runs out of resources",
+                    do="close the files and end the threads in close(), and wait for the threads",
                 )
 
     def _tried(self, part: Part) -> list[str]:
         try:
             return self._used(part)
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
-            raise Unjudged(f"see the check 'readings': {error}") from error
+            raise CannotCheck(f"see the check 'readings': {error}") from error
 
     def _used(self, part: Part) -> list[str]:
-        """Open it, write, close it; the names of the files that it left."""
+        """Open the sink, write readings, close it, and return the names of its files."""
         sink, readings = self._new_sink(part), self._readings(part)
         channels, quantities = readings[0].frame.channels, tuple(readings[-1].quantities)
         with TemporaryDirectory() as folder, ExitStack() as closing:
@@ -94,14 +95,14 @@ class SinkChecks(Suite):
     def _new_sink(self, part: Part) -> Sink:
         try:
             made: Sink = self.registered.make(part)
-        except Unjudged:
+        except CannotCheck:
             raise
         except Exception as error:
-            raise Unjudged(f"see the check 'construction': {error}") from error
+            raise CannotCheck(f"see the check 'construction': {error}") from error
         return made
 
     def _readings(self, part: Part) -> list[Reading]:
-        """One with nothing in it, then some with all that is known of a press."""
+        """Return an empty reading, then readings with all quantities of a press."""
         scenes = self.registered.rig(part).scenes
         readings = [Reading(scenes[0].frame, {}, {})]
         for number, scene in enumerate(scenes, start=1):

@@ -1,6 +1,6 @@
-"""Virtual presses with their truth, few and small enough for a check.
+"""Virtual presses with ground truth, few and small enough for a check.
 
-Heights are those of an analytic ball, light that of the profile's virtual twin.
+The heights are those of an analytic ball; the illumination is that of the virtual sensor.
 """
 
 from __future__ import annotations
@@ -34,15 +34,31 @@ from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
 SMALL_PX = 160
-"""Longer side of a small rig's image."""
+"""Longer image side of a small virtual sensor, px."""
 
-PRESSES, PIXELS, SCENES = 7, 300, 4
-_BALL, _DEPTH = 0.4, 0.2
-"""Diameter of a ball over the shorter side of the view, depth over the diameter."""
+PRESSES = 7
+"""Number of presses for a calibration."""
+
+PIXELS = 300
+"""Largest number of contact pixels in each calibration press."""
+
+SCENES = 4
+"""Number of presses in the sequence for estimators."""
+
+_BALL = 0.4
+"""Diameter of a ball, as a share of the image's shorter side."""
+
+_DEPTH = 0.2
+"""Indentation, as a share of the ball's diameter."""
 
 _MARKERS_A_SIDE = 10
-_SHEAR, _SHEAR_REACH = 0.03, 0.4
-"""How far the last press drags the skin and how wide around, over the shorter side of the view."""
+"""Marker pitches along the shorter side of a gel without markers."""
+
+_SHEAR = 0.03
+"""Shear displacement of the last press, as a share of the image's shorter side."""
+
+_SHEAR_REACH = 0.4
+"""Distance over which the shear decays, as a share of the image's shorter side."""
 
 _GENERIC = {
     "schema": 1,
@@ -62,7 +78,7 @@ S = TypeVar("S", bound=np.generic)
 
 @dataclass(frozen=True, eq=False)
 class VirtualPress:
-    """One press and all that is true of it.
+    """One press and its ground truth.
 
     Attributes
     ----------
@@ -73,7 +89,7 @@ class VirtualPress:
         ∂z/∂x and ∂z/∂y.
     contact : (H, W) bool
     truth : mapping of type to Quantity
-        The same as quantities, with the frame and the reference.
+        The ground truth as quantities, with the frame and the reference.
     """
 
     frame: Frame
@@ -86,7 +102,7 @@ class VirtualPress:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A virtual sensor: a profile and its light."""
+    """A virtual sensor: a profile and its illumination."""
 
     profile: Profile
     optics: RigOptics
@@ -103,7 +119,7 @@ class Rig:
 
     @cached_property
     def reference(self) -> Reference:
-        """The untouched sensor."""
+        """Reference image of the undeformed sensor."""
         return Reference(
             _frozen(self.undeformed.pixels.astype(np.float32)),
             self.channels,
@@ -115,28 +131,28 @@ class Rig:
 
     @cached_property
     def undeformed(self) -> Frame:
-        """A frame of the untouched sensor."""
+        """A frame of the undeformed sensor."""
         return self._frame(np.zeros(self.shape), seed=0, number=0)
 
     @cached_property
     def context(self) -> SensorContext:
-        """What estimators may know."""
+        """The context of estimators."""
         return SensorContext(self.profile.image, self.profile.gel)
 
     @cached_property
     def scenes(self) -> tuple[VirtualPress, ...]:
-        """A few presses that follow each other."""
+        """A short sequence of presses."""
         return tuple(self.scene(number) for number in range(SCENES))
 
     def scene(self, number: int) -> VirtualPress:
-        """A press that no calibration has seen; numbers that follow each other are neighbours."""
+        """Return a held-out press; consecutive numbers give neighbouring positions."""
         height, width = self.shape
         centre = width * (0.42 + 0.03 * number), height * (0.55 - 0.02 * number)
         return self._scene(centre, _BALL, _DEPTH * (0.7 + 0.1 * number), 1000 + number, number)
 
     @cached_property
     def presses(self) -> tuple[Press, ...]:
-        """Presses to calibrate on: the contact, and a third as many pixels of skin at rest."""
+        """Calibration presses: pixels of the contact, and a third of that number outside."""
         rng = np.random.default_rng(7)
         height, width = self.shape
         made = []
@@ -144,8 +160,8 @@ class Rig:
             centre = rng.uniform(0.2, 0.8) * width, rng.uniform(0.2, 0.8) * height
             scene = self._scene(centre, _BALL, _DEPTH, number + 1, number)
             touched = rng.permutation(np.argwhere(scene.contact))[:PIXELS]
-            at_rest = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
-            rows, columns = np.concatenate([touched, at_rest[: len(touched) // 3]]).T
+            flat = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
+            rows, columns = np.concatenate([touched, flat[: len(touched) // 3]]).T
             slopes = scene.gradients[rows, columns].astype(np.float32)
             heights_mm = scene.height_mm[rows, columns].astype(np.float32)
             made.append(
@@ -162,12 +178,12 @@ class Rig:
 
     @cached_property
     def _markers_px(self) -> NDArray[np.float32]:
-        """(N, 2) where markers are printed; a gel without any has some that are not rendered."""
+        """(N, 2) marker positions; a gel without markers gets some that are not rendered."""
         height, width = self.shape
-        told = self.profile.gel.markers
+        printed = self.profile.gel.markers
         pitch = min(self.shape) / _MARKERS_A_SIDE
-        if isinstance(told, Markers):
-            pitch = told.pitch_mm / self.profile.image.mm_per_px
+        if isinstance(printed, Markers):
+            pitch = printed.pitch_mm / self.profile.image.mm_per_px
         x, y = (np.arange(pitch, side - pitch / 2, pitch) for side in (width, height))
         return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(np.float32)
 
@@ -177,7 +193,7 @@ class Rig:
     def _sheared_px(
         self, centre: tuple[float, float], number: int, places_px: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """(…, 2) by how much the skin now at these places is dragged: most where it is touched."""
+        """(…, 2) shear displacement in px of the surface now at these places."""
         far = np.square(places_px - np.array(centre)).sum(axis=-1, keepdims=True)
         reach = _SHEAR_REACH * min(self.shape)
         shear = np.array([1.0, 0.4]) * _SHEAR * (number + 1) / SCENES * min(self.shape)
@@ -186,20 +202,20 @@ class Rig:
     def _sheared(
         self, centre: tuple[float, float], number: int, time_s: float
     ) -> dict[type[Quantity], Quantity]:
-        """What is true of the markers and the skin that an object at ``centre`` drags, sticking."""
+        """Return the true markers and displacements when a sticking object at ``centre`` shears."""
         scale, count = self.profile.image.mm_per_px, len(self._markers_px)
-        markers = rest = self._markers_px.astype(np.float64)
+        markers = undeformed = self._markers_px.astype(np.float64)
         for _ in range(10):
-            markers = rest + self._sheared_px(centre, number, markers)
+            markers = undeformed + self._sheared_px(centre, number, markers)
         px = _frozen(markers.astype(np.float32))
         grid = np.moveaxis(np.indices(self.shape)[::-1], 0, -1).astype(np.float64)
         field_mm = (self._sheared_px(centre, number, grid) * scale).astype(np.float32)
         everywhere = _frozen(np.ones(self.shape, np.bool_))
-        everyone = np.ones(count, np.bool_)
+        all_seen = np.ones(count, np.bool_)
         ids = np.arange(count, dtype=np.int32)
         return {
             MarkerDetections: self._detections(px, time_s),
-            MarkerField: MarkerField(ids, self._markers_px, px, everyone, scale, time_s),
+            MarkerField: MarkerField(ids, self._markers_px, px, all_seen, scale, time_s),
             DisplacementField: DisplacementField(_frozen(field_mm), everywhere, scale, time_s),
             SlipState: SlipState("stick", 0.0, timestamp_s=time_s),
         }
@@ -214,14 +230,14 @@ class Rig:
         frame = self._frame(height_mm, seed, number)
         gy, gx = np.gradient(height_mm, scale)
         contact = _frozen(height_mm > height_mm.max() - press.depth_mm)
-        sure = _frozen(np.ones(self.shape, np.bool_))
+        valid = _frozen(np.ones(self.shape, np.bool_))
         x, y, z = (_frozen(np.asarray(a, np.float32)) for a in (gx, gy, height_mm))
         time_s, rest_mm = frame.timestamp_s, self.context.rest_mm
         truth: dict[type[Quantity], Quantity] = {
             Frame: frame,
             Reference: self.reference,
-            Gradients: Gradients(x, y, sure, scale, time_s),
-            HeightMap: HeightMap(z, sure, scale, time_s, rest_mm),
+            Gradients: Gradients(x, y, valid, scale, time_s),
+            HeightMap: HeightMap(z, valid, scale, time_s, rest_mm),
             ContactMask: ContactMask(contact, scale, time_s),
             **self._sheared(centre, number, time_s),
         }
@@ -244,13 +260,13 @@ class Rig:
 
 
 def _frozen(array: NDArray[S]) -> NDArray[S]:
-    """The same array, which what is tried cannot even write to through a view's base."""
+    """Make an array read-only, also through the base of a view."""
     array.flags.writeable = False
     return array
 
 
 def full_rig(profile: Profile) -> Rig | None:
-    """The profile at its own size; None where its light is no part that can be made."""
+    """Return the virtual sensor at the profile's size; None if it cannot be rendered."""
     try:
         return Rig(profile, RigOptics(profile))
     except (TactileError, ValueError):
@@ -258,7 +274,7 @@ def full_rig(profile: Profile) -> Rig | None:
 
 
 def small_rig(profile: Profile) -> Rig | None:
-    """The same sensor with fewer and larger pixels and without markers."""
+    """Return the virtual sensor with fewer and larger pixels and without markers."""
     image = profile.image
     factor = min(1.0, SMALL_PX / max(image.width_px, image.height_px))
     size = {
@@ -272,6 +288,6 @@ def small_rig(profile: Profile) -> Rig | None:
 
 
 def generic_rig() -> Rig:
-    """Three colours, for a plugin that says nothing of any light."""
+    """Return a virtual sensor with three colours, for plugins without an illumination."""
     profile = Profile.model_validate(_GENERIC)
     return Rig(profile, RigOptics(profile))

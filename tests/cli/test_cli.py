@@ -13,7 +13,7 @@ from tactile_core.sim.analytic_ball import BallPress
 
 @pytest.fixture(scope="module")
 def ran(lab: VirtualLab, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results of one run over two unseen images."""
+    """Run the command on two held-out images; return the folder with its results."""
     folder = tmp_path_factory.mktemp("ran")
     lab.save(folder / "in" / "ball.png", BallPress((70.0, 62.0), BALL_MM, 0.8))
     lab.save(folder / "in" / "rest.png", None)
@@ -70,27 +70,27 @@ def test_run_writes_files_that_other_tools_open(ran: Path) -> None:
     assert {f"ball{end}" for end in (".npz", ".tmd", ".png", "_normals.png", ".ply")} <= names
 
 
-def test_calibrate_json_has_an_entry_a_press(lab: VirtualLab, tmp_path: Path) -> None:
+def test_calibrate_json_has_one_entry_per_press(lab: VirtualLab, tmp_path: Path) -> None:
     done = tactile(
         *("calibrate", lab.profile_path, "--presses", lab.presses, "--reference", lab.reference),
         *("--ball-diameter-mm", BALL_MM, "--model", "core.polynomial", "--out", tmp_path / "b"),
         "--json",
     )
     assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
-    assert said["model"] == "core.polynomial"
-    assert len(said["presses"]) == 10
-    assert all(press["used"] for press in said["presses"])
-    assert said["held_out"]["normal_error_deg"]["mean"] < 3
-    assert said["held_out"]["predict_flat_deg"] > 10
-    assert 0 < said["coverage"]["image_fraction"] < 1
+    summary = json.loads(done.stdout)
+    assert summary["model"] == "core.polynomial"
+    assert len(summary["presses"]) == 10
+    assert all(press["used"] for press in summary["presses"])
+    assert summary["held_out"]["normal_error_deg"]["mean"] < 3
+    assert summary["held_out"]["predict_flat_deg"] > 10
+    assert 0 < summary["coverage"]["image_fraction"] < 1
     assert (tmp_path / "b" / "report.html").exists()
 
 
 def test_a_text_file_named_png_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
     (tmp_path / "note.png").write_text("hello")
-    said = refused("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path)
-    assert "note.png" in said
+    message = refused("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path)
+    assert "note.png" in message
 
 
 def test_an_empty_folder_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
@@ -102,11 +102,11 @@ def test_a_missing_folder_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
 
 
 def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
-    said = refused(
+    message = refused(
         *("run", lab.profile_path, "--bundle", lab.bundle, "--input", lab.presses),
         *("--serial", "1234"),
     )
-    assert "serial 0007, not 1234" in said
+    assert "serial 0007, not 1234" in message
 
 
 def test_a_serial_that_is_a_path_is_refused(lab: VirtualLab) -> None:
@@ -114,11 +114,11 @@ def test_a_serial_that_is_a_path_is_refused(lab: VirtualLab) -> None:
 
 
 def test_an_unknown_output_format_is_refused(lab: VirtualLab, tmp_path: Path) -> None:
-    said = refused(
+    message = refused(
         *("run", lab.profile_path, "--input", lab.presses, "--out", tmp_path / "o"),
         *("--save", "stl"),
     )
-    assert "npz, tmd, png, ply" in said
+    assert "npz, tmd, png, ply" in message
     assert not (tmp_path / "o").exists()
 
 
@@ -130,16 +130,16 @@ def test_an_unknown_option_is_refused() -> None:
     refused("run", "hex_fingertip", "--frobnicate")
 
 
-def test_a_ball_without_a_diameter_is_asked_for(lab: VirtualLab, tmp_path: Path) -> None:
-    said = refused(
+def test_a_missing_ball_diameter_is_requested(lab: VirtualLab, tmp_path: Path) -> None:
+    message = refused(
         *("calibrate", lab.profile_path, "--presses", lab.presses),
         *("--reference", lab.reference, "--out", tmp_path / "b"),
     )
-    assert "--ball-diameter-mm" in said
+    assert "--ball-diameter-mm" in message
     assert not (tmp_path / "b").exists()
 
 
-def test_presses_that_show_nothing_are_refused(lab: VirtualLab, tmp_path: Path) -> None:
+def test_presses_without_contact_are_refused(lab: VirtualLab, tmp_path: Path) -> None:
     for i in range(3):
         lab.save(tmp_path / "rest" / f"{i}.png", None, seed=i)
     refused(
@@ -154,7 +154,7 @@ def test_debug_shows_the_traceback() -> None:
     assert "Traceback" in done.stderr
 
 
-def test_a_tare_frame_that_never_comes_is_said(lab: VirtualLab, tmp_path: Path) -> None:
+def test_a_missing_tare_frame_is_reported(lab: VirtualLab, tmp_path: Path) -> None:
     lab.save(tmp_path / "in" / "rest.png", None)
     done = tactile(
         *("run", lab.profile_path, "--bundle", lab.bundle, "--input", tmp_path / "in"),
@@ -164,7 +164,7 @@ def test_a_tare_frame_that_never_comes_is_said(lab: VirtualLab, tmp_path: Path) 
     assert "--tare-frame 7" in done.stderr
 
 
-def test_validate_and_doctor_find_steps_that_make_no_chain(tmp_path: Path) -> None:
+def test_validate_and_doctor_report_steps_that_form_no_chain(tmp_path: Path) -> None:
     twice = tmp_path / "twice.yaml"
     twice.write_text(
         "schema: 1\nextends: hex_fingertip\nname: twice\nestimators: {again: {use: core.poisson}}\n"
@@ -175,7 +175,7 @@ def test_validate_and_doctor_find_steps_that_make_no_chain(tmp_path: Path) -> No
         assert "both provide HeightMap; keep one" in done.stderr
 
 
-def test_several_workers_give_the_lines_of_one_and_refuse_a_tare(lab: VirtualLab) -> None:
+def test_several_workers_print_the_same_lines_as_one_and_refuse_a_tare(lab: VirtualLab) -> None:
     words = ["run", lab.profile_path, "--bundle", lab.bundle, "--input", lab.presses, "--json"]
     alone, shared = (
         [json.loads(line) for line in tactile(*words, *more).stdout.splitlines()]
@@ -184,5 +184,5 @@ def test_several_workers_give_the_lines_of_one_and_refuse_a_tare(lab: VirtualLab
     assert [line["source"] for line in shared] == [line["source"] for line in alone]
     for one, other in zip(alone, shared, strict=True):
         assert other["max_height_mm"] == pytest.approx(one["max_height_mm"], abs=1e-5)
-    said = refused(*words, "--workers", "2", "--tare-frame", "1")
-    assert "use one worker" in said
+    message = refused(*words, "--workers", "2", "--tare-frame", "1")
+    assert "use one worker" in message

@@ -1,4 +1,4 @@
-"""A plugin's fault is one message that names plugin and step, whatever its code raises."""
+"""A fault in a plugin gives one message with the plugin and the step, whatever it raises."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ def _unruly(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def ended(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of a command."""
-    with pytest.raises(SystemExit) as ended:
+    """Run a command; return its exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as end:
         main([str(word) for word in words])
-    code = ended.value.code
+    code = end.value.code
     assert isinstance(code, int)
     return code, *capsys.readouterr()
 
 
 def failed(tmp_path: Path, capsys: pytest.CaptureFixture[str], **parts: str) -> str:
-    """Run an unruly sensor, which must fail, and return its one message."""
+    """Run the faulty sensor, which must fail, and return its only message."""
     code, out, err = ended(capsys, "run", profile(tmp_path, **parts), "--frames", 1, "--json")
     assert (code, out) == (1, ""), err
     (message,) = [line for line in err.splitlines() if not line.startswith("note: ")]
@@ -49,20 +49,22 @@ def failed(tmp_path: Path, capsys: pytest.CaptureFixture[str], **parts: str) -> 
         ("stop", "StopIteration: no reason given"),
     ],
 )
-def test_what_a_step_raises_names_step_plugin_and_cause(
+def test_an_exception_of_a_step_is_reported_with_step_plugin_and_cause(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], deed: str, cause: str
 ) -> None:
-    said = failed(tmp_path, capsys, step=deed)
-    assert said.startswith(f"step 'height' (unruly.step, from tactile-unruly 0.1) failed: {cause}")
-    assert said.endswith("; this is a fault of that plugin")
+    message = failed(tmp_path, capsys, step=deed)
+    assert message.startswith(
+        f"step 'height' (unruly.step, from tactile-unruly 0.1) failed: {cause}"
+    )
+    assert message.endswith("; this is a fault of that plugin")
 
 
-def test_an_interrupt_that_nobody_pressed_is_reported(
+def test_a_keyboard_interrupt_raised_by_a_plugin_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = failed(tmp_path, capsys, step="interrupt")
-    assert "raised by step 'height' (unruly.step, from tactile-unruly 0.1)" in said
-    assert "nobody interrupted it" in said
+    message = failed(tmp_path, capsys, step="interrupt")
+    assert "raised by step 'height' (unruly.step, from tactile-unruly 0.1)" in message
+    assert "without an interrupt from the user" in message
 
 
 @pytest.mark.parametrize(
@@ -77,12 +79,12 @@ def test_an_interrupt_that_nobody_pressed_is_reported(
         ("infinity", "HeightMap.mm holds values that are not finite"),
     ],
 )
-def test_what_a_step_returns_is_refused_unless_it_is_what_it_declares(
+def test_a_result_other_than_the_declared_quantity_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], deed: str, wrong: str
 ) -> None:
-    said = failed(tmp_path, capsys, step=deed)
-    assert said.startswith("step 'height' (unruly.step, from tactile-unruly 0.1) returned ")
-    assert wrong in said
+    message = failed(tmp_path, capsys, step=deed)
+    assert message.startswith("step 'height' (unruly.step, from tactile-unruly 0.1) returned ")
+    assert wrong in message
 
 
 @pytest.mark.parametrize(
@@ -110,15 +112,15 @@ def test_what_a_step_returns_is_refused_unless_it_is_what_it_declares(
         ("step", "value at made", "step 'height' (unruly.step, from tactile-unruly 0.1) failed"),
     ],
 )
-def test_every_part_of_a_sensor_is_named_by_its_fault(
+def test_a_fault_of_any_sensor_part_names_the_part(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], part: str, deed: str, named: str
 ) -> None:
-    said = failed(tmp_path, capsys, **{part: deed})
-    assert named in said
-    assert "tactile-unruly 0.1" in said
+    message = failed(tmp_path, capsys, **{part: deed})
+    assert named in message
+    assert "tactile-unruly 0.1" in message
 
 
-def test_lights_that_give_no_exposures_are_named_while_a_recording_is_opened(
+def test_lights_without_exposures_are_named_when_a_recording_is_opened(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = profile(tmp_path, lights="words for exposures at never")
@@ -137,7 +139,7 @@ def test_lights_that_give_no_exposures_are_named_while_a_recording_is_opened(
         ("warnings", "ZeroDivisionError: division by zero"),
     ],
 )
-def test_a_quantity_of_a_plugin_is_named_by_its_fault(
+def test_a_fault_of_a_plugin_quantity_names_the_quantity(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], does: str, cause: str
 ) -> None:
     path = profile(tmp_path)
@@ -152,13 +154,13 @@ def test_a_quantity_of_a_plugin_is_named_by_its_fault(
 
 
 @pytest.mark.parametrize("when", ["fit", "measure", "save"])
-def test_a_calibration_is_named_by_its_fault(
+def test_a_fault_of_a_calibration_names_the_calibration(
     tmp_path: Path, lab: VirtualLab, capsys: pytest.CaptureFixture[str], when: str
 ) -> None:
     path = tmp_path / "lab.yaml"
-    said = f"calibration: {{use: unruly.calibration, does: end of file, when: {when}}}"
+    faulty = f"calibration: {{use: unruly.calibration, does: end of file, when: {when}}}"
     path.write_text(
-        lab.profile_path.read_text().replace("calibration: {use: core.automatic}", said)
+        lab.profile_path.read_text().replace("calibration: {use: core.automatic}", faulty)
     )
     code, out, err = ended(
         capsys,
@@ -181,7 +183,7 @@ def test_a_camera_that_fails_to_close_is_named_after_its_readings(
     assert "the camera (unruly.camera, from tactile-unruly 0.1) failed: ValueError" in err
 
 
-def test_a_validator_of_options_that_fails_is_named_at_its_place(
+def test_a_failing_options_validator_is_named_with_file_and_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = profile(tmp_path, step="bad validator")
@@ -192,20 +194,20 @@ def test_a_validator_of_options_that_fails_is_named_at_its_place(
 
 
 @pytest.mark.parametrize(("deed", "code"), [("refusal", 2), ("disk", 1)])
-def test_what_a_plugin_says_on_purpose_is_said_as_it_is(
+def test_a_tactile_error_or_os_error_of_a_plugin_is_printed_unchanged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], deed: str, code: int
 ) -> None:
     path = profile(tmp_path, step=deed)
     found, out, err = ended(capsys, "run", path, "--frames", 1)
     assert (found, out) == (code, "")
-    said = {
+    messages = {
         "refusal": "tactile: the gel is upside down",
         "disk": "tactile: No space left on device (weights.npz)",
     }
-    assert err.splitlines()[-1] == said[deed]
+    assert err.splitlines()[-1] == messages[deed]
 
 
-def test_debug_shows_where_it_was_raised(
+def test_debug_shows_the_source_of_the_exception(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = profile(tmp_path, step="value")
@@ -215,7 +217,7 @@ def test_debug_shows_where_it_was_raised(
     assert err.rstrip().endswith("this is a fault of that plugin")
 
 
-def test_what_a_plugin_prints_is_no_data(
+def test_prints_of_a_plugin_do_not_reach_stdout(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = profile(tmp_path, step="chatter")
@@ -226,7 +228,7 @@ def test_what_a_plugin_prints_is_no_data(
     assert "a word from its library" not in err
 
 
-def test_stdout_is_given_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stdout_is_restored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = sys.stdout
     ended(capsys, "run", profile(tmp_path), "--frames", 1)
     assert sys.stdout is before

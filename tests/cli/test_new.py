@@ -1,4 +1,4 @@
-"""``tactile new`` as a user types it."""
+"""``tactile new`` on the command line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tactile_core.profiles.loader import load_profile
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder where one is, empty but for a picture of an untouched sensor."""
+    """Enter an empty folder with one picture of a sensor without contact."""
     photograph(sensor(), tmp_path / "untouched.png")
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -29,14 +29,14 @@ New = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def new(folder: Path, capsys: pytest.CaptureFixture[str]) -> New:
-    """Run the command; exit code, stdout and stderr."""
+    """Return a function that runs the command and returns exit code, stdout and stderr."""
 
     def run(*words: str) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as end:
             main(["new", *words])
-        said = capsys.readouterr()
-        assert "Traceback" not in said.err
-        return int(end.value.code or 0), said.out, said.err
+        captured = capsys.readouterr()
+        assert "Traceback" not in captured.err
+        return int(end.value.code or 0), captured.out, captured.err
 
     return run
 
@@ -44,16 +44,16 @@ def new(folder: Path, capsys: pytest.CaptureFixture[str]) -> New:
 MINE = ("mine", "--from", "hex_fingertip_unmarked", "--image", "untouched.png")
 
 
-def test_the_path_goes_to_stdout_and_words_to_stderr(new: New, folder: Path) -> None:
-    code, out, said = new(*MINE, "--known-mm", "5", "--known-px", "20,30,52,54")
+def test_the_path_goes_to_stdout_and_messages_to_stderr(new: New, folder: Path) -> None:
+    code, out, message = new(*MINE, "--known-mm", "5", "--known-px", "20,30,52,54")
     assert (code, out) == (0, "mine.yaml\n")
-    assert "tactile calibrate mine.yaml --presses FOLDER --reference untouched.png" in said
-    assert "NOT MEASURED" not in said
+    assert "tactile calibrate mine.yaml --presses FOLDER --reference untouched.png" in message
+    assert "NOT MEASURED" not in message
     assert load_profile(folder / "mine.yaml").image.mm_per_px == 0.125
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (("--from", "hex_fingertp", "--image", "untouched.png"), "did you mean 'hex_fingertip'?"),
         (("--from", "hex_fingertip", "--image", "gone.png"), "gone.png"),
@@ -65,38 +65,38 @@ def test_the_path_goes_to_stdout_and_words_to_stderr(new: New, folder: Path) -> 
         ((*MINE[1:], "--ball-diameter-mm", "4"), "--presses"),
     ],
 )
-def test_what_cannot_be_used_is_refused_and_nothing_written(
-    new: New, folder: Path, words: tuple[str, ...], said: str
+def test_unusable_input_is_refused_and_nothing_is_written(
+    new: New, folder: Path, words: tuple[str, ...], message: str
 ) -> None:
     (folder / "note.png").write_text("no picture")
     before = sorted(folder.iterdir())
     code, out, error = new("mine", *words)
     assert (code, out) == (2, "")
-    assert said in error
+    assert message in error
     assert sorted(folder.iterdir()) == before
 
 
-def test_nothing_is_overwritten_but_by_force(new: New, folder: Path) -> None:
+def test_existing_files_are_overwritten_only_with_force(new: New, folder: Path) -> None:
     (folder / "mine.yaml").write_text("precious")
-    code, _, said = new(*MINE)
+    code, _, message = new(*MINE)
     assert (code, (folder / "mine.yaml").read_text()) == (2, "precious")
-    assert "--force" in said
+    assert "--force" in message
     code, _, _ = new(*MINE, "--force")
     assert code == 0
     assert load_profile(folder / "mine.yaml").name == "mine"
 
 
-def test_a_package_is_written_into_a_folder_of_its_own(new: New, folder: Path) -> None:
-    code, out, said = new(*MINE, "--plugin")
+def test_a_package_is_written_into_its_own_folder(new: New, folder: Path) -> None:
+    code, out, message = new(*MINE, "--plugin")
     assert (code, out) == (0, "tactile-mine\n")
-    assert "pip install -e tactile-mine" in said
+    assert "pip install -e tactile-mine" in message
     profile = folder / "tactile-mine" / "tactile_mine" / "profiles" / "mine.yaml"
     assert load_profile(profile, components=False).estimators["deepest"].use == "mine.deepest"
     assert new(*MINE, "--plugin")[0] == 2
 
 
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a pseudo-terminal")
-def test_at_a_terminal_the_scale_is_asked_for(folder: Path) -> None:
+def test_on_a_terminal_the_command_asks_for_the_scale(folder: Path) -> None:
     keyboard, terminal = pty.openpty()
     os.write(keyboard, b"0.125\n")
     done = subprocess.run(

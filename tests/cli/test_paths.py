@@ -1,4 +1,4 @@
-"""Words that can be no path are refused before anything is opened."""
+"""Empty words and overlong names are refused before anything is opened."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tactile_core.errors import InputError
 
 
 def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    with pytest.raises(SystemExit) as ended:
+    with pytest.raises(SystemExit) as end:
         main(list(words))
-    said = capsys.readouterr()
-    assert (ended.value.code, said.out) == (2, "")
-    assert said.err.startswith("tactile: ")
-    assert said.err.count("\n") == 1
-    return said.err
+    captured = capsys.readouterr()
+    assert (end.value.code, captured.out) == (2, "")
+    assert captured.err.startswith("tactile: ")
+    assert captured.err.count("\n") == 1
+    return captured.err
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
         (["validate", ""], "an argument"),
     ],
 )
-def test_an_empty_word_does_not_mean_the_folder_here(
+def test_an_empty_word_is_refused(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -43,14 +43,14 @@ def test_an_empty_word_does_not_mean_the_folder_here(
 
 
 @pytest.mark.parametrize("name", ["x" * 256, "ü" * 128, "folder/" + "x" * 300 + "/b.png"])
-def test_a_name_that_no_file_system_takes_is_refused(
+def test_a_name_too_long_for_file_systems_is_refused(
     capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     for words in (["--input", name], [f"--input={name}"], ["--input", "a.png", "--out", name]):
         assert "255 bytes" in refused(capsys, "run", "wedge", *words)
 
 
-def test_what_may_stand_there_passes() -> None:
+def test_valid_words_pass() -> None:
     refuse_impossible(["run", "a=", "--sim", "--input", "x" * 255, "--out=" + "x/" * 500])
     with pytest.raises(InputError, match="an argument is empty"):
         refuse_impossible(["run", ""])

@@ -1,4 +1,4 @@
-"""stdout is for data alone, and its end, signals and odd names end a command quietly or clearly."""
+"""Stdout holds only data; a closed stdout, signals and unusual names are handled cleanly."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ COMMAND = [sys.executable, "-m", "tactile_core.cli"]
 
 
 def environment(**more: str) -> dict[str, str]:
-    """Where the unruly plugin is installed."""
+    """Return an environment in which the faulty plugin is installed."""
     return os.environ | {"PYTHONPATH": str(FAKES)} | more
 
 
 def tactile(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
-    """Run the command in a process of its own."""
+    """Run the command in a separate process."""
     command = [*COMMAND, *map(str, words)]
     return subprocess.run(
         command, capture_output=True, text=True, check=False, env=environment(**more)
@@ -32,7 +32,7 @@ def tactile(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
 
 
 def with_closed_stdout(*words: object) -> tuple[int, str]:
-    """Exit code and stderr of a command whose stdout nobody reads."""
+    """Run a command with a closed stdout; return its exit code and stderr."""
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(
@@ -48,17 +48,19 @@ def with_closed_stdout(*words: object) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize("words", [("profiles",), ("schema",), ("--help",), ("--version",)])
-def test_a_closed_stdout_is_a_quiet_end(words: tuple[str, ...]) -> None:
+def test_a_closed_stdout_ends_the_command_quietly(words: tuple[str, ...]) -> None:
     assert with_closed_stdout(*words) == (0, "")
 
 
 def test_a_closed_stdout_ends_a_stream_and_closes_the_sensor(tmp_path: Path) -> None:
-    code, said = with_closed_stdout("run", profile(tmp_path, camera="chatter at close"), "--json")
+    code, message = with_closed_stdout(
+        "run", profile(tmp_path, camera="chatter at close"), "--json"
+    )
     assert code == 0
-    assert set(said.splitlines()[-2:]) == {"a word from the plugin", "a word from its driver"}
+    assert set(message.splitlines()[-2:]) == {"a word from the plugin", "a word from its driver"}
 
 
-def test_what_a_driver_prints_is_no_data(tmp_path: Path) -> None:
+def test_prints_of_a_driver_do_not_reach_stdout(tmp_path: Path) -> None:
     done = tactile("run", profile(tmp_path, step="chatter"), "--frames", 1, "--json")
     assert done.returncode == 0
     assert json.loads(done.stdout)["sequence"] == 0
@@ -93,7 +95,9 @@ main(["profiles"])
 
 @pytest.mark.parametrize("module", ["typer", "tactile_core.cli.app", "ruamel.yaml"])
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
-def test_a_signal_while_it_starts_is_a_quiet_end(module: str, name: str, code: int) -> None:
+def test_a_signal_during_startup_ends_the_command_quietly(
+    module: str, name: str, code: int
+) -> None:
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED_IMPORT, module, name],
         capture_output=True,
@@ -120,7 +124,7 @@ main(["profiles"])
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
-def test_a_signal_while_the_command_line_is_read_ends_with_its_code(name: str, code: int) -> None:
+def test_a_signal_during_argument_parsing_ends_with_its_code(name: str, code: int) -> None:
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED_READING, name],
         capture_output=True,
@@ -147,7 +151,7 @@ def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_messages_do_not_steer_the_terminal() -> None:
+def test_messages_contain_no_control_characters() -> None:
     done = tactile("validate", "gone\x1b[31m\x07\u202e.yaml")
     assert done.returncode == 2
     assert "gone\\x1b[31m\\x07\\u202e.yaml" in done.stderr
@@ -155,7 +159,7 @@ def test_messages_do_not_steer_the_terminal() -> None:
     assert "\x1b" not in tactile("frob\x1b[31m").stderr
 
 
-def test_the_lines_of_a_message_stay_lines(tmp_path: Path) -> None:
+def test_messages_keep_their_line_breaks(tmp_path: Path) -> None:
     path = tmp_path / "two.yaml"
     path.write_text("schema: 1\nname: two\nimage: {width_px: -1, height_px: -1, mm_per_px: 0.1}\n")
     assert len(tactile("validate", path).stderr.splitlines()) >= 3
@@ -172,7 +176,7 @@ def test_every_locale_can_print_every_name(tmp_path: Path) -> None:
     assert "Ma\\xdfe\\u2192.yaml: valid" in done.stdout
 
 
-def test_a_name_that_is_no_utf8_is_printed(tmp_path: Path) -> None:
+def test_a_name_that_is_not_utf8_is_printed(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/\xff.yaml"
     Path(os.fsdecode(path)).write_text(profile(tmp_path).read_text())
     done = tactile("validate", os.fsdecode(path))
@@ -220,7 +224,7 @@ def test_a_number_or_name_that_makes_no_sense_is_refused(
     assert "bug" not in done.stderr
 
 
-def test_numbers_that_json_has_no_word_for_are_null() -> None:
+def test_infinity_and_nan_are_null_in_json() -> None:
     import numpy as np
 
     nowhere = np.zeros((2, 3), np.float32)
@@ -233,6 +237,6 @@ def test_numbers_that_json_has_no_word_for_are_null() -> None:
     assert [line[name] for name in wanted] == [None] * 4
 
 
-def test_what_is_printed_is_escaped_only_where_it_must_be() -> None:
+def test_only_control_and_invisible_characters_are_escaped() -> None:
     assert printable_lines("Höhe 0.3 µm → 5°\nβ") == "Höhe 0.3 µm → 5°\nβ"
     assert printable_lines("a\tb\rc\x9bd\u2028e\udcfff") == "a\\tb\\rc\\x9bd\\u2028e\\udcfff"

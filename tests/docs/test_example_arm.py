@@ -1,4 +1,4 @@
-"""A package from outside: two results, an input from outside, quantities and a sink of its own."""
+"""The example of an arm: two results, an external input, its own quantities and its own sink."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MODULE = "tactile_example_arm"
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
-    """The example as if pip had installed it; the folders that it is found in."""
+    """Make the example importable as if pip had installed it; return its folders."""
     site = tmp_path / "site"
     site.mkdir()
     write_dist_info(PROJECT, site)
@@ -54,7 +54,7 @@ sinks:
 
 @pytest.fixture
 def run(installed: list[Path], lab: VirtualLab, tmp_path: Path) -> Run:
-    """Measures the lab's presses with the plugin's step, its sink and the files of the core."""
+    """Return a function that measures the lab's presses with the plugin's step and sink."""
     profile = tmp_path / "arm.yaml"
     profile.write_text(PROFILE.format(lab=lab.profile_path))
 
@@ -72,7 +72,7 @@ def run(installed: list[Path], lab: VirtualLab, tmp_path: Path) -> Run:
 
 @pytest.fixture
 def poses(installed: list[Path], lab: VirtualLab, tmp_path: Path) -> Path:
-    """Where the arm was in each press: one millimetre higher each time."""
+    """Write the arm's pose for each press: one millimetre higher each time."""
     from tactile_example_arm.workpiece import ArmPose
 
     folder = tmp_path / "poses"
@@ -83,9 +83,7 @@ def poses(installed: list[Path], lab: VirtualLab, tmp_path: Path) -> Path:
     return folder
 
 
-def test_its_step_measures_with_the_pose_that_came_with_each_frame(
-    run: Run, poses: Path, tmp_path: Path
-) -> None:
+def test_the_step_uses_the_pose_of_each_frame(run: Run, poses: Path, tmp_path: Path) -> None:
     from tactile_example_arm.workpiece import ArmPose, Profile3D, TouchPoint
 
     lines = run(poses, tmp_path / "out")
@@ -105,21 +103,21 @@ def test_its_step_measures_with_the_pose_that_came_with_each_frame(
         assert 0 < touch.world_mm[2] - number < 2
 
 
-def test_its_quantity_is_drawn_beside_the_height(run: Run, poses: Path, tmp_path: Path) -> None:
+def test_its_quantity_is_drawn_next_to_the_height(run: Run, poses: Path, tmp_path: Path) -> None:
     wide = run(poses, tmp_path / "with")[0]["source"]
     run(None, tmp_path / "without")
     with_it, alone = (read_image(tmp_path / f / f"{wide}.png") for f in ("with", "without"))
     assert with_it.shape[1] > 1.9 * alone.shape[1]
 
 
-def test_its_sink_writes_a_line_for_each_touch(run: Run, poses: Path, tmp_path: Path) -> None:
+def test_its_sink_writes_one_line_per_touch(run: Run, poses: Path, tmp_path: Path) -> None:
     lines = run(poses, tmp_path / "out")
     log = (tmp_path / "touches.log").read_text().splitlines()
     assert log[0] == "# virtual_lab without serial"
     assert [line.split()[0] for line in log[1:]] == [line["source"] for line in lines]
 
 
-def test_a_run_that_is_repeated_with_what_the_first_one_saved_gives_the_same(
+def test_a_run_with_the_inputs_saved_by_another_gives_the_same_results(
     run: Run, poses: Path, tmp_path: Path
 ) -> None:
     first = run(poses, tmp_path / "first")
@@ -132,14 +130,14 @@ def test_a_run_that_is_repeated_with_what_the_first_one_saved_gives_the_same(
             np.testing.assert_array_equal(array, two[name])
 
 
-def test_without_a_pose_its_step_is_left_out_and_said(run: Run, tmp_path: Path) -> None:
+def test_without_a_pose_the_step_is_left_out_with_a_warning(run: Run, tmp_path: Path) -> None:
     line = run(None, tmp_path / "out")[0]
     assert "touches" not in line
     assert any("step 'workpiece' needs ArmPose" in words for words in line["warnings"])
     assert "height_mm" in read_npz(tmp_path / "out" / f"{line['source']}.npz")
 
 
-def test_a_program_gives_the_pose_itself_and_reads_both_results(
+def test_a_program_passes_the_pose_and_reads_both_results(
     installed: list[Path], lab: VirtualLab, tmp_path: Path
 ) -> None:
     from tactile_example_arm.workpiece import ArmPose, Profile3D, TouchPoint

@@ -1,4 +1,4 @@
-"""A package outside the core's tree brings a camera and its lights; the core is not touched."""
+"""The example of a camera with its lights works without changes of the core."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-li
 
 @pytest.fixture
 def environment(tmp_path: Path) -> dict[str, str]:
-    """Of a process in which the example is installed as if by pip."""
+    """Return an environment in which the example is importable as if installed by pip."""
     write_dist_info(PROJECT, tmp_path)
     path = os.pathsep.join([str(PROJECT), str(tmp_path), *sys.path])
     return {**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"}
@@ -39,7 +39,7 @@ def test_its_own_tests_pass(environment: dict[str, str]) -> None:
     run(environment, "pytest", "-q", "-p", "no:cacheprovider", "tests")
 
 
-def test_the_commands_know_its_light_driver(environment: dict[str, str]) -> None:
+def test_the_commands_list_and_check_its_light_driver(environment: dict[str, str]) -> None:
     listed = run(environment, "tactile_core.cli", "plugins")
     assert "light_driver" in listed
     assert "example_lights.box" in listed
@@ -47,7 +47,7 @@ def test_the_commands_know_its_light_driver(environment: dict[str, str]) -> None
     assert "valid" in run(environment, "tactile_core.cli", "validate", "example_lights_bench")
 
 
-def test_the_command_line_measures_with_it_and_its_journal_has_a_line_for_each_frame(
+def test_the_journal_has_one_line_per_measured_frame(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
     profile = tmp_path / "journaled.yaml"

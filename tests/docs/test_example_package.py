@@ -1,4 +1,4 @@
-"""A package outside the core's tree adds an estimator and a quantity; the core is not touched."""
+"""The example of an estimator and a quantity works without changes of the core."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MODULE = "tactile_example_estimator"
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
-    """The example as if pip had installed it; the folders that it is found in."""
+    """Make the example importable as if pip had installed it; return its folders."""
     write_dist_info(PROJECT, tmp_path)
     folders = [PROJECT, tmp_path]
     for folder in folders:
@@ -36,13 +36,13 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[
         del sys.modules[name]
 
 
-def test_without_the_package_the_core_says_how_to_get_it() -> None:
+def test_a_missing_package_gives_the_pip_command() -> None:
     with pytest.raises(PluginError, match="pip install tactile-example-estimator"):
         resolve("estimator", "example_estimator.volume")
 
 
 @pytest.mark.usefixtures("installed")
-def test_the_package_is_listed_with_what_it_brings() -> None:
+def test_the_package_is_listed_with_its_components() -> None:
     by_name = {info.name: info for info in list_plugins(import_components=True)}
     info = by_name["example_estimator"]
     assert (info.distribution, info.status) == ("tactile-example-estimator", "ok")
@@ -50,7 +50,7 @@ def test_the_package_is_listed_with_what_it_brings() -> None:
 
 
 @pytest.mark.usefixtures("installed")
-def test_its_estimator_runs_in_a_chain_on_the_cores_height_map() -> None:
+def test_its_estimator_runs_in_a_chain_on_a_height_map() -> None:
     cls = resolve("estimator", "example_estimator.volume")
     context = SensorContext(ImageSection(width_px=30, height_px=20, mm_per_px=0.1), Gel())
     steps = Chain({"volume": cls(cls.Options.model_validate({"min_height_mm": 0.1}), context)})

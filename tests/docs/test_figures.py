@@ -1,4 +1,4 @@
-"""No page states a figure that the pages of measurements do not hold."""
+"""Every figure on a page is backed by the pages of measurements or listed as a fact."""
 
 from __future__ import annotations
 
@@ -44,66 +44,66 @@ ACCURACY = """\
 
 @cache
 def text_of(page: str) -> str:
-    """A page's Markdown."""
+    """Return the Markdown of a page."""
     return (ROOT / page).read_text(encoding="utf-8")
 
 
 def parts(page: str) -> dict[str, str]:
-    """The sections of a page, by heading."""
+    """Return the sections of a page by heading."""
     halves = (part.partition("\n") for part in text_of(page).split("\n## ")[1:])
     return {heading: text for heading, _, text in halves}
 
 
 def facts_of(page: str) -> list[str]:
-    """The figures that are listed as facts for a page."""
+    """Return the figures that are listed as facts for a page."""
     return [fact for group in FACTS.get(page, {}).values() for fact in group]
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in EVIDENCE])
-def test_a_page_states_no_figure_that_is_neither_measured_nor_a_fact(page: str) -> None:
+def test_every_figure_on_a_page_is_measured_or_a_fact(page: str) -> None:
     assert unbacked(page, text_of(page), facts_of(page), text_of) == []
 
 
 @pytest.mark.parametrize("page", sorted(FACTS))
-def test_every_fact_that_is_listed_is_on_its_page(page: str) -> None:
-    there = stated(text_of(page))
-    assert [fact for fact in facts_of(page) if fact not in there] == []
+def test_every_listed_fact_is_on_its_page(page: str) -> None:
+    figures = stated(text_of(page))
+    assert [fact for fact in facts_of(page) if fact not in figures] == []
 
 
 @pytest.mark.parametrize("row", MEASURED, ids=lambda row: str(row["name"]))
-def test_the_page_of_accuracy_states_what_the_benchmark_has_measured(row: dict[str, Any]) -> None:
+def test_the_accuracy_page_states_the_results_of_the_benchmark(row: dict[str, Any]) -> None:
     lines = [line for line in text_of(EVIDENCE[0]).splitlines() if f"`{row['command']}`" in line]
     assert lines, row["command"]
     figures = [*row["values"].values(), *row["control"].values()]
-    said = re.findall(r"\d+(?:\.\d+)?", " ".join(lines))
-    assert [f"{figure:.3g}" for figure in figures if f"{figure:.3g}" not in said] == []
+    on_page = re.findall(r"\d+(?:\.\d+)?", " ".join(lines))
+    assert [f"{figure:.3g}" for figure in figures if f"{figure:.3g}" not in on_page] == []
 
 
 @pytest.mark.parametrize("page", EVIDENCE)
-def test_every_section_of_measurements_says_by_what_command(page: str) -> None:
-    silent = {"Limits", "Recordings that were not available"}
+def test_every_section_of_measurements_names_its_command(page: str) -> None:
+    exempt = {"Limits", "Recordings that were not available"}
     figures = {heading: text for heading, text in parts(page).items() if stated(text)}
-    assert [h for h in figures if h not in silent and "ommand" not in figures[h]] == []
+    assert [h for h in figures if h not in exempt and "ommand" not in figures[h]] == []
 
 
 @pytest.mark.parametrize("page", EVIDENCE)
-def test_every_file_that_a_command_names_exists(page: str) -> None:
+def test_every_file_named_in_a_command_exists(page: str) -> None:
     named = re.findall(r"(?:benchmarks|docs|examples|tests)/[\w/.-]+\.\w+", text_of(page))
     assert named
     assert [path for path in named if not (ROOT / path).exists()] == []
 
 
-def judged(
+def unbacked_in(
     text: str, page: str = "docs/reference/rigs.md", facts: tuple[str, ...] = ()
 ) -> list[str]:
-    """What is wrong with a text, where :data:`ACCURACY` is the page of accuracy."""
+    """Return the unbacked figures of a text, with :data:`ACCURACY` as the accuracy page."""
     return unbacked(page, text, facts, {EVIDENCE[0]: ACCURACY}.__getitem__)
 
 
-def test_a_figure_that_links_to_the_section_that_holds_it_is_backed() -> None:
-    assert judged("Wrong by [1.39°](accuracy.md#six-leds).") == []
-    assert judged("[1.39°](docs/reference/accuracy.md#six-leds)", page="README.md") == []
-    assert judged("Slips: [14 of the 14](accuracy.md#grooves).") == []
+def test_a_figure_that_links_to_its_section_is_backed() -> None:
+    assert unbacked_in("Wrong by [1.39°](accuracy.md#six-leds).") == []
+    assert unbacked_in("[1.39°](docs/reference/accuracy.md#six-leds)", page="README.md") == []
+    assert unbacked_in("Slips: [14 of the 14](accuracy.md#grooves).") == []
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ def test_a_figure_that_links_to_the_section_that_holds_it_is_backed() -> None:
         "All [13 of the 14](accuracy.md#grooves).",
     ],
 )
-def test_a_figure_that_was_changed_or_is_held_elsewhere_is_found(text: str) -> None:
-    assert len(judged(text)) == 1
+def test_a_changed_figure_or_a_wrong_link_is_found(text: str) -> None:
+    assert len(unbacked_in(text)) == 1
 
 
 @pytest.mark.parametrize(
@@ -131,26 +131,26 @@ def test_a_figure_that_was_changed_or_is_held_elsewhere_is_found(text: str) -> N
         *("2 to 4 %", "4.5 to 6 bits", "21 ms", "0.145 MPa", "5°", "half the time"),
     ],
 )
-def test_what_a_figure_is(figure: str) -> None:
-    assert judged(f"It is {figure}, and so on.") == [figure]
-    assert judged(f"| what | {figure} |") == [figure]
-    assert judged(f"It is {figure}, and so on.", facts=(figure,)) == []
+def test_figures_are_recognised(figure: str) -> None:
+    assert unbacked_in(f"It is {figure}, and so on.") == [figure]
+    assert unbacked_in(f"| what | {figure} |") == [figure]
+    assert unbacked_in(f"It is {figure}, and so on.", facts=(figure,)) == []
 
 
 @pytest.mark.parametrize(
     "text", ["```sh\n5 mm\n```", "`5 mm`", "<!-- 5 mm -->", "# 5. Circles", "3. Third, note 12"]
 )
-def test_what_states_no_figure(text: str) -> None:
-    assert judged(text) == []
+def test_code_comments_and_numbering_are_not_figures(text: str) -> None:
+    assert unbacked_in(text) == []
 
 
-def test_a_decision_that_says_so_keeps_the_figures_of_its_time() -> None:
-    assert judged(f"# 5. Why\n\n{OF_ITS_TIME}\n\n5 mm", page="docs/adr/0005-why.md") == []
-    assert judged("# 5. Why\n\n5 mm", page="docs/adr/0005-why.md") == ["5 mm"]
-    assert judged(f"{OF_ITS_TIME}\n\n5 mm") == ["5 mm"]
+def test_a_decision_with_the_note_keeps_its_original_figures() -> None:
+    assert unbacked_in(f"# 5. Why\n\n{OF_ITS_TIME}\n\n5 mm", page="docs/adr/0005-why.md") == []
+    assert unbacked_in("# 5. Why\n\n5 mm", page="docs/adr/0005-why.md") == ["5 mm"]
+    assert unbacked_in(f"{OF_ITS_TIME}\n\n5 mm") == ["5 mm"]
 
 
-def test_a_section_ends_where_the_next_as_high_begins() -> None:
+def test_a_section_ends_at_the_next_heading_of_its_level() -> None:
     assert "0.52 mm" in str(section(ACCURACY, "six-leds"))
     assert "0.28 px" not in str(section(ACCURACY, "six-leds"))
     assert section(ACCURACY, "nowhere") is None

@@ -1,4 +1,4 @@
-"""The page for a lab's first sensor works as it is printed, from an empty folder."""
+"""The guide to the first sensor runs as printed, from an empty folder."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def type_in(line: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_the_page_leads_from_pictures_to_true_heights(
+def test_the_commands_and_scripts_of_the_page_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -45,6 +45,6 @@ def test_the_page_leads_from_pictures_to_true_heights(
     assert (tmp_path / "bundle" / "report.html").exists()
 
 
-def test_the_links_of_the_page_lead_somewhere() -> None:
+def test_the_links_of_the_page_are_valid() -> None:
     for link in re.findall(r"\]\(([^)\s#]+)(?:#\S*?)?\)", TEXT):
         assert (PAGE.parent / link).exists(), link

@@ -1,4 +1,4 @@
-"""What the pages say of commands, messages, interfaces and public names is so."""
+"""The pages agree with the program: commands, messages, interfaces and public names."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ GAP = "…"
 
 
 def page(name: str) -> str:
-    """A page's text."""
+    """Return the text of a page."""
     return (DOCS / f"{name}.md").read_text(encoding="utf-8")
 
 
 def section(text: str, heading: str) -> str:
-    """What stands beneath a heading, up to the next one."""
+    """Return the text below a heading, up to the next one."""
     return text.split(f"\n## {heading}\n")[1].split("\n## ")[0]
 
 
 @cache
 def messages() -> tuple[str, ...]:
-    """Every string of the program, ``…`` in place of what is put in."""
+    """Return every string of the program, with ``…`` for inserted values."""
     sources = [*ROOT.glob("tactile_core/**/*.py"), *ROOT.glob("plugins/*/tactile_*/*.py")]
     return tuple(text for path in sources for text in strings(path))
 
 
 def strings(path: Path) -> list[str]:
-    """The strings of one file, but for those that only stand there, as docstrings do."""
+    """Return the strings of one file, without docstrings."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     nodes = list(ast.walk(tree))
-    silent = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     found = []
     for node in nodes:
-        if id(node) in silent:
+        if id(node) in docstrings:
             continue
         if isinstance(node, ast.JoinedStr):
             parts = [v.value if isinstance(v, ast.Constant) else GAP for v in node.values]
@@ -61,28 +61,28 @@ def strings(path: Path) -> list[str]:
 
 
 def quoted(text: str) -> list[str]:
-    """The messages that a page quotes."""
+    """Return the messages that a page quotes."""
     return re.findall(r"^> (.*)$", text, re.MULTILINE)
 
 
 @pytest.mark.parametrize("message", quoted(page("how-to/troubleshooting")))
-def test_a_message_that_is_quoted_is_one_that_the_program_prints(message: str) -> None:
+def test_a_quoted_message_exists_in_the_program(message: str) -> None:
     assert any(message in text for text in messages())
 
 
-def test_troubleshooting_says_of_every_symptom_what_it_means_or_what_to_do() -> None:
+def test_troubleshooting_explains_every_symptom_or_its_remedy() -> None:
     symptoms = page("how-to/troubleshooting").split("\n### ")[1:]
     assert len(symptoms) >= 15
     assert [s.splitlines()[0] for s in symptoms if not re.search(r"\*\*(Means|Do):", s)] == []
 
 
-def test_every_command_of_the_program_has_its_section() -> None:
+def test_every_command_has_a_section() -> None:
     headings = re.findall(r"^## tactile (\w+)$", page("reference/commands"), re.MULTILINE)
     assert sorted(headings) == sorted(KNOWN)
 
 
 @pytest.mark.parametrize("name", sorted(KNOWN))
-def test_a_commands_section_names_each_of_its_options_and_has_an_example(name: str) -> None:
+def test_the_section_of_a_command_names_its_options_and_has_an_example(name: str) -> None:
     text = section(page("reference/commands"), f"tactile {name}")
     options = {option for parameter in KNOWN[name].params for option in parameter.opts}
     options = {option for option in options if option.startswith("--")}
@@ -109,7 +109,7 @@ def test_the_examples_of_a_page_run(name: str) -> None:
 @pytest.mark.parametrize(
     "name", ["Camera", "Illumination", "Calibrator", "Calibration", "Artefact", "Estimator"]
 )
-def test_the_page_of_the_interfaces_names_every_method_to_write(name: str) -> None:
+def test_the_interfaces_page_names_every_method_to_implement(name: str) -> None:
     text = section(page("reference/interfaces"), name)
     interface = getattr(tactile_core, name)
     for method in interface.__dict__.get("__abstractmethods__", ()):
@@ -119,7 +119,7 @@ def test_the_page_of_the_interfaces_names_every_method_to_write(name: str) -> No
     assert [m for m in hooks if f"`{m}" not in text] == []
 
 
-def test_every_rig_is_described_with_what_its_profile_says() -> None:
+def test_every_shipped_sensor_is_described_as_in_its_profile() -> None:
     text = page("reference/rigs")
     for entry in list_rigs():
         profile = load_profile(entry.name)
@@ -129,13 +129,13 @@ def test_every_rig_is_described_with_what_its_profile_says() -> None:
 
 
 def promised(pattern: str) -> set[str]:
-    """Names between backticks in the list of what is public."""
+    """Return the names in backticks in the list of the public API."""
     return set(
         re.findall(pattern, section(page("reference/compatibility"), "Public").split("- **The")[0])
     )
 
 
-def test_what_is_promised_is_what_the_package_offers() -> None:
+def test_the_promised_names_are_the_public_names() -> None:
     short = promised(r"`(\w+)`") - {"tactile_core"}
     assert short == set(tactile_core.__all__)
     for full_name in promised(r"`(tactile_core\.[\w.]+)`"):
@@ -143,7 +143,7 @@ def test_what_is_promised_is_what_the_package_offers() -> None:
         assert hasattr(import_module(module), name), full_name
 
 
-def test_the_promised_versions_are_those_of_the_program() -> None:
+def test_the_promised_versions_match_the_program() -> None:
     text = page("reference/compatibility")
     assert f"| plugin interface | `{GROUP}` |" in text
     assert f"| bundle | `{FORMAT}` |" in text

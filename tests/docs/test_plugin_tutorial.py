@@ -1,4 +1,4 @@
-"""The author's tutorial works as it is printed."""
+"""The tutorial for plugin authors runs as printed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def page() -> str:
 
 @pytest.fixture
 def written(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The package that a reader has after following the page."""
+    """Write the package of the page."""
     for name, text in NAMED_BLOCK.findall(page):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -37,7 +37,7 @@ def written(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
 
 
 @pytest.mark.usefixtures("written")
-def test_the_plugin_of_the_page_is_sound() -> None:
+def test_the_plugin_of_the_page_is_valid() -> None:
     info = next(info for info in list_plugins(import_components=True) if info.name == "ourlab")
     assert (info.status, info.problems) == ("ok", ())
     assert info.components == {"camera": ("test_card",)}
@@ -61,6 +61,6 @@ def test_the_profile_of_the_page_is_valid() -> None:
     assert load_profile("ourlab_bench") == profile
 
 
-def test_the_links_of_the_page_lead_somewhere(page: str) -> None:
+def test_the_links_of_the_page_are_valid(page: str) -> None:
     for link in re.findall(r"\]\((\S+?)\)", page):
         assert (PAGE.parent / link).exists(), link

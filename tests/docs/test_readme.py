@@ -1,4 +1,4 @@
-"""What the README and the short guides show works as it is printed."""
+"""The examples in the README and the short guides run as printed."""
 
 import json
 import re
@@ -44,14 +44,14 @@ def test_a_variant_of_a_shipped_rig_is_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
-def test_every_command_and_option_that_is_named_exists(page: Path) -> None:
+def test_every_named_command_and_option_exists(page: Path) -> None:
     known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     for name, *words in commands(page.read_text()):
         options = {option for parameter in known[name].params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= options
 
 
-def test_a_height_map_calibrates_as_it_stands_there(
+def test_the_calibration_with_a_height_map_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "lab").mkdir()
@@ -82,14 +82,14 @@ def test_the_first_script_prints_a_line_per_image(
     assert len(capsys.readouterr().out.splitlines()) == 10
 
 
-def test_the_virtual_gel_is_pressed_and_sticks_in_part(
+def test_the_script_for_the_virtual_gel_runs(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     exec(blocks("python", (GUIDES / "use-a-virtual-sensor.md").read_text())[0], {})
     assert capsys.readouterr().out.endswith("of the contact sticks\n")
 
 
-def test_markers_and_slip_are_reported_of_a_recording(
+def test_the_script_for_markers_and_slip_runs_on_a_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "recording").mkdir()
@@ -107,7 +107,7 @@ def test_markers_and_slip_are_reported_of_a_recording(
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
-def test_every_page_and_picture_that_is_linked_exists(page: Path) -> None:
+def test_every_linked_page_and_picture_exists(page: Path) -> None:
     links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text())
     assert [link for link in links if not (page.parent / link).exists()] == []
 

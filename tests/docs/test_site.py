@@ -1,4 +1,4 @@
-"""The site: its pages exist, are found, and lead somewhere. Needs no site generator."""
+"""The documentation site: its navigation, links and pictures are valid. Needs no site generator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DECISIONS = [f"adr/{path.name}" for path in site_links.decision_files()]
 
 
 def leaves(nav: Any) -> Iterator[str]:
-    """The pages of a navigation, in order."""
+    """Yield the pages of a navigation in order."""
     if isinstance(nav, str):
         yield nav
     else:
@@ -33,7 +33,7 @@ TEXTS = {page: site_links.text_of(page) for page in NAV}
 
 
 def anchors(text: str) -> set[str]:
-    """What a page's headings are called in links."""
+    """Return the link anchors of a page's headings."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w]+", "-", heading.lower()).strip("-") for heading in headings}
 
@@ -43,7 +43,7 @@ def test_every_page_is_in_the_navigation_once() -> None:
 
 
 @pytest.mark.parametrize("page", NAV)
-def test_every_link_of_a_page_leads_somewhere(page: str) -> None:
+def test_every_link_of_a_page_is_valid(page: str) -> None:
     drawn = {site_links.GENERATED + name for name in drawn_names()}
     for link in site_links.links(TEXTS[page]):
         if "://" in link:
@@ -56,7 +56,7 @@ def test_every_link_of_a_page_leads_somewhere(page: str) -> None:
 
 
 @pytest.mark.parametrize("page", NAV)
-def test_every_file_that_a_page_links_to_in_the_repository_exists(page: str) -> None:
+def test_every_linked_file_in_the_repository_exists(page: str) -> None:
     file = site_links.origin(page)
     if not (ROOT / file).is_file():
         return
@@ -75,7 +75,7 @@ def test_the_first_page_begins_like_the_readme_and_does_not_repeat_it() -> None:
     assert "make demo" not in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
 
 
-def test_the_pictures_that_pages_show_are_those_that_are_drawn() -> None:
+def test_the_pages_show_exactly_the_generated_pictures() -> None:
     pattern = re.escape(site_links.GENERATED) + r"([\w.-]+)"
     shown = {name for text in TEXTS.values() for name in re.findall(pattern, text)}
     pictures = dict(site_pictures.pictures())
@@ -83,14 +83,14 @@ def test_the_pictures_that_pages_show_are_those_that_are_drawn() -> None:
     assert all(png.startswith(b"\x89PNG") and len(png) < 500_000 for png in pictures.values())
 
 
-def test_links_in_code_are_left_alone() -> None:
+def test_links_in_code_are_unchanged() -> None:
     text = "a [b](../README.md) and\n```python\nx[b](../README.md)\n```\n"
     moved = site_links.at_home(text, "adr/index.md", "docs/rigs.md")
     assert moved == "a b (`README.md`) and\n```python\nx[b](../README.md)\n```\n"
 
 
 def drawn_names() -> list[str]:
-    """Names of the pictures, without drawing them."""
+    """Return the names of the generated pictures without drawing them."""
     return [*(f"{name}.png" for name in site_pictures.RIGS), "presses.png"]
 
 

@@ -35,11 +35,11 @@ AVOIDED = {
     "relaxed": r"\bboldly\b",
     "weight": r"whisper",
 }
-"""What to write, and what not."""
+"""Standard term, and the pattern of words to avoid for it."""
 
 
 @pytest.mark.parametrize("word", AVOIDED)
-def test_no_text_has_a_word_of_its_own_for_it(word: str) -> None:
+def test_texts_use_the_standard_term(word: str) -> None:
     pattern = re.compile(AVOIDED[word], re.IGNORECASE)
     found = [
         f"{path.relative_to(ROOT)}:{number}: {line.strip()}"

@@ -1,6 +1,6 @@
-"""``python -m fuzz``: thousands of bad inputs and faults, and which promise did not hold.
+"""``python -m fuzz``: runs thousands of bad inputs and faults, and reports broken promises.
 
-A seed makes its own thousands; the same seed makes the same ones. ``--case`` tries one again.
+The cases depend only on the seed. ``--case`` repeats one of them.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from fuzz import crew
 from fuzz.areas import AREAS
 from fuzz.hunt import Case, Result
 
-_IN_ONE_GO = 20
+_CASES_PER_TASK = 20
+"""Number of cases that a worker runs in one task."""
 
 
 def main() -> int:
-    """Try them, print a table and each fault once; 1 if there is any."""
+    """Run the cases, print a table and each fault once; return 1 if there is a fault."""
     wanted = _arguments()
     begun = perf_counter()
     with tempfile.TemporaryDirectory(prefix="tactile-fuzz-") as folder:
@@ -48,8 +49,8 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--cases", type=int, default=sum(n for _, n in AREAS.values()))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", action="append", choices=list(AREAS), help="an area; repeat it")
-    parser.add_argument("--case", action="append", help="AREA:NUMBER, as a failure names it")
-    parser.add_argument("--keep", type=Path, help="with --case: leave its sandbox here")
+    parser.add_argument("--case", action="append", help="AREA:NUMBER, as printed for a failure")
+    parser.add_argument("--keep", type=Path, help="with --case: folder for its sandbox")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     return parser.parse_args()
 
@@ -63,23 +64,23 @@ def _counts(wanted: argparse.Namespace) -> dict[str, int]:
 
 
 def _tasks(wanted: argparse.Namespace) -> list[tuple[str, range, int]]:
-    """All areas side by side, so that the slow ones are not all at the end."""
+    """Interleave the areas, so that the slow ones are not all at the end."""
     tasks = [
-        (start / count, area, range(start, min(start + _IN_ONE_GO, count)))
+        (start / count, area, range(start, min(start + _CASES_PER_TASK, count)))
         for area, count in _counts(wanted).items()
-        for start in range(0, count, _IN_ONE_GO)
+        for start in range(0, count, _CASES_PER_TASK)
     ]
     ordered = sorted(tasks, key=lambda task: task[:2])
     return [(area, numbers, wanted.seed) for _, area, numbers in ordered]
 
 
 def _collected(tasks: list[Future[list[Result]]], total: int) -> Iterator[Result]:
-    """The results as they come; each new fault is named at once."""
+    """Yield the results in order of completion, and print each new fault immediately."""
     from tactile_core.cli.progress import Bar
 
     count, known = 0, set[str]()
     with Bar() as bar:
-        bar.stage("trying", 1.0)
+        bar.stage("running cases", 1.0)
         for task in as_completed(tasks):
             for result in task.result():
                 count += 1
@@ -95,12 +96,12 @@ def _report(results: list[Result], seconds: float, wanted: argparse.Namespace) -
 
     rows = []
     for area in AREAS:
-        mine = [result for result in results if result.case.area == area]
-        if mine:
-            new = len({result.behaviour for result in mine})
-            bad = sum(bool(result.broken) for result in mine)
-            spent = sum(result.seconds for result in mine)
-            rows.append([area, str(len(mine)), str(new), str(bad), f"{spent:.0f}"])
+        of_area = [result for result in results if result.case.area == area]
+        if of_area:
+            behaviours = len({result.behaviour for result in of_area})
+            failed = sum(bool(result.broken) for result in of_area)
+            spent = sum(result.seconds for result in of_area)
+            rows.append([area, str(len(of_area)), str(behaviours), str(failed), f"{spent:.0f}"])
     rows.append(["all", str(len(results)), "", str(sum(bool(r.broken) for r in results)), ""])
     for line in table_lines(["area", "cases", "behaviours", "failed", "seconds"], rows):
         print(line)
@@ -112,9 +113,9 @@ def _report(results: list[Result], seconds: float, wanted: argparse.Namespace) -
     for promise, found in sorted(faults.items(), key=lambda item: -len(item[1])):
         ordered = sorted(found, key=lambda result: (len(result.case.numbers), str(result.case)))
         cases = " ".join(f"--case {result.case}" for result in ordered[:3])
-        print(f"\n{promise}\n    {len(found)} times; again:", end=" ")
+        print(f"\n{promise}\n    {len(found)} times; repeat with:", end=" ")
         print(f"make fuzz FUZZ='--seed {wanted.seed} {cases}'")
-        for line in ordered[0].said.splitlines()[:14]:
+        for line in ordered[0].output.splitlines()[:14]:
             print(f"    | {line[:300]!r}")
     if wanted.case:
         for result in results:

@@ -1,4 +1,4 @@
-"""Mutations of ``.npz`` archives: other shapes and types, gaps, pickles and false promises."""
+"""Mutations of ``.npz`` archives: other shapes and types, NaN, pickles and false headers."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def spoilt_npz(data: bytes, rng: Random) -> bytes:
-    """An archive with one array changed, lost, added or lied about."""
+def corrupted_npz(data: bytes, rng: Random) -> bytes:
+    """Return the archive with one array changed, removed, added or with a false header."""
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except Exception:  # spoilt before
+    except Exception:  # already corrupted
         return data[: rng.randrange(len(data) + 1)]
     if not arrays:
         return b""
@@ -37,7 +37,7 @@ def spoilt_npz(data: bytes, rng: Random) -> bytes:
 
 
 def changed_array(array: NDArray[Any], rng: Random) -> NDArray[Any]:
-    """The array with another shape, type or content."""
+    """Return the array with another shape, type or content."""
     kind = rng.randrange(11)
     plain = array.astype(np.float64) if array.dtype.kind in "fiub" else np.zeros(3)
     if kind == 0:
@@ -65,21 +65,21 @@ def changed_array(array: NDArray[Any], rng: Random) -> NDArray[Any]:
     return array[1:] if array.ndim and len(array) > 1 else array
 
 
-def _with_header(arrays: dict[str, NDArray[Any]], lied: str, rng: Random) -> bytes:
-    """An archive in which one array's header does not tell what follows it."""
+def _with_header(arrays: dict[str, NDArray[Any]], target: str, rng: Random) -> bytes:
+    """Return an archive with a header for one array that does not match its data."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
         for name, array in arrays.items():
             entry = io.BytesIO()
             np.lib.format.write_array(entry, array, allow_pickle=False)
             content = entry.getvalue()
-            if name == lied:
+            if name == target:
                 shape = rng.choice(
                     (b"(-1,)", b"(10**9,10**9)", b"(99999999999,)", b"(None,)", b"x")
                 )
-                said = b"{'descr': '<f8', 'fortran_order': False, 'shape': " + shape + b", }"
-                wrong = rng.choice((b"", content[:40], said, b"\x93NUMPY\x09\x00v\x00" + said))
-                head = b"\x93NUMPY\x01\x00" + len(said + b"\n").to_bytes(2, "little")
-                content = head + said + b"\n" if wrong == said else wrong
+                header = b"{'descr': '<f8', 'fortran_order': False, 'shape': " + shape + b", }"
+                wrong = rng.choice((b"", content[:40], header, b"\x93NUMPY\x09\x00v\x00" + header))
+                head = b"\x93NUMPY\x01\x00" + len(header + b"\n").to_bytes(2, "little")
+                content = head + header + b"\n" if wrong == header else wrong
             archive.writestr(f"{name}.npy", content)
     return buffer.getvalue()

@@ -1,4 +1,4 @@
-"""What is tried: a command line or a call, what was spoilt before it, and what may come of it."""
+"""An attempt: a command line or a call, its corrupted inputs, and its allowed results."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 from fuzz.faults import Fault
 
-Spoil = Callable[[Random], None]
+Corrupt = Callable[[Random], None]
 REFUSED = frozenset({0, 2})
-"""A mutation may be harmless; one that is not is the user's to put right."""
+"""Exit codes after a mutation: it may be harmless; otherwise it is a mistake of the user."""
 
 
 def nothing(rng: Random) -> None:
-    """Spoil nothing."""
+    """Change nothing."""
 
 
 @dataclass
@@ -28,35 +28,35 @@ class Attempt:
     words : list of str
         The command line, without ``tactile``.
     call : callable, optional
-        A Python entry point instead of a command line; what it returns is thrown away.
-    spoil : callable
-        Changes the inputs in one way; called once more for each further number of the case.
+        A Python entry point instead of a command line; its result is discarded.
+    corrupt : callable
+        Applies one mutation to the inputs; called for each number of the case.
     codes : set of int
-        Exit statuses that are right; a negative one is a signal's.
+        Allowed exit statuses; a negative one is a signal.
     ours : tuple of Path
-        What an earlier run of the same command wrote, which this one may replace.
+        Files of an earlier run of the same command, which this one may replace.
     named : tuple of str
-        A refusal has to name each of these.
+        Names that a refusal must mention.
     wires : str
-        What is wrong with stdout or stderr.
+        Fault of stdout or stderr.
     signal : (number, seconds), optional
-        Sent from outside.
+        Signal sent to the process, and its time.
     times : int
-        How many processes do the same at once.
+        Number of concurrent processes.
     alone : bool
-        In an interpreter of its own, as from a shell.
+        Run in a new interpreter, as from a shell.
     environment : dict
     plugins : tuple of Path
-        Put on the import path.
+        Folders added to the import path.
     cpu_s : int
-        More counts as a hang.
+        Limit of CPU time; more counts as a hang.
     may_litter : bool
-        Nobody can tidy up after SIGKILL.
+        Temporary files may remain, for example after SIGKILL.
     """
 
     words: list[str] = field(default_factory=list)
     call: Callable[[], Any] | None = None
-    spoil: Spoil = nothing
+    corrupt: Corrupt = nothing
     codes: frozenset[int] = REFUSED
     ours: tuple[Path, ...] = ()
     named: tuple[str, ...] = ()
@@ -72,12 +72,12 @@ class Attempt:
 
     @property
     def out(self) -> Path | None:
-        """Where the command was told to write."""
+        """The value of ``--out``, if there is one."""
         for at, word in enumerate(self.words):
             if word == "--out" and at + 1 < len(self.words):
                 return Path(self.words[at + 1])
         return None
 
-    def said(self) -> str:
-        """How a user would have typed it."""
+    def command_line(self) -> str:
+        """Return the command line as a user would type it."""
         return "tactile " + " ".join(map(ascii, self.words)) if self.call is None else "a call"

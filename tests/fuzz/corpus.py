@@ -1,4 +1,4 @@
-"""Good inputs of every kind, small enough that a command takes a tenth of a second on them."""
+"""Valid inputs of every kind, small enough for commands of a tenth of a second."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def make_corpus(folder: Path) -> Path:
     _save(small, folder / "frame.jpg", _depth(presses[0]), 12)
     _film(folder / "film.avi", sorted((folder / "presses").iterdir()))
     _grid(small, folder)
-    _in_turn(turn, folder)
+    _sequential_scans(turn, folder)
     calibrate(
         small, folder / "presses", folder / "ref.png", ball_diameter_mm=BALL_MM, serial="0007"
     ).save(folder / "bundle")
@@ -103,7 +103,7 @@ def make_corpus(folder: Path) -> Path:
     )
     simulate(VirtualStage(small, 0, "fast"), Script(folder / "script.yaml"), folder / "played")
     marked = load_profile(folder / "marked.yaml")
-    simulate(VirtualStage(marked, 0, "fast"), Script(folder / "script.yaml"), folder / "dragged")
+    simulate(VirtualStage(marked, 0, "fast"), Script(folder / "script.yaml"), folder / "sheared")
     return folder
 
 
@@ -126,7 +126,7 @@ def _film(path: Path, images: list[Path]) -> None:
 
 
 def _grid(profile: Profile, folder: Path) -> None:
-    """Six balls of one radius, pressed in at once, and the target that says where they are."""
+    """Write an image of six balls of the same radius, and the target with their positions."""
     x, y = np.arange(WIDTH), np.arange(HEIGHT)[:, None]
     height, lines = np.zeros(SHAPE), ["type: bga", "radius: 0.8", "pitch: 2", "shapes:"]
     for gx in range(3):
@@ -139,8 +139,8 @@ def _grid(profile: Profile, folder: Path) -> None:
     (folder / "grid.yaml").write_text("\n".join(lines) + "\n")
 
 
-def _in_turn(profile: Profile, folder: Path) -> None:
-    """Scans of a rig whose lights shine in turn, of a relief whose height map is known."""
+def _sequential_scans(profile: Profile, folder: Path) -> None:
+    """Write scans of a relief under sequential lights, and its height map."""
     x, y = np.arange(WIDTH) * SCALE_MM, np.arange(HEIGHT)[:, None] * SCALE_MM
     relief = np.zeros(SHAPE)
     for middle, width, depth in ((1.5, 0.5, 0.2), (4.0, 0.4, 0.1), (6.5, 0.5, 0.25)):
@@ -150,9 +150,9 @@ def _in_turn(profile: Profile, folder: Path) -> None:
         place.mkdir()
         exposures = np.moveaxis(render(profile, height, seed=seed), -1, 0)
         for k, exposure in enumerate(exposures):
-            cv2.imwrite(str(place / f"lamp{k}.png"), exposure)
+            cv2.imwrite(str(place / f"light{k}.png"), exposure)
         (place / "scan.yaml").write_text(
-            f"images: [{', '.join(f'lamp{k}.png' for k in range(len(exposures)))}]\n"
+            f"images: [{', '.join(f'light{k}.png' for k in range(len(exposures)))}]\n"
             f"guid: abc\nmmperpixel: {SCALE_MM}\ncrop: [0, 0, {WIDTH}, {HEIGHT}]\n"
             "annotations: []\nmetadata: {gelid: g1}\n"
         )

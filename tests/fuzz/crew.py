@@ -1,4 +1,4 @@
-"""Worker processes that have imported everything and forked for each case."""
+"""Worker processes with all imports done, which fork for each case."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _UNWANTED = ("tactile_core.testing", "tactile_core.cli.__main__")
 
 
 def crew(workers: int, folder: Path) -> ProcessPoolExecutor:
-    """Start workers; each makes good inputs for itself below the folder."""
+    """Start workers; each creates its own valid inputs below the folder."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     return ProcessPoolExecutor(
@@ -33,14 +33,14 @@ def crew(workers: int, folder: Path) -> ProcessPoolExecutor:
 
 
 def try_one(case: Case, keep: Path | None = None) -> Result:
-    """Try, in a worker, one case."""
+    """Run one case in a worker."""
     from fuzz.hunt import try_case
 
     return try_case(case, _good_inputs(), keep)
 
 
 def try_some(area: str, numbers: range, seed: int) -> list[Result]:
-    """Try, in a worker, cases that may grow from one another."""
+    """Run cases in a worker; later ones can extend earlier ones."""
     from fuzz.hunt import hunt
 
     results: list[Result] = []
@@ -49,9 +49,9 @@ def try_some(area: str, numbers: range, seed: int) -> list[Result]:
 
 
 def _good_inputs() -> Path:
-    """This worker's good inputs."""
+    """Return this worker's valid inputs."""
     if _corpus is None:
-        raise RuntimeError("only a worker has good inputs")
+        raise RuntimeError("only a worker has valid inputs")
     return _corpus
 
 
@@ -62,7 +62,7 @@ def _prepare(folder: Path) -> None:
     from tactile_core.cli import main
 
     with redirect_stdout(io.StringIO()), suppress(SystemExit):
-        main(["--version"])  # sets what libraries read when they are imported
+        main(["--version"])  # sets the environment that libraries read when they are imported
     for module in walk_packages(tactile_core.__path__, "tactile_core."):
         if not module.name.startswith(_UNWANTED) and ".kernels." not in module.name:
             import_module(module.name)
@@ -74,12 +74,12 @@ def _prepare(folder: Path) -> None:
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         _corpus = make_corpus(place)
         _warm_up(place)
-    # decoders print what they think of the images that are about to be spoilt a second time
+    # silences the decoders when a corrupted image is mutated again
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 def _warm_up(corpus: Path) -> None:
-    """Import what commands import late, so that no case pays for it."""
+    """Run the lazy imports of commands, so that no case spends time on them."""
     from fuzz import recipes
 
     from tactile_core.cli import main

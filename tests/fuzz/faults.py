@@ -1,4 +1,4 @@
-"""Disks that fill up or break, and signals that come in the middle of a file operation."""
+"""Injected faults: failing disks, and signals during a file operation."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ _REMOVALS = frozenset({"os.remove", "os.rmdir"})
 
 @dataclass(frozen=True)
 class Fault:
-    """What goes wrong at the nth file operation.
+    """A fault at the nth file operation.
 
     Attributes
     ----------
     number : int
         An ``errno``; 0 for a signal or a limit.
     at : int
-        Which of the operations, from 0, is the first to fail.
+        Index of the first failing operation, from 0.
     reading : bool
-        Files that are read count, not those that are written.
+        Count read operations instead of writes.
     lasting : bool
-        All later ones fail as well.
+        All later operations fail as well.
     signal : int
-        Sent to the process instead.
+        Signal for the process instead of an error.
     limit_bytes : int or None
-        No file grows beyond this: the write itself is cut short.
+        Largest size of a file; a longer write is truncated.
     """
 
     number: int = errno.ENOSPC
@@ -44,7 +44,7 @@ class Fault:
     limit_bytes: int | None = None
 
     def install(self, root: Path, fired: Callable[[str], None]) -> None:
-        """Let it happen in this process, from now on, to whatever lies under a folder."""
+        """Inject the fault in this process, for all files below a folder."""
         if self.limit_bytes is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (self.limit_bytes, self.limit_bytes))
             return
@@ -69,7 +69,7 @@ class Fault:
         sys.addaudithook(hook)
 
     def _concerned(self, event: str, arguments: tuple[Any, ...]) -> str | None:
-        """The path of an operation that this fault is about."""
+        """Return the path of an operation that the fault affects, or None."""
         changes = event in _CHANGES or (self.signal != 0 and event in _REMOVALS)
         if event == "open":
             changes = (int(arguments[2] or 0) & _WRITING != 0) is not self.reading

@@ -1,4 +1,4 @@
-"""Cases in turn: each grows from the good inputs or from a case that did something new."""
+"""Runs cases in sequence: each mutates the valid inputs or extends a case with a new behaviour."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from fuzz.process import Outcome, run
 from fuzz.sandbox import Sandbox
 
 _DEEPEST = 4
-"""So many mutations on top of each other at the most."""
-_GROWN = 0.35
-"""This share of the cases grows from one that did something new."""
+"""Largest number of mutations in a case."""
+
+_EXTENDED = 0.35
+"""Share of the cases that extend a case with a new behaviour."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """``area:12.40.7``: the first number chooses what is tried, each one is a mutation."""
+    """``area:12.40.7``: the first number selects the attempt; each number is a mutation."""
 
     area: str
     numbers: tuple[int, ...]
@@ -33,64 +34,64 @@ class Case:
 
     @classmethod
     def parse(cls, words: str, seed: int) -> Case:
-        """Read a case as it is printed."""
+        """Parse a printed case."""
         area, _, numbers = words.partition(":")
         if area not in AREAS or not numbers:
-            raise SystemExit(f"{words}: a case is AREA:NUMBER, with an area of {', '.join(AREAS)}")
+            raise SystemExit(f"{words}: a case is AREA:NUMBER; the areas are {', '.join(AREAS)}")
         return cls(area, tuple(map(int, numbers.split("."))), seed)
 
     def __str__(self) -> str:
         return f"{self.area}:{'.'.join(map(str, self.numbers))}"
 
     def random(self, what: str) -> Random:
-        """Chances that are the same whenever the case is tried."""
+        """Return a random generator that depends only on the case."""
         return Random(f"{self.seed}/{self.area}/{what}")
 
     def prepare(self, box: Sandbox) -> Attempt:
-        """Choose what is tried and spoil its inputs."""
+        """Choose the attempt and corrupt its inputs."""
         attempt = AREAS[self.area][0](box, self.random(f"what {self.numbers[0]}"))
         for number in self.numbers:
-            attempt.spoil(self.random(f"how {number}"))
+            attempt.corrupt(self.random(f"how {number}"))
         return attempt
 
 
 @dataclass(frozen=True)
 class Result:
-    """How a case went.
+    """The result of a case.
 
     Attributes
     ----------
     broken : tuple of str
-        The promises that were not kept.
+        The broken promises.
     behaviour : str
-        Exit status and message, without what is of this case alone.
-    said : str
-        The command and what it printed, for whoever reads of the failure.
+        Exit status and message, without details of this case.
+    output : str
+        The command and its output, for the report of a failure.
     """
 
     case: Case
     broken: tuple[str, ...]
     behaviour: str
-    said: str
+    output: str
     seconds: float
 
 
 def try_case(case: Case, corpus: Path, keep: Path | None = None) -> Result:
-    """Try one case in a sandbox of its own, which is deleted unless it is to be kept."""
+    """Run one case in its own sandbox, and delete the sandbox unless ``keep`` is given."""
     begun = perf_counter()
     root = keep or Path(tempfile.mkdtemp(prefix="tactile-fuzz-")).resolve()
     try:
-        broken, behaviour, said = _tried(case, Sandbox(root, corpus))
+        broken, behaviour, output = _tried(case, Sandbox(root, corpus))
     except Exception:
-        broken, behaviour, said = ("the harness failed",), "", traceback.format_exc()
+        broken, behaviour, output = ("the harness failed",), "", traceback.format_exc()
     finally:
         if keep is None:
             shutil.rmtree(root, ignore_errors=True)
-    return Result(case, broken, behaviour, said, perf_counter() - begun)
+    return Result(case, broken, behaviour, output, perf_counter() - begun)
 
 
 def _tried(case: Case, box: Sandbox) -> tuple[tuple[str, ...], str, str]:
-    """Broken promises, behaviour and words."""
+    """Return broken promises, behaviour and output."""
     attempt = case.prepare(box)
     before = box.listing()
     outcomes = run(attempt, box)
@@ -99,31 +100,31 @@ def _tried(case: Case, box: Sandbox) -> tuple[tuple[str, ...], str, str]:
     behaviour = " | ".join(f"{one.code} {message_of(one)}" for one in outcomes)
     if attempt.call is not None:
         behaviour = str(outcomes[0].report.get("raised", ["no error"])[:3])
-    heard = [one.stderr.decode("utf-8", "replace")[-1500:] for one in outcomes]
-    return broken, behaviour, "\n".join([attempt.said(), *heard])
+    stderr = [one.stderr.decode("utf-8", "replace")[-1500:] for one in outcomes]
+    return broken, behaviour, "\n".join([attempt.command_line(), *stderr])
 
 
 def hunt(
     area: str, numbers: range, seed: int, corpus: Path, done: Callable[[Result], None]
 ) -> None:
-    """Try one case for each number, in turn."""
+    """Run one case per number, in sequence."""
     known: set[str] = set()
-    grown: list[Case] = []
+    extendable: list[Case] = []
     for number in numbers:
-        chances = Random(f"{seed}/{area}/growth {number}")
+        rng = Random(f"{seed}/{area}/growth {number}")
         numbers_before: tuple[int, ...] = ()
-        if grown and chances.random() < _GROWN:
-            numbers_before = chances.choice(grown).numbers
+        if extendable and rng.random() < _EXTENDED:
+            numbers_before = rng.choice(extendable).numbers
         case = Case(area, (*numbers_before, number), seed)
         result = try_case(case, corpus)
         if result.behaviour not in known and len(case.numbers) < _DEEPEST:
-            grown.append(case)
+            extendable.append(case)
         known.add(result.behaviour)
         done(result)
 
 
 def _find_the_place(attempt: Attempt, box: Sandbox, outcomes: list[Outcome]) -> None:
-    """Where a bug was raised: tried once more with --debug, which changes nothing else."""
+    """Repeat a run that reported a bug with --debug, and store the line that raised it."""
     if attempt.call is not None or not any(b"this is a bug" in one.stderr for one in outcomes):
         return
     again = Attempt(**{**vars(attempt), "words": [*attempt.words, "--debug"], "times": 1})

@@ -1,4 +1,4 @@
-"""One mutation of one file or folder, after its kind."""
+"""One mutation of one file or folder, depending on its kind."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from contextlib import suppress
 from pathlib import Path
 from random import Random
 
-from fuzz.arrays import spoilt_npz
-from fuzz.pictures import spoilt_image
-from fuzz.trees import spoilt_csv, spoilt_json, spoilt_lines, spoilt_yaml
+from fuzz.arrays import corrupted_npz
+from fuzz.pictures import corrupted_image
+from fuzz.trees import corrupted_csv, corrupted_json, corrupted_lines, corrupted_yaml
 
 Texts = Callable[[str, Random], str]
 _TEXTS: dict[str, Texts] = {
-    ".yaml": spoilt_yaml,
-    ".json": spoilt_json,
-    ".csv": spoilt_csv,
-    ".stl": spoilt_lines,
+    ".yaml": corrupted_yaml,
+    ".json": corrupted_json,
+    ".csv": corrupted_csv,
+    ".stl": corrupted_lines,
 }
 _IMAGES = frozenset({".png", ".jpg"})
-_STRANGE_NAMES = (
+_UNUSUAL_NAMES = (
     *("a.png", "A.PNG", "press_0.jpg", ".hidden.png", "Thumbs.db", "x\ny.png", "\x1b[31m.png"),
     *(
         "a b.png",
@@ -36,45 +36,45 @@ _STRANGE_NAMES = (
 )
 
 
-def spoil(path: Path, rng: Random) -> None:
+def corrupt(path: Path, rng: Random) -> None:
     """Change a file or folder in one way."""
     if path.is_dir() and not path.is_symlink():
-        spoil_folder(path, rng)
+        corrupt_folder(path, rng)
     elif not path.is_file() or rng.random() < 0.05:
         displace(path, rng)
     else:
         data = path.read_bytes()
-        path.write_bytes(_spoilt(data, path.suffix, rng))
+        path.write_bytes(_corrupted(data, path.suffix, rng))
 
 
-def spoil_folder(folder: Path, rng: Random) -> None:
-    """Change what a folder holds, or one of the things in it."""
+def corrupt_folder(folder: Path, rng: Random) -> None:
+    """Change the content of a folder, or one of its files."""
     if not folder.is_dir():  # displaced before
         displace(folder, rng)
         return
     inside = sorted(path for path in folder.rglob("*") if path.is_file())
     kind = rng.randrange(9)
     if kind < 3 and inside:
-        spoil(rng.choice(inside), rng)
+        corrupt(rng.choice(inside), rng)
     elif kind == 3 and inside:
         rng.choice(inside).unlink()
     elif kind == 4 and inside:
-        shutil.copy(rng.choice(inside), folder / rng.choice(_STRANGE_NAMES))
+        shutil.copy(rng.choice(inside), folder / rng.choice(_UNUSUAL_NAMES))
     elif kind == 5:
         with suppress(FileExistsError):
-            (folder / rng.choice(_STRANGE_NAMES)).mkdir()
+            (folder / rng.choice(_UNUSUAL_NAMES)).mkdir()
     elif kind == 6:
         with_bytes = os.fsencode(folder) + b"/\xff\xfe.png"
         Path(os.fsdecode(with_bytes)).write_bytes(inside[0].read_bytes() if inside else b"")
     elif kind == 7 and inside:
         one = rng.choice(inside)
-        one.rename(one.with_name(rng.choice(_STRANGE_NAMES)))
+        one.rename(one.with_name(rng.choice(_UNUSUAL_NAMES)))
     else:
         displace(rng.choice([*inside, folder]), rng)
 
 
 def displace(path: Path, rng: Random) -> None:
-    """Put something else where a file was: nothing, a folder, a pipe, a link."""
+    """Replace a file by nothing, a folder, a pipe, a link or an empty file."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
@@ -94,27 +94,27 @@ def displace(path: Path, rng: Random) -> None:
         path.symlink_to("nowhere")
 
 
-def _spoilt(data: bytes, suffix: str, rng: Random) -> bytes:
+def _corrupted(data: bytes, suffix: str, rng: Random) -> bytes:
     if suffix == ".npz" and rng.random() < 0.7:
-        return spoilt_npz(data, rng)
+        return corrupted_npz(data, rng)
     if suffix in _IMAGES and rng.random() < 0.75:
-        return spoilt_image(data, rng)
+        return corrupted_image(data, rng)
     if suffix in _TEXTS and rng.random() < 0.85:
         try:
             text = _TEXTS[suffix](data.decode(), rng)
         except (ValueError, RecursionError):
-            return spoilt_bytes(data, rng)
+            return corrupted_bytes(data, rng)
         coding = rng.choice(("utf-16", "latin-1")) if rng.random() < 0.04 else "utf-8"
         return text.encode(coding, "surrogateescape" if coding == "utf-8" else "replace")
-    return spoilt_bytes(data, rng)
+    return corrupted_bytes(data, rng)
 
 
-def spoilt_bytes(data: bytes, rng: Random) -> bytes:
-    """Bytes with a few changed, lost, doubled or added."""
+def corrupted_bytes(data: bytes, rng: Random) -> bytes:
+    """Return the bytes with a few changed, removed, repeated or added."""
     changed = bytearray(data)
     if not changed:
         return bytes(rng.randrange(256) for _ in range(rng.choice((1, 16, 400))))
-    # headers are where the damage is: half of the changes are among the first bytes
+    # changes in headers have the largest effect: half of them are among the first bytes
     size = len(changed) if rng.random() < 0.5 else min(len(changed), 96)
     at = rng.randrange(size)
     length = rng.choice((1, 1, 2, 4, 8, 64))

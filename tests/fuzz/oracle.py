@@ -1,4 +1,4 @@
-"""What is promised whatever the input: checked after each attempt."""
+"""The promises for every input, checked after each attempt."""
 
 from __future__ import annotations
 
@@ -16,14 +16,18 @@ from fuzz.process import Outcome
 from fuzz.sandbox import Sandbox
 
 MEMORY_MIB = 1024.0
+"""Largest peak memory of a process above its start, MiB."""
+
 _LONGEST_MESSAGE = 6000
+"""Longest allowed message, characters."""
+
 _NOISE = re.compile(
     r"Traceback \(most|Exception ignored|Warning: |\[ ?(?:WARN|ERROR|INFO)[: ]|^\[\w+ @ 0x|libpng|"
     r"libjpeg|Corrupt JPEG|Premature end|OpenCV[(:]|TIFF(?:Read|Fetch|Open)|Fatal Python",
     re.MULTILINE,
 )
 _MESSAGE = re.compile(r"^(?:tactile: |Error: )|^Usage: (?=.*\n(?!Try))", re.MULTILINE)
-"""A wrong call is shown with its usage, no call at all with that alone."""
+"""Matches messages; a wrong call also prints its usage, an empty call only that."""
 _BUG = "this is a bug"
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]")
 _ALLOWED = frozenset({"TactileError", "ValueError", "TypeError", "ValidationError"})
@@ -32,7 +36,7 @@ _ALLOWED = frozenset({"TactileError", "ValueError", "TypeError", "ValidationErro
 def broken_promises(
     attempt: Attempt, before: Mapping[str, str], box: Sandbox, outcomes: list[Outcome]
 ) -> Iterator[str]:
-    """Say each promise that was not kept, the same words for the same fault."""
+    """Yield each broken promise, with the same text for the same fault."""
     for outcome in outcomes:
         if attempt.signal is not None and _before_our_code(outcome):
             continue
@@ -42,7 +46,7 @@ def broken_promises(
         if attempt.call is not None:
             yield from _of_the_call(outcome)
         elif not outcome.hung and outcome.code >= 0:
-            yield from _of_the_words(attempt, outcome)
+            yield from _of_the_output(attempt, outcome)
     yield from _of_the_files(attempt, before, box, outcomes)
     out = attempt.out
     killed = any(outcome.hung or outcome.code == -signal.SIGKILL for outcome in outcomes)
@@ -51,20 +55,20 @@ def broken_promises(
 
 
 def _before_our_code(outcome: Outcome) -> bool:
-    """Whether a signal came while the interpreter itself was starting."""
-    said = _text(outcome.stderr)
-    return "Fatal Python error: init" in said or (
-        "KeyboardInterrupt" in said and "tactile_core" not in said
+    """Return whether a signal came while the interpreter was starting."""
+    stderr = _text(outcome.stderr)
+    return "Fatal Python error: init" in stderr or (
+        "KeyboardInterrupt" in stderr and "tactile_core" not in stderr
     )
 
 
 def _of_the_process(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
     if outcome.hung:
-        yield "hangs: blocked" if outcome.cpu_s < 2 else "hangs: works on for more than 10 s"
+        yield "hangs: blocked" if outcome.cpu_s < 2 else "hangs: works for more than 10 s"
     elif outcome.code not in attempt.codes:
         yield f"exit {outcome.code}: {message_of(outcome)}"
     if outcome.peak_mib > MEMORY_MIB:
-        yield "takes more than 1 GiB"
+        yield "uses more than 1 GiB"
 
 
 def _of_the_call(outcome: Outcome) -> Iterator[str]:
@@ -74,49 +78,49 @@ def _of_the_call(outcome: Outcome) -> Iterator[str]:
     if not _ALLOWED & set(kinds):
         yield f"{kind} from {place}: {plain(message)}"
     elif not message.strip():
-        yield f"{kind} from {place} without a word"
+        yield f"{kind} from {place} without a message"
     elif (
         "ValidationError" not in kinds and "Error" not in kinds and len(message) > _LONGEST_MESSAGE
     ):
-        yield f"{kind} from {place} has a message without end"
+        yield f"{kind} from {place} has an overlong message"
     noise = _NOISE.search(_text(outcome.stderr))
     if noise:
         yield f"noise on stderr: {plain(_line_at(_text(outcome.stderr), noise.start()))}"
 
 
-def _of_the_words(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
-    said, data = _text(outcome.stderr), _text(outcome.stdout)
-    if noise := _NOISE.search(said):
-        yield f"noise on stderr: {plain(_line_at(said, noise.start()))}"
-    if _BUG in said and not all(name in said for name in attempt.named or ("\x00",)):
-        yield f"this is a bug: {outcome.report.get('place', plain(said))}"
-    count = len(_MESSAGE.findall(said))
+def _of_the_output(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
+    stderr, data = _text(outcome.stderr), _text(outcome.stdout)
+    if noise := _NOISE.search(stderr):
+        yield f"noise on stderr: {plain(_line_at(stderr, noise.start()))}"
+    if _BUG in stderr and not all(name in stderr for name in attempt.named or ("\x00",)):
+        yield f"this is a bug: {outcome.report.get('place', plain(stderr))}"
+    count = len(_MESSAGE.findall(stderr))
     several = attempt.words[:1] == ["validate"]
-    # what doctor finds is what it was asked for
-    heard = not attempt.wires.startswith("stderr") and attempt.words[:1] != ["doctor"]
-    if outcome.code in (1, 2) and heard and (count == 0 or (count > 1 and not several)):
+    # the problems that doctor finds are its data, on stdout
+    readable = not attempt.wires.startswith("stderr") and attempt.words[:1] != ["doctor"]
+    if outcome.code in (1, 2) and readable and (count == 0 or (count > 1 and not several)):
         yield f"{'no' if not count else 'more than one'} message with exit {outcome.code}"
-    if outcome.code in (1, 2) and heard and attempt.named:
-        missing = [name for name in attempt.named if name not in said]
+    if outcome.code in (1, 2) and readable and attempt.named:
+        missing = [name for name in attempt.named if name not in stderr]
         if missing:
-            yield f"the message does not name {missing[0]}: {plain(said)[:160]}"
-    if len(said) > _LONGEST_MESSAGE and not several:
-        yield f"a message without end: {plain(said)[:80]}"
-    for text, stream in ((said, "stderr"), (data, "stdout")):
+            yield f"the message does not name {missing[0]}: {plain(stderr)[:160]}"
+    if len(stderr) > _LONGEST_MESSAGE and not several:
+        yield f"an overlong message: {plain(stderr)[:80]}"
+    for text, stream in ((stderr, "stderr"), (data, "stdout")):
         if _UNPRINTABLE.search(text.replace("\r", "")):
             yield f"control characters on {stream}: {attempt.words[:1]}"
     if "tactile: " in data or _BUG in data:
         yield "an error on stdout"
-    # nothing is heard where stderr is full, and the work is done
-    ended = outcome.code in (0, 130) or not heard
+    # with a full stderr no message can be printed, but the work is done
+    ended = outcome.code in (0, 130) or not readable
     if not ended and data.strip() and attempt.words[0] not in _STREAMING:
-        yield f"words on stdout with exit {outcome.code}: {attempt.words[0]}"
+        yield f"output on stdout with exit {outcome.code}: {attempt.words[0]}"
     if _is_flag("--json", attempt.words) and "--help" not in attempt.words:
         yield from _of_the_json(attempt, data)
 
 
 def _is_flag(name: str, words: list[str]) -> bool:
-    """Whether a word stands for itself and is not the value of the option before it."""
+    """Return whether a word is given as a flag, not as the value of the option before it."""
     flags = {"--json", "--sim", "--plugin", "--force"}
     pairs = zip(["", *words], words, strict=False)
     return any(word == name and (not last.startswith("-") or last in flags) for last, word in pairs)
@@ -131,12 +135,12 @@ def _of_the_json(attempt: Attempt, data: str) -> Iterator[str]:
         try:
             json.loads(line, parse_constant=_refused)
         except ValueError as error:
-            yield f"stdout is no JSON: {plain(str(error))}"
+            yield f"stdout is not JSON: {plain(str(error))}"
             return
 
 
 def _refused(name: str) -> Any:
-    raise ValueError(f"{name} is no JSON")
+    raise ValueError(f"{name} is not JSON")
 
 
 def _of_the_files(
@@ -164,13 +168,13 @@ def _of_the_files(
 
 
 def _meant(name: str, before: Mapping[str, str]) -> bool:
-    """Whether a hidden result only follows a hidden input's or option's name."""
+    """Return whether a hidden result has the name of a hidden input."""
     stem = Path(name).name.rpartition(".")[0].removesuffix("_normals")
     return any(Path(other).name.rpartition(".")[0] == stem for other in before) or stem == ""
 
 
 def _of_the_results(attempt: Attempt, box: Sandbox, out: Path, killed: bool) -> Iterator[str]:
-    """What stands under ``--out`` is whole."""
+    """Yield faults of the results in ``--out``."""
     place = box.work / out
     try:
         if not place.is_dir() or not _was_made(attempt, place, box):
@@ -190,7 +194,7 @@ def _of_the_results(attempt: Attempt, box: Sandbox, out: Path, killed: bool) -> 
 
 
 def _was_made(attempt: Attempt, place: Path, box: Sandbox) -> bool:
-    """Whether the folder belongs to the command rather than to the user."""
+    """Return whether the command created the folder."""
     mine = {os.path.realpath(box.work / path) for path in attempt.ours}
     real = os.path.realpath(place)
     return real in mine or real not in box.given
@@ -225,20 +229,20 @@ def _of_the_file(path: Path) -> Iterator[str]:
 
 
 def message_of(outcome: Outcome) -> str:
-    """The last line of stderr, without what is of this case alone."""
+    """Return the last line of stderr, without details of this case."""
     lines = [line for line in _text(outcome.stderr).splitlines() if line.strip()]
     return plain(lines[-1])[:160] if lines else "no message"
 
 
 def plain(text: str) -> str:
-    """Words without numbers, paths and what is quoted."""
+    """Return a text without numbers, paths and quotations."""
     text = re.sub(r"\S*/\S*", "PATH", text)
     text = re.sub(r"'[^']*'|\"[^\"]*\"", "'…'", text)
     return " ".join(re.sub(r"[-+]?\d[\d.e+]*", "N", text).split())[:200]
 
 
 def _sort(name: str) -> str:
-    """What sort of file it is, whatever it is called."""
+    """Return the kind of a file, without its name."""
     path = Path(name)
     return f"{path.parts[0]}/…{path.suffix or path.name[:1]}"
 

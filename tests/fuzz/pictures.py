@@ -1,4 +1,4 @@
-"""Mutations of images: other sizes, depths and formats, and headers that promise too much."""
+"""Mutations of images: other sizes, depths and formats, and false headers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 _SUFFIXES = (".png", ".jpg", ".bmp", ".tiff", ".webp", ".ppm", ".pgm")
 
 
-def spoilt_image(data: bytes, rng: Random) -> bytes:
-    """An image as another program may have saved it, or as no program would."""
+def corrupted_image(data: bytes, rng: Random) -> bytes:
+    """Return the image in another format or with changed pixels or headers."""
     if rng.random() < 0.3:
         return _header_changed(data, rng)
     pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
@@ -69,7 +69,7 @@ def _many_pages(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _header_changed(data: bytes, rng: Random) -> bytes:
-    """A PNG whose header says something else, with the check sum that belongs to it."""
+    """Return a PNG with a changed header and the matching checksum."""
     if not data.startswith(b"\x89PNG") or len(data) < 33:
         return data[: rng.randrange(len(data) + 1)]
     head = bytearray(data[12:29])
@@ -83,7 +83,7 @@ def _header_changed(data: bytes, rng: Random) -> bytes:
 
 
 def _png(width: int, height: int) -> bytes:
-    """A grey PNG of any size, all black, a thousandth of its size on disk."""
+    """Return a black, grey PNG of any size, which is about 1000 times smaller on disk."""
 
     def chunk(kind: bytes, content: bytes) -> bytes:
         check = struct.pack(">I", zlib.crc32(kind + content))
@@ -100,4 +100,4 @@ _FRAME = (
     b"\x21\xf9\x04\x00\x0a\x00\x00\x00\x2c\x00\x00\x00\x00\x01\x00\x01\x00\x00\x02\x02\x44\x01\x00"
 )
 _GIF = b"GIF89a\x01\x00\x01\x00\x80\x00\x00\x00\x00\x00\xff\xff\xff" + _FRAME + _FRAME + b"\x3b"
-"""Two pictures, one after the other."""
+"""A GIF with two frames."""

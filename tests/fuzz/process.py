@@ -1,4 +1,4 @@
-"""Run an attempt in forked processes, with its own files, limits, streams and faults."""
+"""Runs an attempt in forked processes, with its own files, limits, streams and faults."""
 
 from __future__ import annotations
 
@@ -20,22 +20,32 @@ from typing import Any
 from fuzz.attempt import Attempt
 from fuzz.sandbox import Sandbox
 
-WALL_S, BLOCKED_S = 90.0, 20.0
+WALL_S = 90.0
+"""Longest duration of a process, s."""
+
+BLOCKED_S = 20.0
+"""Time after which a process without work counts as blocked, s."""
+
 _MEMORY_BYTES = 4 << 30
+"""Limit of the address space, bytes."""
+
 _KEPT_BYTES = 1 << 20
+"""Largest kept part of a stream, bytes."""
+
 _OURS = f"{os.sep}tactile_"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a process ended and what it said.
+    """The exit status and the output of a process.
 
     Attributes
     ----------
     code : int
-        Exit status; a signal's negative number.
+        Exit status, or the negative number of a signal.
     report : mapping
-        ``raised`` (type, message, place) by a call; ``fired``, the operation that a fault hit.
+        ``raised``: type, message and place of a call's exception; ``fired``: the operation with
+        the injected fault.
     """
 
     code: int
@@ -55,7 +65,7 @@ class _Child:
 
 
 def run(attempt: Attempt, box: Sandbox) -> list[Outcome]:
-    """Run it as often at once as it says."""
+    """Run the attempt in ``attempt.times`` concurrent processes."""
     children = [_start(attempt, box) for _ in range(attempt.times)]
     return [_finish(child, attempt) for child in children]
 
@@ -125,7 +135,7 @@ def _finish(child: _Child, attempt: Attempt) -> Outcome:
 
 
 def _hangs(pid: int, elapsed_s: float) -> bool:
-    """Whether it has waited for long without working, or for very long."""
+    """Return whether a process is blocked or takes too long."""
     if elapsed_s < BLOCKED_S:
         return False
     ticks = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
@@ -165,17 +175,17 @@ def _be_the_child(attempt: Attempt, box: Sandbox, pipes: Mapping[str, int]) -> N
     sys.stderr = sys.__stderr__ = _stream(2, "backslashreplace", attempt)  # type: ignore[misc]
     sys.path[:0] = map(str, attempt.plugins)
 
-    def tell(**news: Any) -> None:
-        os.write(pipes["report"], json.dumps(news).encode() + b"\n")
+    def report(**entries: Any) -> None:
+        os.write(pipes["report"], json.dumps(entries).encode() + b"\n")
 
     if attempt.fault is not None:
-        attempt.fault.install(box.root, lambda event: tell(fired=event))
-    code = _called(attempt, tell) if attempt.call is not None else _commanded(attempt.words)
+        attempt.fault.install(box.root, lambda event: report(fired=event))
+    code = _called(attempt, report) if attempt.call is not None else _commanded(attempt.words)
     os._exit(_flushed(code))
 
 
 def _stream(number: int, errors: str, attempt: Attempt) -> Any:
-    """What the interpreter makes of a file descriptor when it starts."""
+    """Return a standard stream as the interpreter creates it at startup."""
     if attempt.wires == f"{('stdout', 'stderr')[number - 1]}-closed":
         return None
     return open(
@@ -189,7 +199,7 @@ def _stream(number: int, errors: str, attempt: Attempt) -> Any:
 
 
 def _commanded(words: list[str]) -> int:
-    """What the interpreter does around ``main``."""
+    """Run ``main`` and handle its exceptions like the interpreter."""
     from tactile_core.cli import main
 
     try:
@@ -207,7 +217,7 @@ def _commanded(words: list[str]) -> int:
     return 0
 
 
-def _called(attempt: Attempt, tell: Any) -> int:
+def _called(attempt: Attempt, report: Any) -> int:
     from tactile_core.errors import TactileError
 
     assert attempt.call is not None
@@ -215,16 +225,15 @@ def _called(attempt: Attempt, tell: Any) -> int:
         attempt.call()
     except BaseException as error:
         kind = type(error)
-        told = issubclass(kind, TactileError)
         kinds = [one.__name__ for one in kind.__mro__]
-        name = "TactileError" if told else kind.__name__
-        tell(raised=[name, str(error)[:2000], place_of(error), kinds])
+        name = "TactileError" if issubclass(kind, TactileError) else kind.__name__
+        report(raised=[name, str(error)[:2000], place_of(error), kinds])
         return 2
     return 0
 
 
 def place_of(error: BaseException) -> str:
-    """The deepest line of ours that an error passed."""
+    """Return the innermost line of this project in the traceback of an error."""
     ours = [one for one in traceback.extract_tb(error.__traceback__) if _OURS in one.filename]
     if not ours:
         return "?"
@@ -233,7 +242,7 @@ def place_of(error: BaseException) -> str:
 
 
 def _flushed(code: int) -> int:
-    """What the interpreter does at its end."""
+    """Flush the streams like the interpreter at exit, and return the exit status."""
     try:
         if sys.stdout is not None and not sys.stdout.closed:
             sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Command lines that succeed on the corpus; everything is a mutation of one of them."""
+"""Command lines that succeed with the corpus; every case mutates one of them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ RUN_IMAGE = split("run small.yaml --bundle bundle --input frame.jpg --reference 
 RUN_VIDEO = split("run small.yaml --bundle bundle --input film.avi --frames 3 --out out --json")
 RUN_SCAN = split("run turn.yaml --bundle turn_bundle --input scan --out out --save npz,png --json")
 RUN_SCANS = split("run turn.yaml --bundle turn_bundle --input scans --out out --json")
-RUN_MARKED = split("run marked.yaml --input dragged/frames --reference dragged/reference --json")
-RUN_FIRST = split("run marked.yaml --input dragged/frames --reference first --tare-frame 1")
+RUN_MARKED = split("run marked.yaml --input sheared/frames --reference sheared/reference --json")
+RUN_FIRST = split("run marked.yaml --input sheared/frames --reference first --tare-frame 1")
 RUN_SIM = split("run small.yaml --sim --script script.yaml --frames 2 --json")
 CALIBRATE = split(
     "calibrate small.yaml --presses presses --reference ref.png --ball-diameter-mm 3 --out fresh "

@@ -1,4 +1,4 @@
-"""A case's own copy of the good inputs, and what became of it."""
+"""A case's own copy of the valid inputs, and the list of its files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 Listing = Mapping[str, str]
-"""Relative name to what is there: a file's digest, ``folder``, a link's target, ``other``."""
+"""Content by relative name: a file's digest, ``folder``, a link's target or ``other``."""
 
 
 class Sandbox:
-    """``work`` holds the inputs and is the current folder; ``home`` and ``tmp`` stand beside it."""
+    """Folders of a case: ``work`` with the inputs is the current one; also ``home`` and ``tmp``."""
 
     def __init__(self, root: Path, corpus: Path) -> None:
         self.root = root
@@ -27,7 +27,7 @@ class Sandbox:
         self.given: frozenset[str] = frozenset()
 
     def listing(self) -> dict[str, str]:
-        """Everything below the root; the folders of the first listing are the user's."""
+        """List everything below the root; the folders of the first listing are the user's."""
         found: dict[str, str] = {}
         for folder, folders, files in os.walk(self.root):
             for name in (*folders, *files):
@@ -39,7 +39,7 @@ class Sandbox:
         return found
 
     def environment(self) -> dict[str, str]:
-        """Where a process looks for the user's folders."""
+        """Return the environment variables for the user's folders."""
         return {
             "HOME": str(self.home),
             "XDG_DATA_HOME": str(self.home / "data"),

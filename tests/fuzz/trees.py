@@ -1,4 +1,4 @@
-"""Mutations of text: YAML, JSON and CSV, by its structure, by its lines and by its letters."""
+"""Mutations of YAML, JSON and CSV: of the structure, of lines and of characters."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ _LONGEST = 100_000
 _VALUE = re.compile(r"(:\s+|[\[,]\s*)([^\s,{}\[\]#][^,{}\[\]#\n]*)")
 
 
-def spoilt_json(text: str, rng: Random) -> str:
-    """JSON with one node changed."""
+def corrupted_json(text: str, rng: Random) -> str:
+    """Return JSON with one node changed."""
     tree = _changed(json.loads(text), rng)
     return json.dumps(tree) if rng.random() < 0.95 else '{"a":' * 20_000
 
 
-def spoilt_yaml(text: str, rng: Random) -> str:
-    """YAML with one node, value, line or letter changed."""
+def corrupted_yaml(text: str, rng: Random) -> str:
+    """Return YAML with one node, value, line or character changed."""
     kind = rng.randrange(10)
     if kind < 4:
         return _value_replaced(text, rng, YAML)
     if kind < 8:
         return _as_tree(text, rng)
-    return spoilt_lines(text, rng) if kind == 8 else rng.choice((BOMB, text + BOMB, "- " * 3000))
+    return corrupted_lines(text, rng) if kind == 8 else rng.choice((BOMB, text + BOMB, "- " * 3000))
 
 
-def spoilt_csv(text: str, rng: Random) -> str:
-    """CSV with one cell or line changed."""
+def corrupted_csv(text: str, rng: Random) -> str:
+    """Return CSV with one cell or line changed."""
     if rng.random() < 0.4:
-        return spoilt_lines(text, rng)
+        return corrupted_lines(text, rng)
     lines = text.splitlines() or [""]
     at = rng.randrange(len(lines))
     cells = lines[at].split(",")
@@ -45,8 +45,8 @@ def spoilt_csv(text: str, rng: Random) -> str:
     return "\n".join(lines) + "\n"
 
 
-def spoilt_lines(text: str, rng: Random) -> str:
-    """Text with a line or letter changed."""
+def corrupted_lines(text: str, rng: Random) -> str:
+    """Return the text with one line or character changed."""
     lines = text.splitlines(keepends=True) or [""]
     at = rng.randrange(len(lines))
     kind = rng.randrange(9)
@@ -75,7 +75,7 @@ def spoilt_lines(text: str, rng: Random) -> str:
 def _value_replaced(text: str, rng: Random, values: tuple[str, ...]) -> str:
     found = list(_VALUE.finditer(text))
     if not found:
-        return spoilt_lines(text, rng)
+        return corrupted_lines(text, rng)
     one = rng.choice(found)
     return text[: one.start(2)] + rng.choice(values) + text[one.end(2) :]
 
@@ -83,18 +83,18 @@ def _value_replaced(text: str, rng: Random, values: tuple[str, ...]) -> str:
 def _as_tree(text: str, rng: Random) -> str:
     import ruamel.yaml
 
-    if "&" in text or len(text) > _LONGEST:  # it might unfold to more than the memory holds
-        return spoilt_lines(text, rng)
+    if "&" in text or len(text) > _LONGEST:  # aliases could expand beyond the memory
+        return corrupted_lines(text, rng)
     try:
         tree = ruamel.yaml.YAML(typ="safe", pure=True).load(text)
         written = json.dumps(_changed(tree, rng), ensure_ascii=rng.random() < 0.8)
     except (ruamel.yaml.error.YAMLError, ValueError, TypeError, RecursionError):
-        return spoilt_lines(text, rng)
+        return corrupted_lines(text, rng)
     return re.sub(r"-?\b(NaN|Infinity)\b", lambda m: rng.choice((".nan", ".inf", "-.inf")), written)
 
 
 def _changed(tree: Any, rng: Random) -> Any:
-    """The tree with one node replaced, removed, renamed, doubled, wrapped or swapped."""
+    """Return the tree with one node replaced, removed, renamed, repeated, wrapped or swapped."""
     places = list(_places(tree))
     if not places:
         return any_value(rng)

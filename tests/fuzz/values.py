@@ -1,4 +1,4 @@
-"""Values that are known to hurt: numbers, words, paths and pieces of YAML."""
+"""Problematic values: numbers, words, paths and pieces of YAML."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PATHS: tuple[str, ...] = (
         "grid.yaml",
         "labels.csv",
     ),
-    *("played", "played/truth", "dragged/frames", "/nonexistent/x", "/dev/null", "/proc/self/mem"),
+    *("played", "played/truth", "sheared/frames", "/nonexistent/x", "/dev/null", "/proc/self/mem"),
     *(
         "~",
         "~nosuch/x",
@@ -128,11 +128,11 @@ BOMB = (
     )
     + "images: *i\nname: *i\nradius: *i\n"
 )
-"""Four hundred bytes that unfold to 9⁹ words."""
+"""Four hundred bytes of YAML that expand to 9⁹ words."""
 
 
 def any_value(rng: Random) -> Any:
-    """A number, a word, nothing, or a container of these."""
+    """Return a number, a word, None, a bool or a container of these."""
     kind = rng.randrange(10)
     if kind < 5:
         return rng.choice(NUMBERS)
@@ -146,5 +146,5 @@ def any_value(rng: Random) -> Any:
 
 
 def word_of(value: Any) -> str:
-    """A value as it is written on a command line."""
+    """Return a value as a word of a command line."""
     return value if isinstance(value, str) else repr(value) if value < 10**100 else "9" * 400

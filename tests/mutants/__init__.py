@@ -1,1 +1,1 @@
-"""Small mistakes, made one by one in a copy of the tree, each of which a test has to notice."""
+"""Mutation tests: small mistakes in a copy of the tree, each of which a test must detect."""

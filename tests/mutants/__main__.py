@@ -1,4 +1,4 @@
-"""Make each mistake of the catalogue in a copy of the tree and say which of them survive."""
+"""Apply each mutant of the catalogue to a copy of the tree and report which survive."""
 
 from __future__ import annotations
 
@@ -16,41 +16,43 @@ from mutants.copies import Copy, Outcome
 
 
 def main() -> int:
-    """Print a line for each mutant; 1 if one survives that no reason is given for."""
+    """Print a line for each mutant; return 1 if one survives without a documented reason."""
     parser = argparse.ArgumentParser(prog="make mutants", description=__doc__)
     parser.add_argument("--only", nargs="+", default=[], metavar="AREA|ID")
     parser.add_argument("--workers", type=int, default=2)
-    said = parser.parse_args()
+    arguments = parser.parse_args()
     try:
-        mutants = chosen(read_lists(), said.only)
+        mutants = chosen(read_lists(), arguments.only)
     except ValueError as error:
         parser.error(str(error))
     start = monotonic()
     with (
         tempfile.TemporaryDirectory(prefix="mutants-") as folder,
-        ThreadPoolExecutor(said.workers) as pool,
+        ThreadPoolExecutor(arguments.workers) as pool,
     ):
-        places = [Path(folder) / str(number) for number in range(said.workers)]
+        places = [Path(folder) / str(number) for number in range(arguments.workers)]
         copies = SimpleQueue[Copy]()
         for copy in pool.map(Copy, places):
             copies.put(copy)
-        unsound = _unsound(copies, pool, mutants)
-        if unsound:
-            print(unsound)
+        failure = _failure_without_mutants(copies, pool, mutants)
+        if failure:
+            print(failure)
             return 1
         print(f"unchanged, all named tests pass ({monotonic() - start:.0f} s)", flush=True)
         outcomes = pool.map(lambda mutant: _outcome(copies, mutant), mutants)
-        survivors = [_told(*pair) for pair in zip(mutants, outcomes, strict=True)]
-    counted = [m for m, survives in zip(mutants, survivors, strict=True) if survives]
+        survived = [_reported(*pair) for pair in zip(mutants, outcomes, strict=True)]
+    survivors = [m for m, survives in zip(mutants, survived, strict=True) if survives]
     print(
-        f"{len(mutants) - len(counted)} of {len(mutants)} noticed, {len(counted)} survive "
+        f"{len(mutants) - len(survivors)} of {len(mutants)} detected, {len(survivors)} survive "
         f"({monotonic() - start:.0f} s)"
     )
-    return int(any(not mutant.equivalent for mutant in counted))
+    return int(any(not mutant.equivalent for mutant in survivors))
 
 
-def _unsound(copies: SimpleQueue[Copy], pool: ThreadPoolExecutor, mutants: Sequence[Mutant]) -> str:
-    """Which named test fails on the tree as it is; empty if none does."""
+def _failure_without_mutants(
+    copies: SimpleQueue[Copy], pool: ThreadPoolExecutor, mutants: Sequence[Mutant]
+) -> str:
+    """Return the named test that fails on the unchanged tree, or ""."""
 
     def run(kernels: Kernels) -> Outcome:
         tests = sorted({test for m in mutants if m.kernels == kernels for test in m.tests})
@@ -63,7 +65,7 @@ def _unsound(copies: SimpleQueue[Copy], pool: ThreadPoolExecutor, mutants: Seque
     kinds: tuple[Kernels, ...] = ("off", "on")
     for outcome in pool.map(run, kinds):
         if outcome != Outcome():
-            return outcome.trouble or f"{outcome.noticed_by} fails without any mistake"
+            return outcome.trouble or f"{outcome.detected_by} fails on the unchanged tree"
     return ""
 
 
@@ -75,10 +77,10 @@ def _outcome(copies: SimpleQueue[Copy], mutant: Mutant) -> Outcome:
         copies.put(copy)
 
 
-def _told(mutant: Mutant, outcome: Outcome) -> bool:
-    """Print a mutant's line; return whether it survives."""
-    survives = not outcome.noticed_by
-    result = outcome.noticed_by.rpartition("::")[2] or "SURVIVES"
+def _reported(mutant: Mutant, outcome: Outcome) -> bool:
+    """Print a mutant's line and return whether it survives."""
+    survives = not outcome.detected_by
+    result = outcome.detected_by.rpartition("::")[2] or "SURVIVES"
     if outcome.trouble:
         result = f"BROKEN: {outcome.trouble}"
     elif survives and mutant.equivalent:

@@ -1,4 +1,4 @@
-"""The list of mistakes: what each changes, and which tests are to notice it."""
+"""The catalogue of mutants: the change of each, and the tests that must detect it."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ class Mutant(BaseModel):
     Attributes
     ----------
     area : str
-        Name of the list that it stands in.
+        Name of its list.
     id : str
     says : str
-        The mistake in words.
+        Description of the mistake.
     file : str
-        Where it is made, from the root of the repository.
+        The changed file, relative to the root of the repository.
     old, new : str
-        The snippet that stands there exactly once, and what takes its place.
+        A snippet that occurs exactly once, and its replacement.
     tests : tuple of str
-        Files or node ids of the tests of which at least one has to fail.
+        Files or node ids of tests; at least one of them must fail.
     kernels : "off" or "on"
-        Whether they run with the compiled kernels; off where the snippet has a compiled twin, which
-        would hide it, or where both ways share it, since numba takes a second to import.
+        Whether the tests run with compiled kernels. Off if a compiled version of the snippet would
+        hide the mistake, and if both versions share it, because importing numba takes a second.
     equivalent : str
-        Why no test can notice it; empty for all others.
+        Reason why no test can detect it; empty for all others.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -57,17 +57,19 @@ class Mutant(BaseModel):
         Raises
         ------
         ValueError
-            The snippet is not there exactly once.
+            The snippet does not occur exactly once.
         """
         text = (tree / self.file).read_text(encoding="utf-8")
         count = text.count(self.old)
         if count != 1:
-            raise ValueError(f"{self.area}/{self.id}: the snippet is {count} times in {self.file}")
+            raise ValueError(
+                f"{self.area}/{self.id}: the snippet occurs {count} times in {self.file}"
+            )
         return text.replace(self.old, self.new)
 
 
 def read_lists(folder: Path = LISTS) -> list[Mutant]:
-    """Read every list, by name of the area."""
+    """Read all lists, sorted by area."""
     mutants = []
     for path in sorted(folder.glob("*.yaml")):
         entries = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
@@ -76,7 +78,7 @@ def read_lists(folder: Path = LISTS) -> list[Mutant]:
 
 
 def chosen(mutants: Sequence[Mutant], only: Sequence[str]) -> list[Mutant]:
-    """Return those of some areas or ids; all of them where none is named.
+    """Return the mutants of the given areas or ids; all mutants if none is given.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def chosen(mutants: Sequence[Mutant], only: Sequence[str]) -> list[Mutant]:
 
 
 def has_test(node: str, tree: Path = ROOT) -> bool:
-    """Whether a node's file is there, and defines the function that it names."""
+    """Return whether a node's file exists and defines its function."""
     name, _, function = node.partition("::")
     path = tree / name
     if not function:

@@ -1,4 +1,4 @@
-"""A copy of the tree in which mistakes are made, and tests run that import the copy alone."""
+"""A copy of the tree for mutants, with tests that import only the copy."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ _LEFT_OUT = (".git", ".venv", "__pycache__", "*.egg-info", ".*_cache", "site", "
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?::[^\s\[]+)", re.MULTILINE)
 _TESTS_FAILED = 1
 _MUTANT_S, _ALL_S = 600.0, 3600.0
-"""Limits; beyond them a run tells nothing."""
+"""Time limits of the tests of one mutant and of all tests, s."""
 
 _PLUGINS = ("tactile_baxter_fingertip", "tactile_desktop_six_led", "tactile_hex_fingertip")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of tests came to.
+    """The result of a test run.
 
     Attributes
     ----------
-    noticed_by : str
-        The first test that failed; empty where all passed.
+    detected_by : str
+        The first test that failed; empty if all passed.
     trouble : str
-        Why the run tells nothing, with its output; empty where it does.
+        Why the run has no result, with its output; empty if it has one.
     """
 
-    noticed_by: str = ""
+    detected_by: str = ""
     trouble: str = ""
 
 
 class Copy:
     """A copy of the tree, for one worker.
 
-    Every file keeps its time of change, also when a mistake in it is undone, and nothing compiled
-    is written after the copy was prepared: so what is imported is always compiled from its text.
+    Files keep their modification times, also when a mistake is reverted, and no bytecode is
+    written after the preparation. So every import uses the current source.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -53,15 +53,15 @@ class Copy:
         self._check_imports()
 
     def tested(self, tests: Sequence[str], kernels: Kernels) -> Outcome:
-        """Run tests on the tree as it is."""
+        """Run tests on the unchanged tree."""
         return self._tested(tests, self._environment(kernels), _ALL_S)
 
     def mutated(self, mutant: Mutant) -> Outcome:
-        """Run a mutant's tests on it, and undo it."""
+        """Apply a mutant, run its tests and revert it."""
         path = self.tree / mutant.file
         text, times = mutant.made_in(self.tree), path.stat()
         before = path.read_bytes()
-        # a kernel that calls the changed one is cached by its own file's time: it needs a new cache
+        # the cache of a kernel does not depend on the files of the kernels that it calls
         fresh = "/kernels/" in mutant.file or mutant.file.endswith("kernels.py")
         cache = self._kernels.with_name(f"numba-{mutant.id}") if fresh else self._kernels
         try:
@@ -78,12 +78,12 @@ class Copy:
         try:
             done = self._run(command, environment | {"PYTHONDONTWRITEBYTECODE": "1"}, limit_s)
         except subprocess.TimeoutExpired:
-            return Outcome(trouble=f"no end within {limit_s:.0f} s")
+            return Outcome(trouble=f"not finished within {limit_s:.0f} s")
         if done.returncode == 0:
             return Outcome()
         failed = _FAILED.search(done.stdout)
         if done.returncode == _TESTS_FAILED and failed:
-            return Outcome(noticed_by=failed[1])
+            return Outcome(detected_by=failed[1])
         return Outcome(trouble=f"pytest ended with {done.returncode}\n{done.stdout}{done.stderr}")
 
     def _environment(self, kernels: Kernels = "off", cache: Path | None = None) -> dict[str, str]:
@@ -101,10 +101,10 @@ class Copy:
         }
 
     def _check_imports(self) -> None:
-        """Refuse to go on if the installed packages, and not the copies, would be tested."""
+        """Raise an error if the tests would import the installed packages."""
         modules = "tactile_core", *_PLUGINS
-        says = f"import {', '.join(modules)}; print(*(m.__file__ for m in ({', '.join(modules)})))"
-        found = self._run(["-c", says], self._environment()).stdout.split()
+        code = f"import {', '.join(modules)}; print(*(m.__file__ for m in ({', '.join(modules)})))"
+        found = self._run(["-c", code], self._environment()).stdout.split()
         strays = [path for path in found if not Path(path).is_relative_to(self.tree)]
         if strays or len(found) != len(modules):
             raise RuntimeError(f"{strays or modules} would be tested instead of the copy")

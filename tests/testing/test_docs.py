@@ -1,4 +1,4 @@
-"""docs/how-to/test-a-plugin.md tells every check, in the words of its docstring."""
+"""docs/how-to/test-a-plugin.md lists every check with the first line of its docstring."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "how-to" / "test-a-plugin.md").read_text(encoding="utf-8")
 
 
-def test_the_table_holds_every_check_and_no_other() -> None:
-    told = dict(re.findall(r"^\| [^|]+ \| `(\w+)` \| (.+) \|$", PAGE, re.MULTILINE))
-    assert told == {
+def test_the_table_lists_exactly_the_checks() -> None:
+    rows = dict(re.findall(r"^\| [^|]+ \| `(\w+)` \| (.+) \|$", PAGE, re.MULTILINE))
+    assert rows == {
         name: (inspect.getdoc(check) or "").splitlines()[0]
         for name, check in checks_of(PluginConformance).items()
     }
 
 
-def test_the_first_lines_of_the_page_make_a_suite() -> None:
+def test_the_first_code_block_of_the_page_is_a_short_test_class() -> None:
     lines = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)[0]
     suite = ast.parse(lines).body[-1]
     assert isinstance(suite, ast.ClassDef)

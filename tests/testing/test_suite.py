@@ -1,4 +1,4 @@
-"""What pytest makes of the five lines."""
+"""Runs conformance test classes with pytest: repetition, skips and expected failures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ pytest_plugins = ["pytester"]
 def outcome(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, *lines: str
 ) -> tuple[dict[str, int], str]:
-    """Run a suite of some lines; the counts, and all that was printed."""
+    """Run a test class with these lines; return the counts and the output."""
     monkeypatch.syspath_prepend(FAKES)
     body = "\n".join(f"    {line}" for line in lines)
     pytester.makepyfile(
@@ -28,61 +28,61 @@ def outcome(
     return result.parseoutcomes(), str(result.stdout)
 
 
-def test_a_check_is_repeated_for_each_component_and_skipped_where_there_is_none(
+def test_a_check_is_repeated_for_each_component_and_skipped_without_components(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    counts, said = outcome(pytester, monkeypatch, "plugin = 'undeclared'")
+    counts, output = outcome(pytester, monkeypatch, "plugin = 'undeclared'")
     assert counts["failed"] == 1
-    assert "test_state[estimator undeclared.x]" in said
-    assert "a frame's result depends on the frames before it" in said
-    assert "plugin 'undeclared' registers nothing that this check is about" in said
+    assert "test_state[estimator undeclared.x]" in output
+    assert "a frame's result depends on the frames before it" in output
+    assert "plugin 'undeclared' registers nothing for this check" in output
 
 
 @pytest.mark.parametrize("key", ["state", "state[estimator undeclared.x]"])
-def test_an_expected_failure_is_no_failure(
+def test_an_expected_failure_is_reported_as_xfail(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
-    reason = "we are on it"
-    counts, said = outcome(
+    reason = "fix in progress"
+    counts, output = outcome(
         pytester,
         monkeypatch,
         "plugin = 'undeclared'",
         f"expected_failures = {{{key!r}: {reason!r}}}",
     )
     assert (counts.get("failed"), counts["xfailed"]) == (None, 1)
-    assert reason in said
+    assert reason in output
 
 
 def test_an_expected_failure_that_passes_is_a_failure(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    counts, said = outcome(
+    counts, output = outcome(
         pytester, monkeypatch, "plugin = 'in_pixels'", "expected_failures = {'state': 'old'}"
     )
     assert counts["failed"] == 2
     assert (
-        "state[estimator in_pixels.x] passes, and expected_failures says that it does not" in said
+        "state[estimator in_pixels.x] passes, but expected_failures lists it as failing" in output
     )
-    assert "remove 'state' from expected_failures" in said
+    assert "remove 'state' from expected_failures" in output
 
 
 @pytest.mark.parametrize("key", ["stat", "state[estimator undeclared.y]"])
 def test_an_unknown_name_among_the_expected_failures_is_a_failure(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
-    counts, said = outcome(
+    counts, output = outcome(
         pytester, monkeypatch, "plugin = 'undeclared'", f"expected_failures = {{{key!r}: 'old'}}"
     )
     assert counts["failed"] == 2
-    assert f"expected_failures names {key!r}, which is no check of this plugin" in said
+    assert f"expected_failures names {key!r}, which is not a check of this plugin" in output
 
 
-def test_a_plugin_with_nothing_in_it_is_a_failure(
+def test_an_empty_plugin_is_a_failure(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    counts, said = outcome(pytester, monkeypatch, "plugin = 'nothing'")
+    counts, output = outcome(pytester, monkeypatch, "plugin = 'nothing'")
     assert counts["failed"] == 1
-    assert "registers no component and no profile" in said
+    assert "registers no component and no profile" in output
 
 
 def test_options_and_stall_make_a_device_testable(
@@ -100,7 +100,7 @@ def test_options_and_stall_make_a_device_testable(
     assert "failed" not in counts
 
 
-def test_a_missing_pytest_is_said_in_one_sentence() -> None:
+def test_a_missing_pytest_is_reported_in_one_sentence() -> None:
     code = (
         "import sys; sys.modules['pytest'] = None\n"
         "from tactile_core.errors import PluginError\n"

@@ -1,4 +1,4 @@
-"""The plugin ``example_arm``: a step that needs the arm's pose, and a sink for a robot's log."""
+"""The plugin ``example_arm``: a step that needs the pose of a robot arm, and a log as a sink."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_estimators() -> Mapping[str, str]:
-    """Where each estimator lives."""
+    """Return the estimators by name."""
     return {"workpiece": "tactile_example_arm.workpiece:Workpiece"}
 
 
 @hookimpl
 def tactile_sinks() -> Mapping[str, str]:
-    """Where each sink lives."""
+    """Return the sinks by name."""
     return {"log": "tactile_example_arm.log:Log"}

@@ -1,4 +1,4 @@
-"""A line of text for each touch, as a robot's log wants it."""
+"""A sink that logs one line of text per touch."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from tactile_example_arm.workpiece import TouchPoint
 class LogOptions(Options):
     """Options of :class:`Log`."""
 
-    path: Path = Field(default=Path("touches.log"), description="The file, which is added to.")
-    decimals: int = Field(default=2, ge=0, le=6, description="Of coordinates in mm.")
+    path: Path = Field(default=Path("touches.log"), description="File to append to.")
+    decimals: int = Field(default=2, ge=0, le=6, description="Decimals of coordinates in mm.")
 
 
 class Log(Sink):
-    """Adds a line to a file for each reading that has a touch; each is on disk at once."""
+    """Appends a line to a file for each reading with a touch, and flushes it."""
 
     Options = LogOptions
     options: LogOptions
     _file: TextIO | None = None
 
     def open(self, session: Session) -> None:
-        """Begin with a line that says which sensor it is."""
+        """Write a line with the sensor's name and serial."""
         super().open(session)
         self._file = self.options.path.open("a", encoding="utf-8")
-        self._say(f"# {session.build.name} {session.serial or 'without serial'}")
+        self._print(f"# {session.build.name} {session.serial or 'without serial'}")
 
     def write(self, reading: Reading) -> None:
-        """Add a line, if there is a touch."""
+        """Append a line if there is a touch."""
         touch = reading.get(TouchPoint)
         if touch is not None and touch.world_mm is not None:
-            place = " ".join(f"{mm:.{self.options.decimals}f}" for mm in touch.world_mm)
-            self._say(f"{reading.source} {place}")
+            position = " ".join(f"{mm:.{self.options.decimals}f}" for mm in touch.world_mm)
+            self._print(f"{reading.source} {position}")
 
     def close(self) -> None:
         """Close the file."""
@@ -45,5 +45,5 @@ class Log(Sink):
             self._file.close()
             self._file = None
 
-    def _say(self, line: str) -> None:
+    def _print(self, line: str) -> None:
         print(line, file=self._file, flush=True)

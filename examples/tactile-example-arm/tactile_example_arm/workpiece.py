@@ -1,4 +1,4 @@
-"""The workpiece as the sensor feels it, at its place in the world."""
+"""The measured surface of a workpiece, in world coordinates."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from tactile_core.quantities import Bool, Float32, MmPerPx, TimestampS
 
 @dataclass(frozen=True, eq=False)
 class ArmPose(Quantity):
-    """Where the arm holds the sensor.
+    """Pose of the sensor in the world, from the arm.
 
     Attributes
     ----------
     origin_mm : (3,) float32
-        The sensor's origin in the world.
+        Origin of the sensor frame in world coordinates.
     rotation : (3, 3) float32
-        Turns the sensor's axes into the world's.
+        Rotation from the sensor frame to the world frame.
     """
 
     origin_mm: Annotated[Float32, FieldSpec("mm", ("xyz",))]
@@ -30,16 +30,16 @@ class ArmPose(Quantity):
 
 @dataclass(frozen=True, eq=False)
 class Profile3D(Quantity):
-    """Height of the workpiece in the world, wherever the sensor touches it.
+    """Height of the workpiece in the world, measured in the contact area.
 
     Attributes
     ----------
     z_mm : (H, W) float32
-        World z of each pixel's piece of the gel surface.
+        World z of the gel surface at each pixel.
     std_mm : (H, W) float32
-        Its standard deviation.
+        Standard deviation of ``z_mm``.
     valid : (H, W) bool
-        Where the workpiece touches.
+        The contact area.
     """
 
     z_mm: Annotated[Float32, FieldSpec("mm", ("y", "x"), saved_as="workpiece_z_mm")]
@@ -51,7 +51,7 @@ class Profile3D(Quantity):
 
 @dataclass(frozen=True, eq=False)
 class TouchPoint(Quantity):
-    """The middle of the contact in the world; None where nothing touches."""
+    """Centre of the contact area in world coordinates; None without contact."""
 
     world_mm: Annotated[Float32 | None, FieldSpec("mm", ("xyz",), saved_as="touch_world_mm")]
     touches: Annotated[bool, FieldSpec(saved_as="touches")]
@@ -59,17 +59,17 @@ class TouchPoint(Quantity):
 
 
 class Workpiece(Estimator):
-    """Places what is felt in the world, by the pose that comes with each frame."""
+    """Transforms the height map to world coordinates with the pose of each frame."""
 
     def estimate(
         self, height: HeightMap, contact: ContactMask, pose: External[ArmPose]
     ) -> tuple[Profile3D, TouchPoint]:
-        """Return the profile and the middle of the contact."""
+        """Return the profile and the centre of the contact area."""
         world_mm = (height.points_mm @ pose.rotation.T + pose.origin_mm).astype(np.float32)
         std_mm = np.full_like(height.mm, 0.01)
         profile = Profile3D(
             world_mm[..., 2], std_mm, contact.mask, height.mm_per_px, height.timestamp_s
         )
         touches = bool(contact.mask.any())
-        middle = world_mm[contact.mask].mean(axis=0) if touches else None
-        return profile, TouchPoint(middle, touches, height.timestamp_s)
+        centre = world_mm[contact.mask].mean(axis=0) if touches else None
+        return profile, TouchPoint(centre, touches, height.timestamp_s)

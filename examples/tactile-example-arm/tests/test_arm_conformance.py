@@ -14,5 +14,5 @@ class TestExampleArm(PluginConformance):
     options: ClassVar = {"example_arm.log": {"path": "/dev/null"}}
 
     def inputs(self, scene: VirtualPress) -> Mapping[type[Quantity], Quantity]:
-        """Where the arm is, which no step of the core knows."""
+        """Return the arm's pose, which no step of the core computes."""
         return {ArmPose: ArmPose(np.zeros(3, np.float32), np.eye(3, dtype=np.float32))}

@@ -1,4 +1,4 @@
-"""The plugin ``example_depth``: a calibration whose model gives depth, ``example_depth.ridge``."""
+"""The plugin ``example_depth``: a calibration that measures depth, ``example_depth.ridge``."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_calibrators() -> Mapping[str, str]:
-    """What a profile names under ``calibration``."""
+    """Return the calibrators by their name in profiles."""
     return {"ridge": "tactile_example_depth.ridge_depth:RidgeDepthCalibrator"}
 
 
 @hookimpl
 def tactile_artefacts() -> Mapping[str, str]:
-    """What is fitted, as a bundle names it."""
+    """Return the fitted models by their name in bundles."""
     return {"ridge": "tactile_example_depth.ridge_depth:RidgeDepth"}

@@ -1,8 +1,8 @@
-"""Depth straight from a picture, with no slopes in between, by ridge regression.
+"""Depth from an image by ridge regression, without gradients as an intermediate step.
 
-To first order a channel brightens as the surface turns towards its light. The integral of its
-change along x or along y is then a share of the depth, and how large a share is fitted, for each
-channel, with terms of the place.
+To first order, the intensity change of a channel is proportional to the slope towards its light.
+Its integral along x or y is then proportional to the depth. The factors are fitted for each
+channel, with linear terms of the position.
 """
 
 from __future__ import annotations
@@ -30,28 +30,29 @@ from tactile_core.interfaces.device import Options
 Float32 = NDArray[np.float32]
 
 FILE = "ridge_depth.npz"
+"""Name of the saved model in a bundle."""
 
 
 class RidgeDepth(Calibration):
-    """Depth as a weighted sum of integrated changes of the light.
+    """Depth as a weighted sum of integrated intensity changes.
 
     Parameters
     ----------
     weights : (F,) float32
-        Of the :func:`features`.
+        Weights of the :func:`features`.
     shape : (H, W, K)
-        Of the images that they were fitted on.
+        Shape of the images in the fit.
     """
 
     def __init__(self, weights: Float32, shape: tuple[int, ...]) -> None:
         self._weights, self._shape = weights, shape
 
     def measure(self, frame: Frame, reference: Reference) -> HeightMap:
-        """Depth of one frame."""
+        """Return the depth of one frame."""
         for pixels in (frame.pixels, reference.pixels):
             if pixels.shape != self._shape:
                 raise CalibrationError(
-                    f"example_depth.ridge was fitted on images of {self._shape} and is given "
+                    f"example_depth.ridge was fitted to images of {self._shape}, but the input is "
                     f"{pixels.shape}; calibrate at the size of the input"
                 )
         mm = features(frame, reference) @ self._weights
@@ -73,9 +74,9 @@ class RidgeDepth(Calibration):
 
 
 class RidgeOptions(Options):
-    """What a profile may set beside ``use: example_depth.ridge``."""
+    """Options of ``use: example_depth.ridge`` in a profile."""
 
-    ridge: float = Field(default=1e-4, gt=0, description="Penalty on the weights.")
+    ridge: float = Field(default=1e-4, gt=0, description="Penalty on the squared weights.")
 
 
 class RidgeDepthCalibrator(Calibrator):
@@ -85,12 +86,12 @@ class RidgeDepthCalibrator(Calibrator):
     options: RidgeOptions
 
     def fit(self, presses: Sequence[Press], reference: Reference) -> RidgeDepth:
-        """Fit on presses of a known shape."""
+        """Fit the weights to presses with known heights."""
         known = [(press, press.heights_mm) for press in presses if press.heights_mm is not None]
         if not known:
-            raise CalibrationError("example_depth.ridge needs presses whose height is known")
-        seen = [features(p.frame, reference)[p.rows, p.columns] for p, _ in known]
-        a = np.concatenate(seen).astype(np.float64)
+            raise CalibrationError("example_depth.ridge needs presses with known heights")
+        rows = [features(p.frame, reference)[p.rows, p.columns] for p, _ in known]
+        a = np.concatenate(rows).astype(np.float64)
         b = np.concatenate([heights_mm for _, heights_mm in known])
         normal = a.T @ a + self.options.ridge * len(a) * np.eye(a.shape[1])
         weights = np.linalg.solve(normal, a.T @ b)
@@ -98,15 +99,15 @@ class RidgeDepthCalibrator(Calibrator):
 
 
 def features(frame: Frame, reference: Reference) -> Float32:
-    """(H, W, 6 K) integrals in mm of each channel's change, alone and times the place."""
+    """Return (H, W, 6 K) integrals in mm of each channel's change, also times x and times y."""
     change = frame.pixels / np.maximum(reference.pixels, 0.01 * reference.full_scale) - 1
     none = np.zeros(change.shape[:2], np.float32)
     integrals = []
     for channel in np.moveaxis(change.astype(np.float32), -1, 0):
         for slopes in ((channel, none), (none, channel)):
             integral = integrate(*slopes, mm_per_px=frame.mm_per_px)
-            # an integral is free by a constant: most of the image is not touched
+            # fixes the free constant of the integral: most of the image is not in contact
             integrals.append(integral - np.median(integral))
-    shares = np.stack(integrals, axis=-1)
+    terms = np.stack(integrals, axis=-1)
     y, x = (np.linspace(-1, 1, n, dtype=np.float32) for n in none.shape)
-    return np.concatenate([shares, shares * x[:, None], shares * y[:, None, None]], axis=-1)
+    return np.concatenate([terms, terms * x[:, None], terms * y[:, None, None]], axis=-1)

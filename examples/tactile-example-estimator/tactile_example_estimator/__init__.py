@@ -9,5 +9,5 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_estimators() -> Mapping[str, str]:
-    """Where each estimator lives; nothing of it is imported before a profile names it."""
+    """Return the estimators by name; each is imported only when a profile uses it."""
     return {"volume": "tactile_example_estimator.volume:PressedVolume"}

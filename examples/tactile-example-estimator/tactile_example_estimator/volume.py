@@ -1,4 +1,4 @@
-"""How much space the object takes from the gel."""
+"""The volume of the indentation."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tactile_core.quantities import FieldSpec, HeightMap, Quantity, TimestampS
 
 @dataclass(frozen=True, eq=False)
 class Volume(Quantity):
-    """Volume between the pressed skin and its surface at rest.
+    """Volume between the indented and the undeformed gel surface.
 
     Attributes
     ----------
     mm3 : float
-        Cubic millimetres, never negative.
+        Volume in mm³, never negative.
     """
 
     mm3: Annotated[float, FieldSpec("mm³", saved_as="pressed_volume_mm3")]
@@ -31,12 +31,12 @@ class VolumeOptions(Options):
     """Options of :class:`PressedVolume`."""
 
     min_height_mm: float = Field(
-        default=0.0, ge=0, description="Skin pressed less than this is taken for noise."
+        default=0.0, ge=0, description="Smallest height in mm that counts; less is noise."
     )
 
 
 class PressedVolume(Estimator):
-    """Sums the height over the image; skin that bulges outwards does not count."""
+    """Sums the height over the image; negative heights do not count."""
 
     Options = VolumeOptions
     options: VolumeOptions

@@ -19,7 +19,7 @@ def volume_of(height_mm: np.ndarray, **options: float) -> Volume:
     return step.estimate(height)
 
 
-def test_a_ball_presses_the_volume_of_its_cap() -> None:
+def test_a_ball_displaces_the_volume_of_its_cap() -> None:
     radius_mm, depth_mm = 8.0, 1.0
     rows, columns = np.mgrid[:200, :240] * MM_PER_PX
     below = radius_mm**2 - (rows - 5) ** 2 - (columns - 6) ** 2
@@ -33,7 +33,7 @@ def test_undeformed_gel_has_no_volume_and_a_bulge_does_not_count() -> None:
     assert volume_of(np.full((200, 240), -0.1)).mm3 == 0
 
 
-def test_noise_below_the_least_height_is_left_out() -> None:
+def test_heights_below_the_smallest_do_not_count() -> None:
     assert volume_of(np.full((200, 240), 0.01), min_height_mm=0.02).mm3 == 0
 
 

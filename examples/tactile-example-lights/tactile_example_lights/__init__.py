@@ -1,4 +1,4 @@
-"""The plugin ``example_lights``: a camera, the box that switches the lights, and a journal."""
+"""The plugin ``example_lights``: a camera, a light driver and a journal of readings."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_cameras() -> Mapping[str, str]:
-    """The camera over the gel."""
+    """Return the cameras by name."""
     return {"camera": "tactile_example_lights.camera:BenchCamera"}
 
 
 @hookimpl
 def tactile_light_drivers() -> Mapping[str, str]:
-    """The box beside it."""
+    """Return the light drivers by name."""
     return {"box": "tactile_example_lights.box:LightBox"}
 
 
 @hookimpl
 def tactile_sinks() -> Mapping[str, str]:
-    """Where readings may go."""
+    """Return the sinks by name."""
     return {"journal": "tactile_example_lights.journal:Journal"}
 
 
 @hookimpl
 def tactile_profiles() -> Path:
-    """``example_lights_bench``."""
+    """Return the folder of the profile ``example_lights_bench``."""
     return Path(__file__).parent / "profiles"

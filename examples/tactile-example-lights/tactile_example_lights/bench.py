@@ -1,4 +1,4 @@
-"""What stands in for hardware: a gel, a ball, four lights, and a port that takes lines of text."""
+"""A simulation of the hardware: a gel, a ball, four lights, and a port for text commands."""
 
 from __future__ import annotations
 
@@ -8,16 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 AZIMUTH_DEG = {"east": 0, "south": 90, "west": 180, "north": 270}
+"""Azimuth of each light, degrees."""
+
 ELEVATION_DEG = 45
+"""Elevation of all lights, degrees."""
+
 HEIGHT_PX, WIDTH_PX, MM_PER_PX = 120, 160, 0.05
+"""Size of the image, px, and its scale, mm/px."""
+
 BALL_RADIUS_MM, DEPTH_MM = 4.0, 0.4
+"""Radius of the ball and its indentation, mm."""
+
 FULL, AMBIENT = 180.0, 20.0
+"""Intensity of one light at full brightness and of the ambient light, grey levels."""
 
 
 class Bench:
-    """One bench; ``Bench.at("loop")`` is the one that is plugged in there."""
+    """A simulated bench; ``Bench.at("loop")`` is the one at the port ``loop``."""
 
-    _plugged_in: ClassVar[dict[str, Bench]] = {}
+    _connected: ClassVar[dict[str, Bench]] = {}
 
     def __init__(self) -> None:
         self.brightness: dict[str, int] = {}
@@ -25,21 +34,21 @@ class Bench:
 
     @classmethod
     def at(cls, port: str) -> Bench:
-        """Return what is plugged in at a port."""
-        return cls._plugged_in.setdefault(port, cls())
+        """Return the bench at a port."""
+        return cls._connected.setdefault(port, cls())
 
     def send(self, line: str) -> str:
-        """Take ``"east=255 west=0"`` and answer ``"ok"``, or say what is wrong."""
-        said = dict(word.split("=") for word in line.split())
-        unknown = sorted(set(said) - set(AZIMUTH_DEG))
+        """Process a command like ``"east=255 west=0"``; return ``"ok"`` or an error message."""
+        levels = dict(word.split("=") for word in line.split())
+        unknown = sorted(set(levels) - set(AZIMUTH_DEG))
         if unknown:
             return f"no light {unknown[0]}"
         self.lines.append(line)
-        self.brightness = {name: int(value) for name, value in said.items()}
+        self.brightness = {name: int(value) for name, value in levels.items()}
         return "ok"
 
     def picture(self, *, touched: bool) -> NDArray[np.uint8]:
-        """(H, W) uint8: what the camera sees of a Lambertian gel in the light of this moment."""
+        """Return the (H, W) uint8 image of a Lambertian gel under the current lights."""
         y, x = np.mgrid[:HEIGHT_PX, :WIDTH_PX].astype(float)
         x, y = (x - (WIDTH_PX - 1) / 2) * MM_PER_PX, (y - (HEIGHT_PX - 1) / 2) * MM_PER_PX
         ball = np.sqrt(np.maximum(BALL_RADIUS_MM**2 - x**2 - y**2, 0)) - BALL_RADIUS_MM + DEPTH_MM

@@ -1,4 +1,4 @@
-"""``example_lights.box``: the box that switches the lights."""
+"""``example_lights.box``: the driver of the light box."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tactile_example_lights.bench import AZIMUTH_DEG, Bench
 
 
 class BoxOptions(Options):
-    """Where the box is."""
+    """Options of :class:`LightBox`."""
 
-    port: str = Field(default="loop", description="The port that it is plugged in at.")
+    port: str = Field(default="loop", description="Port of the light box.")
 
 
 class LightBox(LightDriver):
-    """Takes one line for all its lights and answers when they have settled."""
+    """Sets all lights with one command; the box answers when they have settled."""
 
     Options = BoxOptions
 
@@ -33,8 +33,8 @@ class LightBox(LightDriver):
         self._bench = None
 
     def _set(self, levels: Mapping[str, float]) -> None:
-        said = dict.fromkeys(AZIMUTH_DEG, 0.0) | dict(levels)
-        line = " ".join(f"{name}={round(255 * level)}" for name, level in said.items())
+        all_levels = dict.fromkeys(AZIMUTH_DEG, 0.0) | dict(levels)
+        line = " ".join(f"{name}={round(255 * level)}" for name, level in all_levels.items())
         answer = self._bench.send(line)
         if answer != "ok":
             raise DeviceError(

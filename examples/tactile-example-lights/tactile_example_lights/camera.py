@@ -1,4 +1,4 @@
-"""``example_lights.camera``: the camera over the gel, which takes one picture like the other."""
+"""``example_lights.camera``: the camera of the bench, with fixed settings."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from tactile_example_lights.bench import Bench
 
 
 class CameraOptions(Options):
-    """Which camera, and what happens before it."""
+    """Options of :class:`BenchCamera`."""
 
-    port: str = Field(default="loop", description="The port that it is plugged in at.")
+    port: str = Field(default="loop", description="Port of the camera.")
     touched_from: int = Field(
-        default=5, ge=0, description="The first picture on which a ball presses."
+        default=5, ge=0, description="Number of the first image with a pressed ball."
     )
 
 
 class BenchCamera(Camera):
-    """Sees the gel in whatever light there is."""
+    """Takes images of the gel under the current lights."""
 
     Options = CameraOptions
 
     @property
     def device_id(self) -> str:
-        """The port: there is one camera at each."""
+        """The port, which identifies the camera."""
         return self.options.port
 
     def _open(self) -> None:
@@ -35,7 +35,7 @@ class BenchCamera(Camera):
         self._taken = 0
 
     def _close(self) -> None:
-        """The bench has nothing to release."""
+        """Do nothing: there are no resources to release."""
 
     def _read(self, timeout_s: float) -> Image:
         pixels = self._bench.picture(touched=self._taken >= self.options.touched_from)

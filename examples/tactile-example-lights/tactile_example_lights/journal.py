@@ -1,4 +1,4 @@
-"""A journal of what the bench measured: one line of JSON for each observation."""
+"""A sink that writes one line of JSON per observation."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from tactile_core.interfaces.device import Options
 class JournalOptions(Options):
     """Options of :class:`Journal`."""
 
-    path: Path = Field(default=Path("journal.jsonl"), description="The file, which is added to.")
+    path: Path = Field(default=Path("journal.jsonl"), description="File to append to.")
 
 
 class Journal(Sink):
-    """Adds a line for each reading, and one at the beginning that says what the bench is."""
+    """Appends a header line about the sensor, then one line per reading."""
 
     Options = JournalOptions
     options: JournalOptions
     _file: TextIO | None = None
 
     def open(self, session: Session) -> None:
-        """Open the file and say which channels a frame has."""
+        """Open the file and write the profile's name and the channels."""
         super().open(session)
         self._file = self.options.path.open("a", encoding="utf-8")
         self._add({"profile": session.build.name, "channels": list(session.channels)})
 
     def write(self, reading: Reading) -> None:
-        """Add what a line of ``tactile run --json`` says."""
+        """Append the same JSON object as ``tactile run --json``."""
         self._add(reading.summary(self.session.guard))
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ def bench() -> Bench:
     return bench
 
 
-def test_the_ball_is_measured_in_the_light_of_four_sequential_lights(bench: Bench) -> None:
+def test_the_ball_is_measured_with_four_sequential_lights(bench: Bench) -> None:
     with open_sensor("example_lights_bench") as sensor:
         sensor.capture_reference(frames=1)
         reading = sensor.read()
@@ -22,15 +22,15 @@ def test_the_ball_is_measured_in_the_light_of_four_sequential_lights(bench: Benc
     assert reading[ContactMask].mask.any()
 
 
-def test_each_light_shines_alone_then_none_and_none_at_the_end(bench: Bench) -> None:
+def test_each_light_is_on_alone_then_none_and_all_are_off_at_the_end(bench: Bench) -> None:
     with open_sensor("example_lights_bench") as sensor:
         sensor.read()
-    shining = [[w for w in line.split() if not w.endswith("=0")] for line in bench.lines]
-    assert shining[:5] == [["east=255"], ["south=255"], ["west=255"], ["north=255"], []]
+    lit = [[w for w in line.split() if not w.endswith("=0")] for line in bench.lines]
+    assert lit[:5] == [["east=255"], ["south=255"], ["west=255"], ["north=255"], []]
     assert set(bench.brightness.values()) == {0}
 
 
-def test_a_light_that_the_box_does_not_know_is_named_and_the_others_go_out(bench: Bench) -> None:
+def test_an_unknown_light_is_named_and_all_lights_are_switched_off(bench: Bench) -> None:
     lights = [
         {"name": name, "azimuth_deg": 120 * k, "elevation_deg": 45}
         for k, name in enumerate(("east", "up", "west"))
@@ -46,7 +46,7 @@ def test_a_light_that_the_box_does_not_know_is_named_and_the_others_go_out(bench
     assert set(bench.brightness.values()) == {0}
 
 
-def test_one_camera_is_opened_once() -> None:
+def test_a_camera_cannot_be_opened_twice() -> None:
     with (
         open_sensor("example_lights_bench"),
         pytest.raises(DeviceError, match="'loop' is already open in this process"),

@@ -1,11 +1,11 @@
-"""What can be attempted, by area: each makes an attempt of a number and may spoil it further."""
+"""The fuzzed areas: each builds an attempt from random numbers and mutates its inputs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from random import Random
 
-from fuzz.areas import bad_disks, calls, command_lines, inputs, interruptions, strange_plugins
+from fuzz.areas import bad_disks, calls, command_lines, faulty_plugins, inputs, interruptions
 from fuzz.attempt import Attempt
 from fuzz.sandbox import Sandbox
 
@@ -25,11 +25,11 @@ AREAS: dict[str, tuple[Area, int]] = {
     "scripts": (inputs.scripts, 120),
     "truths": (inputs.truths, 30),
     "python": (calls.entry_points, 260),
-    "plugins": (strange_plugins.faulty_parts, 160),
+    "plugins": (faulty_plugins.faulty_parts, 160),
     "disks": (bad_disks.failing, 160),
     "signals": (interruptions.in_the_middle, 80),
     "streams": (interruptions.streams, 50),
     "writers": (interruptions.two_writers, 40),
     "shells": (interruptions.from_a_shell, 20),
 }
-"""Each area with how many of its cases 'make fuzz' tries."""
+"""Each area with its number of cases in 'make fuzz'."""

@@ -1,4 +1,4 @@
-"""Disks that are full, broken or may not be written, from the first operation to the last."""
+"""Full, broken and read-only disks, from the first file operation to the last."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from fuzz.sandbox import Sandbox
 
 _NUMBERS = (errno.ENOSPC, errno.ENOSPC, errno.EIO, errno.EROFS, errno.EACCES, errno.EDQUOT)
 _AGAIN = [*recipes.CALIBRATE[:-3], "--out", "bundle"]
-"""Calibrates the unit anew, where its older bundle is."""
+"""Calibrates the unit again, into the folder of its existing bundle."""
 
 
 def failing(box: Sandbox, rng: Random) -> Attempt:
-    """A command of which a file operation fails, once or for good."""
+    """Return a command with a file operation that fails, once or permanently."""
     words = list(rng.choice((*recipes.WRITING, _AGAIN, _AGAIN)))
     reading = rng.random() < 0.2
     at = rng.randrange(12) if reading else rng.randrange(10)
@@ -24,5 +24,5 @@ def failing(box: Sandbox, rng: Random) -> Attempt:
     if not reading and rng.random() < 0.35:
         fault = Fault(limit_bytes=rng.choice((0, 1, 100, 1000, 5000, 20_000, 60_000)))
     ours = (box.work / "bundle",) if words == _AGAIN else ()
-    # a file that cannot be read is the user's to see to, or the disk's fault
+    # a file that cannot be read is a mistake of the user or a fault of the disk
     return Attempt(words, fault=fault, ours=ours, codes=frozenset({0, 1, 2} if reading else {0, 1}))

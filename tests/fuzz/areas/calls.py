@@ -1,4 +1,4 @@
-"""Python entry points: with wrong numbers, arrays and names, and with spoilt files."""
+"""Python entry points with wrong numbers, arrays and names, and with corrupted files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from fuzz.arrays import changed_array
 from fuzz.attempt import Attempt
-from fuzz.mutations import spoil as spoil_one
+from fuzz.mutations import corrupt as corrupt_one
 from fuzz.sandbox import Sandbox
 from fuzz.values import NUMBERS as ALL_NUMBERS
 from fuzz.values import WORDS
@@ -18,24 +18,24 @@ from fuzz.values import WORDS
 Call = Callable[[Random], Any]
 
 NUMBERS = tuple(number for number in ALL_NUMBERS if number != 10**400)
-"""Those that Python can make a float of."""
+"""The numbers that Python can convert to float."""
 
 
 def entry_points(box: Sandbox, rng: Random) -> Attempt:
-    """One call, with what it is given drawn anew for each number of the case."""
+    """Return one call, with random arguments for each number of the case."""
     call = rng.choice(_CALLS)
     file = rng.choice(_FILES.get(call, ("",)))
     inner = Random(rng.random())
 
-    def spoil(rng: Random) -> None:
+    def corrupt(rng: Random) -> None:
         if file:
-            spoil_one(box.work / file, rng)
+            corrupt_one(box.work / file, rng)
         inner.seed(rng.random())
 
     def do() -> None:
         call(inner, Path(file)) if file else call(inner)
 
-    return Attempt(call=do, spoil=spoil)
+    return Attempt(call=do, corrupt=corrupt)
 
 
 def _number(rng: Random, good: Any) -> Any:
@@ -127,11 +127,11 @@ def _measured(rng: Random) -> Any:
     pixels = np.full((60, 80, 3), 128, np.uint8)
     reference = None
     if rng.random() < 0.5:
-        said = rng.choice((names, names, (), ("red",), ("a", "b", "c")))
-        reference = Reference(_array(rng, pixels.astype(np.float32)), said)
+        channels = rng.choice((names, names, (), ("red",), ("a", "b", "c")))
+        reference = Reference(_array(rng, pixels.astype(np.float32)), channels)
     pipeline = Pipeline("small.yaml", Path("bundle") if rng.random() < 0.8 else None, reference)
-    said = rng.choice((names, names, names, (), ("red",), ("a", "b", "c")))
-    return pipeline.process(Frame(_array(rng, pixels), said, _number(rng, 0.1)), tare=True)
+    channels = rng.choice((names, names, names, (), ("red",), ("a", "b", "c")))
+    return pipeline.process(Frame(_array(rng, pixels), channels, _number(rng, 0.1)), tare=True)
 
 
 def _opened(rng: Random) -> Any:

@@ -1,4 +1,4 @@
-"""Options with wrong values, and results that would land on something of the user's."""
+"""Options with wrong values, and results that would overwrite the user's files."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ _OUTS = (
 
 
 def options(box: Sandbox, rng: Random) -> Attempt:
-    """A good command line with one word changed, lost, doubled or added."""
-    strange_files(box)
+    """Return a valid command line with one word changed, removed, repeated or added."""
+    unusual_files(box)
     kind = rng.random()
     if kind < 0.05:
         return Attempt(list(rng.choice(_LONE)))
@@ -75,22 +75,22 @@ def options(box: Sandbox, rng: Random) -> Attempt:
         return Attempt(words)
     attempt = Attempt(words, ours=bundle_files(box) if words[0] == "calibrate" else ())
 
-    def spoil(rng: Random) -> None:
+    def corrupt(rng: Random) -> None:
         attempt.words[:] = _safe(_changed(attempt.words, rng))
 
-    attempt.spoil = spoil
+    attempt.corrupt = corrupt
     return attempt
 
 
 def bundle_files(box: Sandbox) -> tuple[Path, ...]:
-    """What another calibration may replace, and not what else has come to lie there."""
+    """Return the files of the bundles, which another calibration may replace."""
     folders = (box.work / "bundle", box.work / "turn_bundle")
     return tuple(file.relative_to(box.work) for folder in folders for file in folder.iterdir())
 
 
 def outputs(box: Sandbox, rng: Random) -> Attempt:
-    """A good command whose ``--out`` is something else, or is where something is already."""
-    strange_files(box)
+    """Return a valid command whose ``--out`` is unusual or already exists."""
+    unusual_files(box)
     words = list(rng.choice(recipes.WRITING))
     at = words.index("--out") + 1
     words[at] = rng.choice(_OUTS)
@@ -102,7 +102,7 @@ def outputs(box: Sandbox, rng: Random) -> Attempt:
     attempt = Attempt(words, ours=bundle_files(box) if words[0] == "calibrate" else ())
     kind = rng.randrange(6)
     if kind == 0 and words[0] in ("calibrate", "run"):
-        # a bundle with files of the user's in it
+        # a bundle that contains files of the user
         words[at] = "bundle"
         (box.work / "bundle" / "notes.txt").write_text("mine\n")
     elif kind == 1:
@@ -118,16 +118,16 @@ def outputs(box: Sandbox, rng: Random) -> Attempt:
     elif kind == 4 and words[0] == "new":
         words += ["--force"]
 
-    def spoil(rng: Random) -> None:
+    def corrupt(rng: Random) -> None:
         if rng.random() < 0.3:
             attempt.words[:] = _safe(_changed(attempt.words, rng))
 
-    attempt.spoil = spoil
+    attempt.corrupt = corrupt
     return attempt
 
 
-def strange_files(box: Sandbox) -> None:
-    """Things that are no recording, by the names that the values use."""
+def unusual_files(box: Sandbox) -> None:
+    """Create files and links that are not recordings, with the names used in the values."""
     work = box.work
     (work / "empty").mkdir()
     (work / "empty.png").write_bytes(b"")
@@ -167,7 +167,7 @@ def _value(was: str, rng: Random) -> str:
 
 
 def _safe(words: list[str]) -> list[str]:
-    """Without NUL, which no shell can pass, and without an ``--out`` outside the sandbox."""
+    """Remove NUL, which no shell can pass, and an ``--out`` outside the sandbox."""
     kept = [word.replace("\x00", "") for word in words]
     for at, word in enumerate(kept[1:], 1):
         if word.startswith(("/", "~", "--out=")) and kept[at - 1] == "--out":

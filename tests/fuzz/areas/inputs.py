@@ -1,4 +1,4 @@
-"""Files that a command reads, each of them spoilt."""
+"""Corrupted input files of commands."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from collections.abc import Sequence
 from random import Random
 
 from fuzz import recipes
-from fuzz.areas.command_lines import bundle_files, strange_files
+from fuzz.areas.command_lines import bundle_files, unusual_files
 from fuzz.attempt import Attempt
-from fuzz.mutations import spoil as spoil_one
-from fuzz.mutations import spoil_folder
+from fuzz.mutations import corrupt as corrupt_one
+from fuzz.mutations import corrupt_folder
 from fuzz.sandbox import Sandbox
 
 Words = Sequence[str]
 
 
 def _attempt(box: Sandbox, words: Words, *targets: str) -> Attempt:
-    """A command of which one of these files is spoilt, and another with each further number."""
+    """Return a command with one corrupted target; each further number corrupts another."""
     places = [box.work / target for target in targets]
 
-    def spoil(rng: Random) -> None:
-        spoil_one(rng.choice(places), rng)
+    def corrupt(rng: Random) -> None:
+        corrupt_one(rng.choice(places), rng)
 
-    return Attempt(list(words), spoil=spoil)
+    return Attempt(list(words), corrupt=corrupt)
 
 
 def profiles(box: Sandbox, rng: Random) -> Attempt:
-    """A profile: checked, opened, run, calibrated, simulated, inherited from."""
+    """Corrupt a profile: for checking, running, calibrating, simulating and inheriting."""
     words, name = rng.choice(
         (
             (["validate", "small.yaml"], "small"),
@@ -49,15 +49,15 @@ def profiles(box: Sandbox, rng: Random) -> Attempt:
 
 
 def images(box: Sandbox, rng: Random) -> Attempt:
-    """An image: measured, taken for reference, calibrated on, drawn a profile from."""
+    """Corrupt an image: an input, a reference, a press, or the image of a new profile."""
     words, *targets = rng.choice(
         (
             (recipes.RUN_IMAGE, "frame.jpg"),
             (recipes.RUN_IMAGE, "ref.png"),
             (recipes.RUN, "frames/ball.png", "frames/rest.png"),
-            (recipes.RUN_SCAN, "scan/lamp0.png", "scan/lamp2.png"),
-            (recipes.RUN_MARKED, "dragged/frames/000003.png"),
-            (recipes.RUN_MARKED, "dragged/reference/untouched.png"),
+            (recipes.RUN_SCAN, "scan/light0.png", "scan/light2.png"),
+            (recipes.RUN_MARKED, "sheared/frames/000003.png"),
+            (recipes.RUN_MARKED, "sheared/reference/untouched.png"),
             (recipes.CALIBRATE, "presses/press_0.png", "presses/press_2.png"),
             (recipes.CALIBRATE, "ref.png"),
             (recipes.CALIBRATE_GRID, "balls.png"),
@@ -68,24 +68,24 @@ def images(box: Sandbox, rng: Random) -> Attempt:
 
 
 def folders(box: Sandbox, rng: Random) -> Attempt:
-    """A folder: what it holds, what is missing, what else lies there."""
-    strange_files(box)
+    """Change the content of an input folder."""
+    unusual_files(box)
     words, target = rng.choice(
         (
             (recipes.RUN, "frames"),
             (recipes.RUN_SCAN, "scan"),
             (recipes.RUN_SCANS, "scans"),
-            (recipes.RUN_MARKED, "dragged/frames"),
+            (recipes.RUN_MARKED, "sheared/frames"),
             (recipes.CALIBRATE, "presses"),
             (recipes.CALIBRATE_MAP, "scan"),
             (recipes.NEW_PRESSES, "presses"),
         )
     )
-    return Attempt(list(words), spoil=lambda rng: spoil_folder(box.work / target, rng))
+    return Attempt(list(words), corrupt=lambda rng: corrupt_folder(box.work / target, rng))
 
 
 def videos(box: Sandbox, rng: Random) -> Attempt:
-    """A video: measured, and calibrated on."""
+    """Corrupt a video: an input, presses, or the image of a new profile."""
     calibrated = ["calibrate", "small.yaml", "--presses", "film.avi", "--reference", "ref.png"]
     words = rng.choice(
         (
@@ -104,7 +104,7 @@ def videos(box: Sandbox, rng: Random) -> Attempt:
 
 
 def scans(box: Sandbox, rng: Random) -> Attempt:
-    """A ``scan.yaml``: of the input, of one among many, of presses."""
+    """Corrupt a ``scan.yaml`` of the input, of one scan of several, or of presses."""
     words, target = rng.choice(
         (
             (recipes.RUN_SCAN, "scan/scan.yaml"),
@@ -117,7 +117,7 @@ def scans(box: Sandbox, rng: Random) -> Attempt:
 
 
 def targets(box: Sandbox, rng: Random) -> Attempt:
-    """A grid of balls, a height map, or a scale taken from them."""
+    """Corrupt a ball grid or a height map."""
     words, target = rng.choice(
         (
             (recipes.CALIBRATE_GRID, "grid.yaml"),
@@ -142,12 +142,12 @@ def targets(box: Sandbox, rng: Random) -> Attempt:
 
 
 def labels(box: Sandbox, rng: Random) -> Attempt:
-    """Circles by hand."""
+    """Corrupt the CSV of circles."""
     return _attempt(box, recipes.CALIBRATE_LABELS, "labels.csv")
 
 
 def bundles(box: Sandbox, rng: Random) -> Attempt:
-    """A bundle: damaged, edited, or edited and sealed again as if it were whole."""
+    """Corrupt a bundle, with or without updating its hashes."""
     words, name = rng.choice(
         (
             (recipes.RUN, "bundle"),
@@ -164,19 +164,19 @@ def bundles(box: Sandbox, rng: Random) -> Attempt:
         *sorted(folder.glob("*.npz")),
         folder,
     ]
-    # a forger who lists a file of the user's has made it the bundle's
+    # in calibrate the hashes are not updated: a listed file would count as the bundle's
     sealed = words[0] == "run" and rng.random() < 0.7
 
-    def spoil(rng: Random) -> None:
-        spoil_one(rng.choice(targets), rng)
+    def corrupt(rng: Random) -> None:
+        corrupt_one(rng.choice(targets), rng)
         if sealed:
             seal(box, name)
 
-    return Attempt(list(words), spoil=spoil, ours=ours if words[0] == "calibrate" else ())
+    return Attempt(list(words), corrupt=corrupt, ours=ours if words[0] == "calibrate" else ())
 
 
 def seal(box: Sandbox, name: str) -> None:
-    """Write the hashes that belong to what a bundle holds now, as a forger would."""
+    """Update the hashes of a corrupted bundle, so that it passes the integrity check."""
     from tactile_core.bundles.manifest import Manifest, write_manifest
 
     folder = box.work / name
@@ -184,11 +184,11 @@ def seal(box: Sandbox, name: str) -> None:
         text = (folder / "manifest.json").read_text()
         write_manifest(folder, Manifest.model_validate_json(text))
     except (OSError, ValueError):
-        return  # what cannot be read is refused before it is compared
+        return  # an unreadable file is refused before the hashes are compared
 
 
 def scripts(box: Sandbox, rng: Random) -> Attempt:
-    """A script for the virtual stage, and a mesh or height map that it names."""
+    """Corrupt a script of the virtual stage, or its mesh or height map."""
     path = box.work / "script.yaml"
     text, extra = path.read_text(), ""
     kind = rng.randrange(4)
@@ -204,7 +204,7 @@ def scripts(box: Sandbox, rng: Random) -> Attempt:
 
 
 def truths(box: Sandbox, rng: Random) -> Attempt:
-    """What measured results are compared with."""
+    """Corrupt the ground truth of ``compare``."""
     words = list(recipes.COMPARE)
     if rng.random() < 0.5:
         words += [

@@ -1,4 +1,4 @@
-"""Signals in the middle of the work, streams that nobody reads, and two who write at once."""
+"""Signals during the work, closed streams, and concurrent writers."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _ENDS: dict[int, frozenset[int]] = {
 
 
 def in_the_middle(box: Sandbox, rng: Random) -> Attempt:
-    """A signal at one of the file operations of a command that writes."""
+    """Return a command that receives a signal at one of its file operations."""
     words = list(rng.choice((*recipes.WRITING, _AGAIN, _AGAIN)))
     number = rng.choice(
         (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGHUP)
     )
-    # without a handler nobody tidies up after a hang-up, nor after SIGKILL
+    # SIGKILL, and SIGHUP without a handler, leave no chance to clean up
     return Attempt(
         words,
         fault=Fault(at=rng.randrange(14), signal=number),
@@ -36,7 +36,7 @@ def in_the_middle(box: Sandbox, rng: Random) -> Attempt:
 
 
 def streams(box: Sandbox, rng: Random) -> Attempt:
-    """Streams that are closed, full, or that nobody reads."""
+    """Return a command with a closed or full stdout or stderr."""
     words = list(rng.choice((*recipes.ALL, recipes.PROFILES, recipes.SCHEMA, ["--help"])))
     if rng.random() < 0.2:
         words += ["--nothing"]
@@ -56,7 +56,7 @@ def streams(box: Sandbox, rng: Random) -> Attempt:
 
 
 def two_writers(box: Sandbox, rng: Random) -> Attempt:
-    """Two or three processes that write the same results at once."""
+    """Return a command that two or three processes run concurrently."""
     words = list(rng.choice((*recipes.WRITING, _AGAIN, _AGAIN, _AGAIN)))
     return Attempt(
         words,
@@ -67,7 +67,7 @@ def two_writers(box: Sandbox, rng: Random) -> Attempt:
 
 
 def from_a_shell(box: Sandbox, rng: Random) -> Attempt:
-    """An interpreter of its own: other languages and codings, and signals while it starts."""
+    """Return a command for a new interpreter, with other locales or a signal during startup."""
     words = list(
         rng.choice((recipes.RUN, recipes.CALIBRATE, recipes.NEW, ["profiles"], recipes.VALIDATE))
     )

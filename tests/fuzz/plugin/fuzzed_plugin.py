@@ -1,4 +1,4 @@
-"""A plugin whose parts do wrong what their options say, where they say it."""
+"""A plugin whose components fail in the method and the way that their options select."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from tactile_core.quantities import Gradients, HeightMap, Image, Quantity
 
 class Unprintable(Exception):
     def __str__(self) -> str:
-        raise RuntimeError("even its words fail")
+        raise RuntimeError("printing fails")
 
 
-class Strange(Options):
+class FaultyOptions(Options):
     place: str = ""
     way: str = ""
 
     @model_validator(mode="after")
-    def _when_read(self) -> Strange:
+    def _when_read(self) -> FaultyOptions:
         act(self, "options")
         return self
 
 
 def act(options: Any, place: str, good: Any = None) -> Any:
-    """Do what the options say if this is the place; else return what is good."""
+    """Apply the selected fault if this is its place; else return the valid result."""
     if options.place != place:
         return good
     return _done(options.way, good)
@@ -81,7 +81,7 @@ def _returned(way: str, good: Any) -> Any:
 
 
 def _misshapen(way: str, good: Any) -> Any:
-    """The quantity with another shape, type or content; unchecked, as a careless author's."""
+    """Return the quantity with another shape, type or content, bypassing its validation."""
     name = {"Gradients": "x", "HeightMap": "mm", "Image": "pixels"}[type(good).__name__]
     array = getattr(good, name)
     wrong = {
@@ -103,7 +103,7 @@ class Peak(Quantity):
 
 
 class PeakStep(Estimator):
-    Options = Strange
+    Options = FaultyOptions
 
     def __init__(self, options: Any, context: Any) -> None:
         super().__init__(options, context)
@@ -120,7 +120,7 @@ class PeakStep(Estimator):
 
 
 class FlatCalibrator(Calibrator):
-    Options = Strange
+    Options = FaultyOptions
 
     def fit(self, presses: Any, reference: Any) -> Any:
         return act(self.options, "fit", Flat(self.options))
@@ -144,11 +144,11 @@ class Flat(Calibration):
 
     @classmethod
     def load(cls, directory: Path) -> Any:
-        return cls(Strange())
+        return cls(FaultyOptions())
 
 
 class Still(Camera):
-    Options = Strange
+    Options = FaultyOptions
 
     def __init__(self, options: Any) -> None:
         super().__init__(options)
@@ -164,8 +164,8 @@ class Still(Camera):
         return act(self.options, "read", Image(np.full((60, 80, 3), 128, np.uint8)))
 
 
-class Lamp(Illumination):
-    Options = Strange
+class FaultyLights(Illumination):
+    Options = FaultyOptions
 
     def __init__(self, options: Any) -> None:
         super().__init__(options)
@@ -176,15 +176,15 @@ class Lamp(Illumination):
         return act(self.options, "channels", ("red", "green", "blue"))
 
     def exposures(self) -> Any:
-        return act(self.options, "exposures", (Exposure({"lamp": 1.0}, ("red", "green", "blue")),))
+        return act(self.options, "exposures", (Exposure({"ring": 1.0}, ("red", "green", "blue")),))
 
     @property
     def lights(self) -> Any:
-        return act(self.options, "lights", (Light("lamp", 0, 30),))
+        return act(self.options, "lights", (Light("ring", 0, 30),))
 
 
 class Box(LightDriver):
-    Options = Strange
+    Options = FaultyOptions
 
     def __init__(self, options: Any) -> None:
         super().__init__(options)
@@ -219,7 +219,7 @@ def tactile_cameras() -> Any:
 
 @hookimpl
 def tactile_illuminations() -> Any:
-    return _hook({"illumination": "fuzzed_plugin:Lamp"})
+    return _hook({"illumination": "fuzzed_plugin:FaultyLights"})
 
 
 @hookimpl

@@ -1,4 +1,4 @@
-"""No command replaces or deletes what it did not write, run as a user runs it."""
+"""No command replaces or deletes files that it did not write."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.sim.analytic_ball import BallPress
 
 LIMIT_BYTES = 60_000
+"""Largest file on the simulated full disk, bytes."""
 
 
 def tactile(
     *words: object, full_disk: bool = False, **environment: str
 ) -> subprocess.CompletedProcess[bytes]:
-    """Run the command; in a process of its own on a full disk, where no file gets above a size."""
+    """Run the command; for a full disk, in a separate process with a limit on file sizes."""
 
     if not full_disk and not environment:
         done = command_line.tactile(*words)
@@ -48,7 +49,7 @@ def _word(word: object) -> str | Path:
 
 
 def held(folder: Path) -> dict[str, bytes | None]:
-    """Everything in a folder, empty folders and hidden files too."""
+    """Return everything in a folder, including empty folders and hidden files."""
     return {
         str(path.relative_to(folder)): None if path.is_dir() else path.read_bytes()
         for path in folder.rglob("*")
@@ -56,20 +57,20 @@ def held(folder: Path) -> dict[str, bytes | None]:
 
 
 def refused(folder: Path, *words: object) -> str:
-    """Run a command that must refuse, leave the folder as it was and say why in one sentence."""
+    """Run a command that must fail with one sentence and leave the folder unchanged."""
     before = held(folder)
     done = tactile(*words)
-    said = done.stderr.decode()
-    assert (done.returncode, done.stdout) == (2, b""), said
-    assert said.startswith("tactile: ")
-    assert said.count("\n") == 1, said
+    message = done.stderr.decode()
+    assert (done.returncode, done.stdout) == (2, b""), message
+    assert message.startswith("tactile: ")
+    assert message.count("\n") == 1, message
     assert held(folder) == before
-    return said
+    return message
 
 
 @pytest.fixture
 def mine(lab: VirtualLab, tmp_path: Path) -> Path:
-    """A user's folder: a recording, a reference, presses and a bundle."""
+    """Create a user's folder with a recording, a reference, presses and a bundle."""
     lab.save(tmp_path / "in" / "ball.png", BallPress((70.0, 62.0), BALL_MM, 0.8))
     lab.save(tmp_path / "in" / "rest.png", None)
     lab.save(tmp_path / "ref" / "ball.png", None)
@@ -87,7 +88,7 @@ def calibrate(lab: VirtualLab, *words: object) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("manifest", ["{}", '{"name": "web app", "manifest_version": 3}'])
-def test_calibrating_into_somebody_s_project_deletes_nothing(
+def test_calibrating_into_another_project_deletes_nothing(
     lab: VirtualLab, tmp_path: Path, manifest: str
 ) -> None:
     (tmp_path / "app" / "src").mkdir(parents=True)
@@ -99,24 +100,24 @@ def test_calibrating_into_somebody_s_project_deletes_nothing(
 
 def test_calibrating_into_a_bundle_with_notes_names_them(lab: VirtualLab, mine: Path) -> None:
     (mine / "b" / "notes.txt").write_text("mine")
-    said = refused(mine, *calibrate(lab, "--presses", lab.presses, "--out", mine / "b"))
-    assert "holds notes.txt" in said
-    assert "move it away" in said
+    message = refused(mine, *calibrate(lab, "--presses", lab.presses, "--out", mine / "b"))
+    assert "holds notes.txt" in message
+    assert "move it away" in message
 
 
 @pytest.mark.parametrize("linked", [False, True])
-def test_presses_inside_of_the_bundle_s_folder_are_refused(
+def test_presses_inside_the_bundle_folder_are_refused(
     lab: VirtualLab, mine: Path, linked: bool
 ) -> None:
     presses = Path(shutil.copytree(lab.presses, mine / "b" / "presses"))
     if linked:
         (mine / "linked").symlink_to(presses)
         presses = mine / "linked"
-    said = refused(mine, *calibrate(lab, "--presses", presses, "--out", mine / "b"))
-    assert "contains --presses" in said
+    message = refused(mine, *calibrate(lab, "--presses", presses, "--out", mine / "b"))
+    assert "contains --presses" in message
 
 
-def test_a_bundle_is_no_place_for_results(lab: VirtualLab, mine: Path) -> None:
+def test_results_in_a_bundle_folder_are_refused(lab: VirtualLab, mine: Path) -> None:
     (mine / "also_b").symlink_to(mine / "b")
     for out in (mine / "b", mine / "also_b"):
         assert "is --bundle" in refused(mine, *run(lab, mine, "--out", out))
@@ -127,17 +128,15 @@ def test_results_do_not_replace_the_reference(lab: VirtualLab, mine: Path) -> No
     assert "contains --reference" in refused(mine, *words, "--save", "png")
 
 
-def test_results_of_one_name_are_refused_before_anything_is_measured(
+def test_results_with_the_same_name_are_refused_before_measuring(
     lab: VirtualLab, mine: Path
 ) -> None:
     shutil.copy(mine / "in" / "rest.png", mine / "in" / "ball_normals.png")
-    said = refused(mine, *run(lab, mine, "--out", mine / "out", "--save", "png"))
-    assert "results of ball and of ball_normals would both be ball_normals.png" in said
+    message = refused(mine, *run(lab, mine, "--out", mine / "out", "--save", "png"))
+    assert "results of ball and of ball_normals would both be ball_normals.png" in message
 
 
-def test_a_run_is_repeated_over_its_own_results_and_nobody_else_s(
-    lab: VirtualLab, mine: Path
-) -> None:
+def test_a_run_replaces_its_own_results_and_no_other_files(lab: VirtualLab, mine: Path) -> None:
     words = run(lab, mine, "--out", mine / "out", "--save", "npz,png")
     for _ in range(2):
         done = tactile(*words)
@@ -146,9 +145,7 @@ def test_a_run_is_repeated_over_its_own_results_and_nobody_else_s(
     assert "rest.png already exists" in refused(mine, *words)
 
 
-def test_a_report_of_somebody_else_is_refused_before_anything_is_measured(
-    lab: VirtualLab, mine: Path
-) -> None:
+def test_a_foreign_report_is_refused_before_measuring(lab: VirtualLab, mine: Path) -> None:
     (mine / "out").mkdir()
     (mine / "out" / "report.html").write_text("mine")
     (mine / "truth").mkdir()
@@ -158,11 +155,13 @@ def test_a_report_of_somebody_else_is_refused_before_anything_is_measured(
     assert "is --truth" in refused(mine, *compare, "--out", mine / "truth")
 
 
-def test_save_that_names_nothing_is_refused(lab: VirtualLab, mine: Path) -> None:
+def test_an_empty_save_option_is_refused(lab: VirtualLab, mine: Path) -> None:
     assert "npz, tmd" in refused(mine, *run(lab, mine, "--out", mine / "out", "--save", ","))
 
 
-def test_an_impossible_step_leaves_nothing_and_the_corrected_script_works(tmp_path: Path) -> None:
+def test_an_impossible_script_step_leaves_no_files_and_the_corrected_script_works(
+    tmp_path: Path,
+) -> None:
     script, out = tmp_path / "script.yaml", tmp_path / "deep" / "er"
     steps = (
         "steps:\n- indenter: {kind: sphere, diameter_mm: 4}\n- press: {depth_mm: 0.1, frames: 1}\n"
@@ -177,7 +176,7 @@ def test_an_impossible_step_leaves_nothing_and_the_corrected_script_works(tmp_pa
     assert [path.name for path in out.parent.iterdir()] == ["er"]
 
 
-def test_a_full_disk_leaves_what_was_there_and_exits_1(lab: VirtualLab, mine: Path) -> None:
+def test_a_full_disk_keeps_existing_files_and_exits_1(lab: VirtualLab, mine: Path) -> None:
     words = run(lab, mine, "--out", mine / "out")
     assert tactile(*words).returncode == 0
     before = held(mine)
@@ -189,7 +188,7 @@ def test_a_full_disk_leaves_what_was_there_and_exits_1(lab: VirtualLab, mine: Pa
         assert held(mine) == before
 
 
-def test_names_that_are_not_utf8_lose_no_work(lab: VirtualLab, mine: Path) -> None:
+def test_file_names_that_are_not_utf8_are_measured_and_saved(lab: VirtualLab, mine: Path) -> None:
     name = os.fsdecode(b"ball\xff.png")
     (mine / "in" / "ball.png").rename(mine / "in" / name)
     words = run(lab, mine, "--out", mine / "out", "--save", "npz,png,tmd,ply")
@@ -203,7 +202,7 @@ def test_names_that_are_not_utf8_lose_no_work(lab: VirtualLab, mine: Path) -> No
         assert rb"ball\udcff" in done.stdout
 
 
-def test_presses_whose_names_are_not_utf8_make_a_bundle(lab: VirtualLab, mine: Path) -> None:
+def test_presses_with_names_that_are_not_utf8_give_a_bundle(lab: VirtualLab, mine: Path) -> None:
     presses = Path(shutil.copytree(lab.presses, mine / "presses"))
     (presses / "press_3.png").rename(presses / os.fsdecode(b"press_\xff.png"))
     lab.save(presses / "rest.png", None).rename(presses / os.fsdecode(b"rest\xff.png"))

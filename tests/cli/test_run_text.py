@@ -1,4 +1,4 @@
-"""What a line of ``tactile run`` says to a reader."""
+"""The text lines of ``tactile run``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tactile_core.cli.run import _words
+from tactile_core.cli.run import _text
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Frame, MarkerField, Quantity, SlipState
 
@@ -15,7 +15,7 @@ from tactile_core.quantities import Frame, MarkerField, Quantity, SlipState
 def words(*quantities: Quantity) -> str:
     frame = Frame(np.zeros((4, 6, 3), np.uint8), ("r", "g", "b"), 0.1, source="lift")
     reading = Reading(frame, {type(q): q for q in quantities}, {})
-    return _words(reading, reading.summary())
+    return _text(reading, reading.summary())
 
 
 def markers() -> MarkerField:
@@ -24,9 +24,9 @@ def markers() -> MarkerField:
 
 
 @pytest.mark.parametrize(
-    ("slip", "said"),
+    ("slip", "message"),
     [
-        ({"state": "none", "degree": 0.0}, "nothing touches"),
+        ({"state": "none", "degree": 0.0}, "no contact"),
         ({"state": "stick", "degree": 0.1}, "stick"),
         (
             {"state": "incipient", "degree": 0.42, "kind": "rotation"},
@@ -34,13 +34,13 @@ def markers() -> MarkerField:
         ),
     ],
 )
-def test_markers_and_slip_are_reported_where_the_chain_has_them(
-    slip: dict[str, Any], said: str
+def test_markers_and_slip_are_printed_if_the_chain_measures_them(
+    slip: dict[str, Any], message: str
 ) -> None:
     line = words(markers(), SlipState(**slip))
     assert "2 of 3 markers seen" in line
-    assert said in line
+    assert message in line
 
 
-def test_nothing_is_said_of_what_the_chain_does_not_measure() -> None:
+def test_quantities_outside_the_chain_are_not_printed() -> None:
     assert "marker" not in words()

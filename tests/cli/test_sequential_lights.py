@@ -1,4 +1,4 @@
-"""Lights in turn through the command line: what may go wrong with a scan and what is said."""
+"""Sequential lights on the command line: faulty scans and their messages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Scan = list[np.ndarray]
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
-    """A rig of six lamps with its bundle."""
+    """A sensor with six lights and its bundle."""
     lab = make_height_lab(tmp_path_factory.mktemp("rig"))
     made = calibrate(lab.profile, lab.press, lab.undeformed, target=lab.tmd)
     made.save(lab.folder / "bundle")
@@ -28,7 +28,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
 
 
 def scan_of(rig: HeightLab) -> Scan:
-    """The press's exposures, grey."""
+    """Return the exposures of the press, grey."""
     paths = sorted(rig.press.iterdir())
     return [np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)) for path in paths]
 
@@ -57,27 +57,27 @@ def test_a_good_scan_is_measured_without_a_warning(rig: HeightLab, tmp_path: Pat
 
 def test_five_images_for_six_lights_are_refused(rig: HeightLab, tmp_path: Path) -> None:
     five = record(tmp_path / "five", scan_of(rig)[:5])
-    said = refused(*run(rig, five))
-    assert said.count("\n") == 1
-    assert "five has 5 images, but the rig takes 6" in said
+    message = refused(*run(rig, five))
+    assert message.count("\n") == 1
+    assert "five has 5 images, but the rig takes 6" in message
 
 
-def test_a_press_of_five_images_is_not_calibrated_on(rig: HeightLab, tmp_path: Path) -> None:
+def test_a_press_of_five_images_is_refused_for_calibration(rig: HeightLab, tmp_path: Path) -> None:
     five = record(tmp_path / "five", scan_of(rig)[:5])
-    said = refused(
+    message = refused(
         *("calibrate", rig.profile, "--presses", five, "--reference", rig.undeformed),
         *("--target", rig.tmd, "--out", tmp_path / "never"),
     )
-    assert said.count("\n") == 1
-    assert "5 images" in said
+    assert message.count("\n") == 1
+    assert "5 images" in message
     assert not (tmp_path / "never").exists()
 
 
-def test_colour_where_grey_is_meant_is_refused(rig: HeightLab, tmp_path: Path) -> None:
+def test_colour_images_for_a_grey_profile_are_refused(rig: HeightLab, tmp_path: Path) -> None:
     tinted = [np.dstack([image, image, image // 2]) for image in scan_of(rig)]
-    said = refused(*run(rig, record(tmp_path / "tinted", tinted)))
-    assert said.count("\n") == 1
-    assert "tinted: the image is in colour, but the profile specifies color: grey" in said
+    message = refused(*run(rig, record(tmp_path / "tinted", tinted)))
+    assert message.count("\n") == 1
+    assert "tinted: the image is in colour, but the profile specifies color: grey" in message
 
 
 def test_a_bundle_of_lights_in_another_order_is_refused(rig: HeightLab, tmp_path: Path) -> None:
@@ -86,23 +86,23 @@ def test_a_bundle_of_lights_in_another_order_is_refused(rig: HeightLab, tmp_path
     lines[first], lines[second] = lines[second], lines[first]
     other = tmp_path / rig.profile.name
     other.write_text("".join(lines))
-    said = refused("run", other, "--bundle", rig.folder / "bundle", "--input", rig.press)
-    errors = [line for line in said.splitlines() if not line.startswith("note: ")]
+    message = refused("run", other, "--bundle", rig.folder / "bundle", "--input", rig.press)
+    errors = [line for line in message.splitlines() if not line.startswith("note: ")]
     assert len(errors) == 1
     assert "order lamp1, lamp0" in errors[0]
     assert "calibrate again" in errors[0]
 
 
-def test_two_images_in_each_others_place_are_refused(rig: HeightLab, tmp_path: Path) -> None:
+def test_two_swapped_images_are_refused(rig: HeightLab, tmp_path: Path) -> None:
     exposures = scan_of(rig)
     exposures[0], exposures[3] = exposures[3], exposures[0]
-    said = refused(*run(rig, record(tmp_path / "swapped", exposures)))
-    assert said.count("\n") == 1
-    assert "the exposure of light 'lamp0' shows light 'lamp3'" in said
+    message = refused(*run(rig, record(tmp_path / "swapped", exposures)))
+    assert message.count("\n") == 1
+    assert "the exposure of light 'lamp0' shows light 'lamp3'" in message
 
 
 @pytest.mark.parametrize(("level", "why"), [(255, "saturated"), (0, "too dark")])
-def test_what_cannot_be_read_is_counted_masked_and_filled(
+def test_saturated_and_dark_pixels_are_counted_masked_and_filled(
     rig: HeightLab, tmp_path: Path, level: int, why: str
 ) -> None:
     exposures = scan_of(rig)
@@ -118,7 +118,7 @@ def test_what_cannot_be_read_is_counted_masked_and_filled(
 
 
 def turned(rig: HeightLab, folder: Path, azimuths_deg: dict[str, int]) -> Path:
-    """The profile with some lamps elsewhere."""
+    """Write the profile with other azimuths for some lights."""
     text = rig.profile.read_text()
     for k, azimuth in enumerate(AZIMUTHS_DEG):
         there = azimuths_deg.get(f"lamp{k}", azimuth)
@@ -132,11 +132,13 @@ def notes(rig: HeightLab, profile: Path) -> tuple[str, ...]:
     return calibrate(profile, rig.press, rig.undeformed, target=rig.tmd).notes
 
 
-def test_lights_where_the_profile_has_them_need_no_word(rig: HeightLab, tmp_path: Path) -> None:
+def test_lights_at_the_positions_in_the_profile_give_no_note(
+    rig: HeightLab, tmp_path: Path
+) -> None:
     assert notes(rig, turned(rig, tmp_path, {"lamp3": 75})) == ()
 
 
-def test_a_light_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: Path) -> None:
+def test_a_light_at_another_azimuth_gives_a_note(rig: HeightLab, tmp_path: Path) -> None:
     (note,) = notes(rig, turned(rig, tmp_path, {"lamp1": 0, "lamp2": 60}))
     assert "lamp1 from -30° (profile 0°)" in note
     assert "lamp2 from 30° (profile 60°)" in note
@@ -144,13 +146,13 @@ def test_a_light_that_shines_from_elsewhere_is_noted(rig: HeightLab, tmp_path: P
     assert "correct 'azimuth_deg'" in note
 
 
-def test_lights_in_each_others_place_tell_the_order(rig: HeightLab, tmp_path: Path) -> None:
+def test_two_swapped_lights_give_a_note_with_the_order(rig: HeightLab, tmp_path: Path) -> None:
     profile = turned(rig, tmp_path, {"lamp0": 90, "lamp3": -90})
     (note,) = notes(rig, profile)
     assert "match in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
 
 
-def test_the_command_says_the_note_and_still_calibrates(rig: HeightLab, tmp_path: Path) -> None:
+def test_the_command_prints_the_note_and_calibrates(rig: HeightLab, tmp_path: Path) -> None:
     shutil.copy(turned(rig, tmp_path, {"lamp1": 30}), tmp_path / "profile.yaml")
     done = tactile(
         *("calibrate", tmp_path / "profile.yaml", "--presses", rig.press),

@@ -1,4 +1,4 @@
-"""Plugins that are wrong in one place, in one way."""
+"""Plugins with one fault in one method."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _WAYS = (
 
 
 def faulty_parts(box: Sandbox, rng: Random) -> Attempt:
-    """A command with a plugin's part that raises, returns something else or talks."""
+    """Return a command with a plugin component that raises, returns a wrong value or prints."""
     kind = rng.choice(tuple(_PLACES))
     place, way = rng.choice(_PLACES[kind]), rng.choice(_WAYS)
     if rng.random() < 0.12:
@@ -37,7 +37,7 @@ def faulty_parts(box: Sandbox, rng: Random) -> Attempt:
 
 
 def attempt_of(box: Sandbox, kind: str, place: str, way: str, rng: Random) -> Attempt:
-    """Write the profile that names the part and choose a command that comes upon it."""
+    """Write a profile with the faulty component and choose a command that uses it."""
     part = {"use": f"fuzzed.{kind}", "place": place, "way": way}
     words, step = list(recipes.RUN), ""
     profile = "small.yaml"
@@ -71,7 +71,7 @@ def attempt_of(box: Sandbox, kind: str, place: str, way: str, rng: Random) -> At
         )
         _extend(box, {"calibration": {"use": "fuzzed.calibration"}})
     words = ["mine.yaml" if word == profile else word for word in words]
-    # what a validator of options refuses is the user's mistake
+    # a refusal by a validator of options is reported as the user's mistake
     refused = place == "options" and way in ("ValueError", "AssertionError", "UnicodeDecodeError")
     named = ("fuzzed",) if not refused and way not in ("KeyboardInterrupt", "Abort") else ()
     if step and place in ("estimate", "tare") and named:

@@ -1,5 +1,6 @@
 """Time of fitting, loading and the parts of the step from RGB to slopes: ``make bench``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -82,7 +83,8 @@ def bench_measure(benchmark, use, shape):
 def bench_measure_at_every_pixel(benchmark, use, monkeypatch):
     presses, reference = unit((480, 640))
     model = fitted(use, presses, reference)
-    monkeypatch.setattr(slope_field, "EXACT_PIXELS", reference.pixels.size)
+    everywhere = replace(slope_field.SLOPE_FIELD, exact_pixels=reference.pixels.size)
+    monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
     benchmark.pedantic(model.measure, (presses[1].frame, reference), rounds=5, warmup_rounds=1)
 
 

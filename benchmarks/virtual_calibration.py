@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibration.presses import SCORED_CONTACT_FRACTION, angles_deg
+from tactile_core.calibration.presses import PRESS, angles_deg
 from tactile_core.cli import main as tactile
 from tactile_core.formats.npz import read_npz
 from tactile_core.profiles.loader import load_profile
@@ -162,7 +162,7 @@ def compared(name: str, result: Path, truth: Path) -> Score:
     measured_arrays, true = read_npz(result), read_npz(truth)
     contact = true["contact"]
     depth = distance_transform_edt(contact)
-    inner = depth > (1 - SCORED_CONTACT_FRACTION) * depth.max()
+    inner = depth > (1 - PRESS.scored_contact_share) * depth.max()
     error_um = 1e3 * (measured_arrays["height_mm"] - true["height_mm"])
     gradients = measured_arrays["gradients"]
 

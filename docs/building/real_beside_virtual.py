@@ -1,8 +1,8 @@
 """Recorded and virtual presses compared: python docs/building/real_beside_virtual.py [DATA].
 
-Measures both, writes the table of docs/reference/accuracy.md and the curves of docs/explanation/real-and-virtual-images.md,
-and draws the images side by side into out/. These are not committed, because the recordings may
-not be published.
+Measures both, writes the table of docs/reference/accuracy.md and the curves of
+docs/explanation/real-and-virtual-images.md, and draws the images side by side into out/. These are
+not committed, because the recordings may not be published.
 """
 
 from __future__ import annotations

@@ -35,15 +35,8 @@ FURTHER = {
 }
 """Names on these pages that are promised under their own module."""
 
-ALGORITHMS = {
-    "photometric-stereo": (
-        "Photometric stereo",
-        "From intensities to surface normals.",
-        (
-            *("intensity", "photometric", "normal_xy", "slope_field", "colour_table", "network"),
-            *("background", "drift", "sequence", "validity", "sampling", "lit_area"),
-        ),
-    ),
+ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    "photometric-stereo": ("Photometric stereo", "From intensities to surface normals.", ()),
     "poisson": ("Poisson integration", "From surface slopes to height.", ("poisson",)),
     "contact": (
         "Contact and surface shape",
@@ -67,19 +60,44 @@ ALGORITHMS = {
         ("displacement", "elasticity"),
     ),
     "slip": ("Slip", "Stick, incipient slip and gross slip.", ("slip", "entropy")),
-    "arrays": (
-        "Array helpers",
-        "Filters, regression and sampling.",
-        ("arrays",),
+    "arrays": ("Array helpers", "Filters, regression and sampling.", ("arrays",)),
+}
+"""Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages.
+
+The page without any has all modules that are on no other page.
+"""
+
+MODELS = {
+    "rig-models": (
+        "Models of the rigs",
+        "Photometric stereo under sequential lights, and the hue and intensity model.",
+        ("tactile_desktop_six_led", "tactile_baxter_fingertip"),
+    ),
+    "virtual-gel": (
+        "Virtual gel",
+        "Contact mechanics of a bonded elastic layer.",
+        (
+            "tactile_core.sim.gel_surface",
+            "tactile_core.sim.elastic_layer",
+            "tactile_core.sim.normal_contact",
+            "tactile_core.sim.friction",
+            "tactile_core.sim.viscoelasticity",
+        ),
+    ),
+    "virtual-light": (
+        "Virtual light",
+        "Rendering of the gel surface as a rig's camera sees it.",
+        ("tactile_core.sim.optics",),
     ),
 }
-"""Pages of ``tactile_core.algorithms``: title, what for, and modules or packages."""
+"""Pages outside ``tactile_core.algorithms``: title, purpose, and full names."""
 
 
 def pages() -> dict[str, str]:
     """Return the text of every page by its file name."""
     written = {f"{page}.md": _public_page(page) for page in PUBLIC}
-    written |= {f"{page}.md": _algorithms_page(page) for page in ALGORITHMS}
+    written |= {f"{page}.md": _modules_page(*entry) for page, entry in _algorithms().items()}
+    written |= {f"{page}.md": _modules_page(*entry) for page, entry in MODELS.items()}
     return {"index.md": _index()} | written
 
 
@@ -122,7 +140,9 @@ def _index() -> str:
         "promise of compatibility, but each can be used alone.",
         "",
     ]
-    lines += [f"- [{title}]({page}.md): {what}" for page, (title, what, _) in ALGORITHMS.items()]
+    lines += _links(ALGORITHMS)
+    lines += ["", "## Models", "", "The models behind the rigs and the virtual sensors.", ""]
+    lines += _links(MODELS)
     return "\n".join(lines) + "\n"
 
 
@@ -135,16 +155,32 @@ def _public_page(page: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _algorithms_page(page: str) -> str:
-    title, what, rooms = ALGORITHMS[page]
-    parts = [f"# {title}", what]
-    for room in rooms:
-        for module in source.modules_below(f"{source.PACKAGE}.algorithms.{room}"):
+def _links(listed: dict[str, tuple[str, str, tuple[str, ...]]]) -> list[str]:
+    return [f"- [{title}]({page}.md): {purpose}" for page, (title, purpose, _) in listed.items()]
+
+
+def _algorithms() -> dict[str, tuple[str, str, tuple[str, ...]]]:
+    """Return the pages of the algorithms with full names; each module is on one page."""
+    package = f"{source.PACKAGE}.algorithms"
+    taken = {name for _, _, names in ALGORITHMS.values() for name in names}
+    modules = [module.removeprefix(f"{package}.") for module in source.modules_below(package)[1:]]
+    rest = [module for module in modules if module not in taken]
+    return {
+        page: (title, purpose, tuple(f"{package}.{name}" for name in names or rest))
+        for page, (title, purpose, names) in ALGORITHMS.items()
+    }
+
+
+def _modules_page(title: str, purpose: str, names: Sequence[str]) -> str:
+    parts = [f"# {title}", purpose]
+    for name in names:
+        for module in source.modules_below(name):
             entries = source.entries(module)
             text = source.docstring(module)
             if not entries and not text:
                 continue
-            parts += [f"## {module.removeprefix('tactile_core.algorithms.')}", f"`{module}`"]
+            heading = module.removeprefix("tactile_core.").removeprefix("algorithms.")
+            parts += [f"## {heading}", f"`{module}`"]
             parts += [markdown(text)] if text else []
             for entry in entries:
                 parts += _sections(entry, 3)

@@ -40,18 +40,35 @@ class Entry:
 @cache
 def module_of(name: str) -> ast.Module:
     """Parse a module of the package by its full name."""
-    path = ROOT / Path(*name.split("."))
+    path = _path(name)
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def modules_below(name: str) -> list[str]:
-    """Return the full names of a package and its modules, or of a module, in order."""
-    folder = ROOT / Path(*name.split("."))
+    """Return the full names of a package and its modules, or of a module, in order.
+
+    Compiled kernels repeat functions of other modules and are left out.
+    """
+    folder = _path(name)
     if not folder.is_dir():
         return [name]
-    below = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+    silent = {"__init__", "kernels"}
+    below = sorted(path.stem for path in folder.glob("*.py") if path.stem not in silent)
     return [name, *(f"{name}.{module}" for module in below)]
+
+
+def _code(node: ast.AST) -> str:
+    """Return source code, with double quotes where that is possible."""
+    code = ast.unparse(node)
+    return code if '"' in code else code.replace("'", '"')
+
+
+def _path(name: str) -> Path:
+    """Return the folder of a package, or the path of a module without its ending."""
+    package, *rest = name.split(".")
+    distribution = ROOT / "plugins" / package.replace("_", "-")
+    return (ROOT if package == PACKAGE else distribution) / Path(package, *rest)
 
 
 def public_names() -> list[str]:
@@ -102,7 +119,7 @@ def _entry(node: ast.FunctionDef | ast.ClassDef, prefix: str = "") -> Entry:
     text = ast.get_docstring(node) or ""
     if isinstance(node, ast.FunctionDef):
         if "property" in _decorators(node) or "cached_property" in _decorators(node):
-            kind = f": {ast.unparse(node.returns)}" if node.returns else ""
+            kind = f": {_code(node.returns)}" if node.returns else ""
             return Entry(prefix + node.name, prefix + node.name + kind, text)
         return Entry(prefix + node.name, _call(prefix + node.name, node), text)
     functions = [member for member in node.body if isinstance(member, ast.FunctionDef)]
@@ -123,7 +140,7 @@ def _constant(node: ast.stmt, following: ast.stmt | None) -> Entry | None:
     name = targets[0].id
     assert isinstance(following, ast.Expr)
     assert isinstance(following.value, ast.Constant)
-    value = ast.unparse(node)
+    value = _code(node)
     code = value if len(value) <= _WIDTH else f"{name} = …"
     return Entry(name, code, str(following.value.value))
 
@@ -134,7 +151,7 @@ def _is_public(constant: str) -> bool:
 
 def _class(node: ast.ClassDef) -> str:
     """Return a class's header and how it is made."""
-    bases = ", ".join(ast.unparse(base) for base in node.bases)
+    bases = ", ".join(_code(base) for base in node.bases)
     header = f"class {node.name}({bases})" if bases else f"class {node.name}"
     for member in node.body:
         if isinstance(member, ast.FunctionDef) and member.name == "__init__":
@@ -146,20 +163,20 @@ def _class(node: ast.ClassDef) -> str:
 def _field(node: ast.stmt) -> str | None:
     """Return the declaration of a public field or of a member of an enumeration."""
     if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
-        name = ast.unparse(node.targets[0])
-        return None if name.startswith("_") else f"{name} = {ast.unparse(node.value)}"
+        name = _code(node.targets[0])
+        return None if name.startswith("_") else f"{name} = {_code(node.value)}"
     if not isinstance(node, ast.AnnAssign):
         return None
-    name = ast.unparse(node.target)
+    name = _code(node.target)
     if name.startswith("_"):
         return None
     value = _default(node.value) if node.value is not None else ""
-    return f"{name}: {ast.unparse(_plain(node.annotation))}{value and f' = {value}'}"
+    return f"{name}: {_code(_plain(node.annotation))}{value and f' = {value}'}"
 
 
 def _plain(annotation: ast.expr) -> ast.expr:
     """Drop what ``Annotated`` adds to a type."""
-    if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Annotated":
+    if isinstance(annotation, ast.Subscript) and _code(annotation.value) == "Annotated":
         assert isinstance(annotation.slice, ast.Tuple)
         return annotation.slice.elts[0]
     return annotation
@@ -167,18 +184,18 @@ def _plain(annotation: ast.expr) -> ast.expr:
 
 def _default(value: ast.expr) -> str:
     """Return a field's default; of ``Field(…)`` and ``field(…)`` the default within."""
-    if not isinstance(value, ast.Call) or ast.unparse(value.func) not in {"Field", "field"}:
-        return ast.unparse(value)
+    if not isinstance(value, ast.Call) or _code(value.func) not in {"Field", "field"}:
+        return _code(value)
     if value.args:
-        return "" if ast.unparse(value.args[0]) == "..." else ast.unparse(value.args[0])
-    named = {word.arg: ast.unparse(word.value) for word in value.keywords}
+        return "" if _code(value.args[0]) == "..." else _code(value.args[0])
+    named = {word.arg: _code(word.value) for word in value.keywords}
     return named.get("default") or ("…" if "default_factory" in named else "")
 
 
 def _call(name: str, node: ast.FunctionDef) -> str:
     """Return ``name(arguments) -> result``, over several lines where it is long."""
     arguments = [a for a in _arguments(node) if a not in {"self", "cls"}]
-    result = f" -> {ast.unparse(node.returns)}" if node.returns and "__" not in node.name else ""
+    result = f" -> {_code(node.returns)}" if node.returns and "__" not in node.name else ""
     line = f"{name}({', '.join(arguments)}){result}"
     if len(line) <= _WIDTH:
         return line
@@ -201,13 +218,13 @@ def _arguments(node: ast.FunctionDef) -> list[str]:
 
 
 def _argument(argument: ast.arg, default: ast.expr | None) -> str:
-    kind = f": {ast.unparse(argument.annotation)}" if argument.annotation else ""
+    kind = f": {_code(argument.annotation)}" if argument.annotation else ""
     equals = " = " if kind else "="
-    return argument.arg + kind + (f"{equals}{ast.unparse(default)}" if default else "")
+    return argument.arg + kind + (f"{equals}{_code(default)}" if default else "")
 
 
 def _decorators(node: ast.FunctionDef) -> set[str]:
-    return {ast.unparse(decorator).rpartition(".")[2] for decorator in node.decorator_list}
+    return {_code(decorator).rpartition(".")[2] for decorator in node.decorator_list}
 
 
 def _abstract(node: ast.stmt) -> bool:

@@ -1,4 +1,4 @@
-"""Draw the curves of docs/explanation/virtual-gel.md: python docs/building/virtual_gel_curves.py."""
+"""Draw the curves of virtual-gel.md: python docs/building/virtual_gel_curves.py."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.errors import InputError
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.image import ImageSection
@@ -106,7 +106,7 @@ def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
     Results are clipped at 0, where unsigned pixels would wrap. Saturated pixels keep their value:
     their true intensity is unknown, and a smaller value would look like a valid measurement.
     """
-    return np.where(lit >= CEILING * full_scale, lit, lit - np.minimum(lit, dark))
+    return np.where(lit >= LEVELS.saturation_share * full_scale, lit, lit - np.minimum(lit, dark))
 
 
 def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:

@@ -1,4 +1,4 @@
-"""Pure functions on arrays, a folder or module for each word of the papers.
+"""Algorithms as pure functions on arrays, one module or package per topic.
 
-May import errors, and nothing else of ours.
+May import errors, and no other package of the project.
 """

@@ -1,7 +1,8 @@
-"""The untouched sensor, guessed from a recording in which something already touches it."""
+"""Reference image estimated from a recording in which something already touches the sensor."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import comb
 from typing import Any
 
@@ -12,27 +13,49 @@ from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.arrays.types import Float32
 
-_ROUNDS = 8
-_FIRST_ROUNDS = 4
-_LEAST_SIGMA = 0.03
-"""Of log intensity: the grain of a coating, below which nothing is worth telling apart."""
 
-_SAMPLES_ACROSS = 160
+@dataclass(frozen=True)
+class BackgroundParameters:
+    """Parameters of the background fit. What a user may choose is the degree of the polynomial.
+
+    Attributes
+    ----------
+    samples_across : int, count
+        Samples along the shorter side of the image; more add time and no accuracy.
+        Source: chosen by hand; no script derives it.
+    rounds, first_rounds : int, count
+        Reweightings at the final degree, and at each degree below it.
+        Source: chosen by hand; no script derives it.
+    least_sigma : float, logarithm of intensity
+        Smallest residual scale of the Cauchy weights: the noise of the coating.
+        Source: chosen on the six-LED groove recording, where widths of 0.01 to 0.1 give the same
+        heights (ADR 14).
+    """
+
+    samples_across: int = 160
+    rounds: int = 8
+    first_rounds: int = 4
+    least_sigma: float = 0.03
+
+
+BACKGROUND = BackgroundParameters()
+"""The values in use."""
 
 
 def smooth_background(
     pixels: NDArray[Any], marker_mask: NDArray[np.bool_] | None = None, *, degree: int = 4
 ) -> Float32:
-    """Large-scale light of an image: what level skin would show everywhere.
+    """Estimate the illumination of a flat, undeformed gel surface from an image with relief.
 
-    A polynomial in the place is fitted to the logarithm of each channel, with Cauchy weights, so
-    that relief, whose intensities stand out, counts for next to nothing. Only what varies as slowly
-    as the polynomial survives: a shape that fills the image would be taken for light.
+    Fits a polynomial of the position to the logarithm of each channel by iteratively reweighted
+    least squares with Cauchy weights [1]_, so that relief has almost no weight. The result keeps
+    only what varies as slowly as the polynomial: a shape that fills the image is mistaken for
+    illumination.
 
     Parameters
     ----------
     pixels : (H, W, K)
-        Intensities; most of the skin should be level.
+        Intensities; most of the gel surface should be flat.
     marker_mask : (H, W) bool, optional
         Pixels that do not show the coating.
     degree : int
@@ -41,39 +64,44 @@ def smooth_background(
     Returns
     -------
     (H, W, K) float32
-        On the scale of ``pixels``, positive.
+        In the units of ``pixels``, positive.
+
+    References
+    ----------
+    .. [1] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
+       least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
     height, width, channels = pixels.shape
-    step = max(1, min(height, width) // _SAMPLES_ACROSS)
+    step = max(1, min(height, width) // BACKGROUND.samples_across)
     x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
     powers = terms(np.stack([x.ravel(), y.ravel()], axis=1), degree)
     seen = np.zeros((height, width), bool)
     seen[step // 2 :: step, step // 2 :: step] = True
     if marker_mask is not None:
         seen &= ~marker_mask
-    few = powers[seen.ravel()]
+    sampled = powers[seen.ravel()]
     least = max(float(pixels.max()) / 1000, 1e-6)
     planes = []
     for k in range(channels):
         logarithm = np.log(np.maximum(pixels[..., k][seen].astype(np.float64), least))
-        planes.append(np.exp(powers @ _cauchy_fit(few, logarithm, degree)))
+        planes.append(np.exp(powers @ _cauchy_fit(sampled, logarithm, degree)))
     return np.stack(planes, axis=1).reshape(pixels.shape).astype(np.float32)
 
 
 def _cauchy_fit(powers: NDArray[Any], values: NDArray[Any], degree: int) -> NDArray[Any]:
-    """Coefficients, one degree after another.
+    """Fit the coefficients, one degree after another.
 
-    Each degree starts from the weights of the one below, which is too stiff to follow relief: so
-    what stands out there stays out, even near the border.
+    Each degree starts from the weights of the one below. A low degree is too stiff to follow
+    relief, so its outliers stay outliers, even near the border.
     """
     weight = np.ones_like(values)
     coefficients: NDArray[Any] = np.zeros(0)
     for highest in range(degree + 1):
-        some = powers[:, : comb(highest + 2, 2)]
-        for _ in range(_ROUNDS if highest == degree else _FIRST_ROUNDS):
+        lower = powers[:, : comb(highest + 2, 2)]
+        for _ in range(BACKGROUND.rounds if highest == degree else BACKGROUND.first_rounds):
             root = np.sqrt(weight)
-            coefficients = np.linalg.lstsq(some * root[:, None], values * root, rcond=None)[0]
-            residual = values - some @ coefficients
-            sigma = max(_LEAST_SIGMA, sigma_of(residual))
+            coefficients = np.linalg.lstsq(lower * root[:, None], values * root, rcond=None)[0]
+            residual = values - lower @ coefficients
+            sigma = max(BACKGROUND.least_sigma, sigma_of(residual))
             weight = 1 / (1 + np.square(residual / sigma))
     return coefficients

@@ -1,4 +1,4 @@
-"""A three-dimensional table from the change of three channels to a slope (the papers' LUT)."""
+"""Three-dimensional lookup table from the relative change of three channels to a slope."""
 
 from __future__ import annotations
 
@@ -10,8 +10,51 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Complex64, Float32
 
-BINS = 80
-"""Entries per channel, as in the papers."""
+
+@dataclass(frozen=True)
+class TableParameters:
+    """Parameters of lookup tables. The number of entries is an option of ``core.lookup_table``.
+
+    Nothing sets the others from outside: they depend on no sensor.
+
+    Attributes
+    ----------
+    bins : int, count
+        Default number of entries per channel.
+        Source: [1]_, section 3.5: 80 × 80 × 80 entries.
+    low_percentile, high_percentile : float, percent
+        Range of the changes that the axis covers.
+        Source: chosen by hand; no script derives it.
+    margin_share : float, share of that range
+        Extension of the axis at both ends.
+        Source: chosen by hand; no script derives it.
+    least_margin : float, relative change
+        Added to the margin, so that equal changes have an axis, too.
+        Source: chosen by hand; no script derives it.
+    points : int, count
+        Default size of the coarse grid on which the dependence on the position is added.
+        Source: chosen on recorded three-colour balls (ADR 6).
+    place_offset : float, half widths of the image
+        Distance from the centre, along x and y, of the places over which a table is averaged.
+        Source: chosen by hand; no script derives it.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
+       estimating geometry and force", Sensors 17(12), 2017, sections 3.3 and 3.5.
+    """
+
+    bins: int = 80
+    low_percentile: float = 0.02
+    high_percentile: float = 99.98
+    margin_share: float = 0.03
+    least_margin: float = 1e-3
+    points: int = 1_200
+    place_offset: float = 0.6
+
+
+TABLE = TableParameters()
+"""The values in use."""
 
 _STRIDE = 256
 _LARGEST_BYTE = 255
@@ -19,102 +62,110 @@ _LARGEST_BYTE = 255
 
 @dataclass(frozen=True)
 class Axis:
-    """How a channel's change is counted in entries; the same for every channel.
+    """Mapping from the relative change of a channel to entries, the same for every channel.
 
-    Entry ``i`` stands for the ratio I / I₀ = (first + i) / per_unit, so that a ratio multiplied by
-    ``per_unit`` and rounded to a byte is an entry's number plus ``first``.
+    Entry ``i`` is the ratio I / I₀ = (first + i) / per_unit. So a ratio multiplied by ``per_unit``
+    and rounded to a byte is the index of an entry plus ``first``.
 
     Attributes
     ----------
     per_unit : float
         Entries per unit of I / I₀.
     first : int
+        Ratio of the first entry, in entries.
     count : int
+        Number of entries.
     """
 
     per_unit: float
     first: int
-    count: int = BINS
+    count: int = TABLE.bins
 
     @classmethod
-    def spanning(cls, changes: Float32, count: int = BINS) -> Axis:
-        """An axis that covers nearly all of (N, 3) changes, or as many of them as a byte can."""
-        low, high = (float(v) for v in np.percentile(changes, [0.02, 99.98]))
-        margin = 0.03 * (high - low) + 1e-3
+    def spanning(cls, changes: Float32, count: int = TABLE.bins) -> Axis:
+        """Return an axis that covers nearly all of (N, 3) changes, as far as a byte allows."""
+        ends = [TABLE.low_percentile, TABLE.high_percentile]
+        low, high = (float(v) for v in np.percentile(changes, ends))
+        margin = TABLE.margin_share * (high - low) + TABLE.least_margin
         finest = _LARGEST_BYTE / (1 + high + margin)
         per_unit = min((count - 1) / (high - low + 2 * margin), finest)
         return cls(per_unit, max(0, round((1 + low - margin) * per_unit)), count)
 
     @property
     def last(self) -> int:
-        """Number of the last entry."""
+        """Index of the last entry."""
         return self.count - 1
 
     def values(self) -> Float32:
-        """(count,) change that each entry stands for."""
+        """Relative change at each entry, (count,)."""
         steps = np.arange(self.count, dtype=np.float32) + np.float32(self.first)
         return np.asarray(steps / np.float32(self.per_unit) - 1, np.float32)
 
     def position(self, change: Float32) -> Float32:
-        """Where changes lie between the entries, 0 … count − 1."""
+        """Position of changes along the axis, in entries from 0 to count − 1, not rounded."""
         position = (change + 1) * np.float32(self.per_unit) - np.float32(self.first)
         return np.asarray(np.clip(position, 0, self.last), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class ColourTable:
-    """Slopes by relative change of three channels.
+    """Lookup table from the relative change of three channels to the unit normal.
 
     Attributes
     ----------
     axis : Axis
     normal_xy : (B, B, B) complex64
-        Sine of the slope along x + i · along y; the axes are the channels in order.
+        x + i·y components of the unit normal; the axes are the channels in order.
     points : int
-        On about so many points of an image the dependence on the place is to be added.
+        Approximate number of points of an image at which the dependence on the position is added.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
+       estimating geometry and force", Sensors 17(12), 2017, sections 3.3 and 3.5.
     """
 
     axis: Axis
     normal_xy: Complex64
-    points: int = 1_200
+    points: int = TABLE.points
 
     def bins(self, change: Float32) -> NDArray[np.uint8]:
-        """Nearest entry of each channel for (..., 3) changes."""
+        """Index of the nearest entry along each channel, for (..., 3) changes."""
         return np.rint(self.axis.position(change)).astype(np.uint8)
 
     def nearest(self, change: Float32) -> Float32:
-        """(N, 2) sines of the entries nearest to (N, 3) changes."""
+        """Return (N, 2) ``normal_xy`` of the entries nearest to (N, 3) changes."""
         first, second, third = self.bins(change).T
         entries = self.normal_xy[first, second, third]
         return np.stack([entries.real, entries.imag], axis=1)
 
     def flat(self) -> Complex64:
-        """The table with its axes padded to 256, so that three bytes are its index.
+        """Pad the axes to 256 entries, so that three bytes form an index.
 
-        The pages between are never touched and cost no memory.
+        Memory pages of the padding are never written and cost no memory.
         """
         n = self.axis.count
         padded = np.zeros((n, _STRIDE, _STRIDE), np.complex64)
-        # The first channel is the lowest byte, so that it must be the fastest axis.
+        # The first channel is the lowest byte, so it must be the fastest axis.
         padded[:, :n, :n] = self.normal_xy.transpose(2, 1, 0)
         return padded.reshape(-1)
 
 
 def as_complex(normal_xy: Float32) -> Complex64:
-    """(...,) complex64 from (..., 2) sines."""
+    """Convert (..., 2) float32 pairs to (...,) complex64."""
     return np.ascontiguousarray(normal_xy, np.float32).view(np.complex64)[..., 0]
 
 
 def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) -> ColourTable:
-    """Tabulate a model of (change, place) → sines, averaged over a few places.
+    """Tabulate a slope model, averaged over five places of the image.
 
-    The model is evaluated at every other entry and interpolated between, for it is smooth on the
-    scale of an entry.
+    The model is smooth on the scale of an entry, so it is evaluated at every other entry and
+    interpolated between.
 
     Parameters
     ----------
     model : callable
-        (N, 5) float32 changes and place → (N, 2) float32 sines.
+        (N, 5) float32 changes and position → (N, 2) float32 components of the unit normal.
     axis : Axis
     aspect : float
         Height of the image over its width.
@@ -125,7 +176,8 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
     steps = 2 * np.arange(nodes, dtype=np.float32) + np.float32(axis.first)
     values = steps / np.float32(axis.per_unit) - 1
     changes = np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3)
-    places = [(0.0, 0.0), *((x, y * aspect) for x in (-0.6, 0.6) for y in (-0.6, 0.6))]
+    ends = -TABLE.place_offset, TABLE.place_offset
+    places = [(0.0, 0.0), *((x, y * aspect) for x in ends for y in ends)]
     total = np.zeros((len(changes), 2), np.float32)
     for where in places:
         spot = np.broadcast_to(np.asarray(where, np.float32), (len(changes), 2))

@@ -1,6 +1,8 @@
-"""Which part of the skin the object touches, told from the height map."""
+"""Contact area: where the object touches the gel surface, detected in the height map."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -11,17 +13,56 @@ from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
-_COARSE_PX = 160 * 120
-_NOISE_SAMPLES = 4000
-_SEEN_SIGMAS = 5.0
-_REGION_SIGMAS = 2.5
-_RAYLEIGH_QUARTILE = 0.7585
-_BANDS, _HIGHEST_BAND = 20, 11
-_BLUNT = 0.8
-"""The steepest contour of a smoothed map lies within the border, at so much more of the depth."""
-_MOST_NOISE = 0.1
-"""Of the greatest height: skin beside a wide contact bulges away from the camera, evenly and by up
-to a third of the depth, and is no noise."""
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """Parameters of contact detection that no option sets: they are relative to noise or depth.
+
+    Attributes
+    ----------
+    coarse_px : int, px²
+        Regions are found on a height map reduced to about this many pixels.
+        Source: chosen by hand; no script derives it.
+    noise_samples : int, count
+        Approximate number of pixels from which the noise is estimated.
+        Source: chosen by hand; no script derives it.
+    detection_sigmas : float, noise sigmas
+        A contact is deeper and steeper than this somewhere.
+        Source: chosen by hand; no script derives it.
+    region_sigmas : float, noise sigmas
+        The region of a contact is higher than this everywhere.
+        Source: chosen by hand; no script derives it.
+    largest_noise_share : float, share of the greatest height
+        Upper bound of the noise. The surface next to a wide contact bulges away from the object,
+        evenly and by up to a third of the depth; this is not noise.
+        Source: chosen by hand; no script derives it.
+    rayleigh_quartile : float, noise sigmas
+        Lower quartile of the length of a vector of two normal components.
+        Source: Rayleigh distribution, √(−2 ln 0.75).
+    bands : int, count
+        Bands of relative depth in which slopes are averaged.
+        Source: chosen by hand (ADR 24); no script derives it.
+    highest_band : int, count
+        The steepest contour is searched up to this band.
+        Source: chosen by hand; no script derives it.
+    border_ratio : float, ratio
+        Depth of the border over that of the steepest contour, which smoothing moves inwards.
+        Source: chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24).
+    """
+
+    coarse_px: int = 160 * 120
+    noise_samples: int = 4000
+    detection_sigmas: float = 5.0
+    region_sigmas: float = 2.5
+    largest_noise_share: float = 0.1
+    rayleigh_quartile: float = 0.7585
+    bands: int = 20
+    highest_band: int = 11
+    border_ratio: float = 0.8
+
+
+CONTACT = ContactParameters()
+"""The values in use."""
 
 
 def contact_mask(
@@ -33,36 +74,41 @@ def contact_mask(
     min_slope: float = 0.1,
     min_area_mm2: float = 0.05,
 ) -> Bool:
-    """Find where the object touches.
+    """Segment the contact area.
 
-    A region of raised skin is a contact when it is
+    A raised region is a contact if it is
 
     - deep: somewhere indented by ``min_indentation_mm`` and by 5 times the noise of the height;
-    - steep: somewhere sloped by ``min_slope`` and by 5 times the noise of the slope, for a contact
-      has a flank, and drift, which may add up to any height, has none;
-    - large: ``min_area_mm2``, the flank as well, so that specks are left out.
+    - steep: somewhere sloped by ``min_slope`` and by 5 times the noise of the slope. A contact has
+      a flank; drift may reach any height, but has none;
+    - large: at least ``min_area_mm2``, and so is its flank, so that specks are left out.
 
-    Both noises come from the map itself: from what lies below the rest surface, where no contact
-    is, up to a tenth of the greatest height, and from the calmest quarter of the slopes.
+    The noise comes from the map itself: that of the height from the pixels below the rest surface,
+    where there is no contact, up to a tenth of the greatest height; that of the slope from its
+    lower quartile.
 
-    The skin around a contact is drawn down with it, so the border is not where the indentation
-    ends. It is where the skin leaves the object and its slope falls off: at half the depth of a
-    ball that touches little of the skin (Hertz), and the lower, the wider the contact is beside
-    the gel's thickness. So it is told from the contour of the region that is steepest on average;
-    the steep wall of a flat-ended object is cut at much the same place by any fraction. What is
-    less deep than the border of its deepest neighbour in the same region, say the high side of a
-    strongly tilted plate, is missed.
+    The surface around a contact is indented, too, so the contact does not end where the indentation
+    does. It ends where the surface leaves the object and the slope decreases: at half the depth for
+    a ball with a small contact (Hertz [1]_), and lower for contacts that are wide compared with the
+    thickness of the gel. So the border follows from the contour of the region that is steepest on
+    average. The wall of a flat-ended object is steep, so its border barely depends on the fraction.
+    Parts less deep than the border of their own region are missed, such as the high side of a
+    strongly tilted plate.
 
     Parameters
     ----------
     height_mm : (H, W) float32
-        0 at rest, positive where pressed.
+        Height above the rest surface, positive where pressed.
     mm_per_px : float
         Scale of the image.
-    min_indentation_mm, min_slope, min_area_mm2 : float
-        As above.
+    min_indentation_mm : float
+        Least depth of a contact, in mm.
     border_fraction : float, optional
-        Depth at the border over the greatest depth of the region, if it is known.
+        Depth at the border over the greatest depth of the region. Default: from the slopes.
+    min_slope : float
+        Least slope of the flank of a contact, dimensionless.
+    min_area_mm2 : float
+        Least area of a contact, in mm².
 
     Returns
     -------
@@ -72,22 +118,27 @@ def contact_mask(
     Raises
     ------
     InputError
-        The height map is not 2-D or empty.
+        The height map is not 2-D or is empty.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985,
+       chapter 4: under Hertz's pressure the depth at the edge is half of that at the centre.
     """
     if height_mm.ndim != 2 or 0 in height_mm.shape:
         raise InputError(f"a height map is (H, W); this one is {height_mm.shape}")
     height_mm = np.asarray(height_mm, np.float32)
     mask = np.zeros(height_mm.shape, np.uint8)
-    shrink = max(1, round(np.sqrt(height_mm.size / _COARSE_PX)))
+    shrink = max(1, round(np.sqrt(height_mm.size / CONTACT.coarse_px)))
     size = max(1, height_mm.shape[1] // shrink), max(1, height_mm.shape[0] // shrink)
     coarse = shrunk(height_mm, size)
-    noise_mm = min(_height_noise(coarse), _MOST_NOISE * float(coarse.max()))
-    low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
-    seen_mm = max(min_indentation_mm, _SEEN_SIGMAS * noise_mm)
-    if coarse.max() <= seen_mm:
+    noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
+    low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
+    detectable_mm = max(min_indentation_mm, CONTACT.detection_sigmas * noise_mm)
+    if coarse.max() <= detectable_mm:
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
-    steep = slope > max(min_slope, _SEEN_SIGMAS * _slope_noise(slope))
+    steep = slope > max(min_slope, CONTACT.detection_sigmas * _slope_noise(slope))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (coarse > low_mm).view(np.uint8), connectivity=8, ltype=cv2.CV_16U
     )
@@ -99,7 +150,7 @@ def contact_mask(
         region = labels[window] == label
         peak_mm = float(coarse[window][region].max())
         flank = np.count_nonzero(region & steep[window])
-        if peak_mm > seen_mm and flank >= max(1, min_area_px):
+        if peak_mm > detectable_mm and flank >= max(1, min_area_px):
             share = border_fraction
             if share is None:
                 share = _border(coarse[window][region] / peak_mm, slope[window][region])
@@ -110,28 +161,29 @@ def contact_mask(
 
 
 def _height_noise(coarse: Array) -> float:
-    """Sigma of the height at rest, from the pixels below it."""
+    """Standard deviation of the height of the undeformed surface, from the pixels below 0."""
     sample = _sample(coarse)
     below = -sample[sample < 0]
     return sigma_of(below) if len(below) else 0.0
 
 
 def _slope_noise(slope: Array) -> float:
-    """Sigma of each component of the slope at rest, from the calmest quarter."""
-    return quantile(_sample(slope), 0.25) / _RAYLEIGH_QUARTILE
+    """Standard deviation of each component of the undeformed slope, from the lower quartile."""
+    return quantile(_sample(slope), 0.25) / CONTACT.rayleigh_quartile
 
 
 def _border(depth: Array, slope: Array) -> float:
-    """Depth at a region's border, over the greatest, from (N,) relative depths and slopes."""
-    band = np.clip((_BANDS * depth).astype(np.intp), 0, _BANDS - 1)
-    usual = np.bincount(band, slope, _BANDS) / np.maximum(np.bincount(band, None, _BANDS), 1)
-    usual[1:-1] += (usual[:-2] + usual[2:]) / 2
-    steepest = 1 + int(np.argmax(usual[1 : _HIGHEST_BAND + 1]))
-    return _BLUNT * (steepest + 0.5) / _BANDS
+    """Relative depth at the border of a region, from (N,) relative depths and slopes."""
+    bands = CONTACT.bands
+    band = np.clip((bands * depth).astype(np.intp), 0, bands - 1)
+    mean = np.bincount(band, slope, bands) / np.maximum(np.bincount(band, None, bands), 1)
+    mean[1:-1] += (mean[:-2] + mean[2:]) / 2
+    steepest = 1 + int(np.argmax(mean[1 : CONTACT.highest_band + 1]))
+    return CONTACT.border_ratio * (steepest + 0.5) / bands
 
 
 def _sample(image: Array) -> Array:
-    step = max(1, int(np.sqrt(image.size / _NOISE_SAMPLES)))
+    step = max(1, int(np.sqrt(image.size / CONTACT.noise_samples)))
     return np.asarray(image[::step, ::step].ravel())
 
 
@@ -152,7 +204,7 @@ def _draw(
     coarse_size: tuple[int, ...],
     border_mm: float,
 ) -> None:
-    """Set ``mask`` where the full image is above ``border_mm`` at and next to coarse pixels."""
+    """Set ``mask`` where the full map is above ``border_mm``, at and next to touched pixels."""
     x, y = corner
     near = cv2.dilate(cv2.copyMakeBorder(touched.view(np.uint8), 1, 1, 1, 1, 0), np.ones((3, 3)))
     rows, columns = mask.shape

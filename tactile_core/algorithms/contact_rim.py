@@ -1,33 +1,65 @@
-"""How high the gel surface stands where it leaves a ball: a layer sinks beside a contact, too."""
+"""Height of the gel surface at the rim of a contact with a ball."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 
-_LARGEST_WAVE, _WAVES = 60.0, 6000
-"""Wave numbers of the integral, in inverse contact radii: the pressure has faded there."""
+
+@dataclass(frozen=True)
+class RimParameters:
+    """Discretisation of the Hankel transform. Nothing sets it from outside: it is converged.
+
+    Attributes
+    ----------
+    largest_wave : float, inverse contact radii
+        Upper end of the wave numbers, where the spectrum of the pressure has decayed.
+        Source: chosen by hand; no script derives it.
+    waves : int, count
+        Number of wave numbers.
+        Source: chosen by hand; no script derives it.
+    """
+
+    largest_wave: float = 60.0
+    waves: int = 6000
+
+
+RIM = RimParameters()
+"""The values in use."""
 
 
 def rim_share(
     contact_radius_mm: float, thickness_mm: float, poisson_ratio: float = POISSON_RATIO
 ) -> float:
-    """Height of a contact's rim over the undeformed surface, over the height of its top above it.
+    """Height of the rim of a contact, over the height of its centre above the rim.
 
-    Of Hertz's pressure √(1 − r²/a²) on a layer that is bonded to a plate: 1 on a half-space, less
-    the thinner the layer is, and 0 where it is so thin that this pressure would make it bulge
-    around the contact. On virtual sensors (balls of 4 and 8 mm, up to 0.8 mm deep in 2 mm of
-    gel) it is right to 0.1.
+    Both follow from Hertz's pressure √(1 − r²/a²) [1]_ on an elastic layer bonded to a plate. The
+    ratio is 1 on a half-space and decreases with the thickness of the layer. It is 0 where the
+    layer is so thin that this pressure would make it bulge around the contact. On virtual sensors
+    (balls of 4 and 8 mm, up to 0.8 mm deep in 2 mm of gel) the error is at most 0.1.
 
     Parameters
     ----------
     contact_radius_mm, thickness_mm : float
+        Radius a of the contact, and thickness of the gel.
     poisson_ratio : float
+        Of the elastomer.
+
+    Returns
+    -------
+    float
+        0 to 1.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985, chapter 4.
     """
     from scipy.special import j0
 
-    ka = (np.arange(_WAVES) + 0.5) * (_LARGEST_WAVE / _WAVES)
+    ka = (np.arange(RIM.waves) + 0.5) * (RIM.largest_wave / RIM.waves)
     pressure = (np.sin(ka) - ka * np.cos(ka)) / ka**3
     layer = Elastomer(thickness_mm, 1.0, poisson_ratio)
     waves = pressure * layer.compliance(ka / contact_radius_mm).normal * ka

@@ -1,11 +1,13 @@
-"""How much brighter or darker each channel has become, told from the skin at rest.
+"""Illumination drift: the gain of each channel, estimated from the undeformed gel surface.
 
-One frame and the untouched reference are enough: where the skin rests, the quotient of the two is
-the channel's gain, the same in all places, while a contact spreads it. So nothing is remembered,
-and a contact that is held for long cannot be absorbed.
+One frame and the reference suffice. Where the surface is undeformed, their quotient is the gain of
+the channel, the same everywhere; in a contact it varies. Nothing is carried over from earlier
+frames, so a contact that is held for long is not absorbed into the reference.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -13,38 +15,74 @@ import numpy as np
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.levels import LEVELS
 
-_ROWS, _COLUMNS = 24, 32
-_FEWEST = 100
 
-_MOST = 0.1
-"""Logarithm of the gain that is followed; what changes more is no drift."""
+@dataclass(frozen=True)
+class DriftParameters:
+    """Parameters of the drift estimate.
 
-_NEAR = 0.03
-"""Twice the grain of a channel (1.5 %): skin at rest is this near to the gain."""
+    Nothing sets them from outside: they are shares and ratios, the same for every sensor. A profile
+    or a calibration only chooses whether drift is compensated.
 
-_LEAST, _ENOUGH = 0.2, 0.35
-"""Shares of the image that must agree in all channels to be believed at all, and fully."""
+    Attributes
+    ----------
+    rows, columns : int, count
+        Cells of the grid on which frame and reference are compared.
+        Source: chosen by hand; no script derives it.
+    fewest_samples : int, count
+        With fewer readable cells no gain is estimated.
+        Source: chosen by hand; no script derives it.
+    dark_share : float, share of the full scale
+        Cells with a channel at or below it are left out.
+        Source: chosen by hand; no script derives it.
+    largest_log_gain : float, logarithm of the gain
+        Larger changes are no drift and are not compensated.
+        Source: chosen by hand (10 %, ADR 10); no script derives it.
+    noise_log : float, logarithm of the gain
+        Scale of the biweight; within twice this a cell is consistent with the gain.
+        Source: twice the 1.5 % noise of a light on the six-LED recordings.
+    least_share, full_share : float, share of the readable cells
+        Cells that must be consistent in all channels for the gain to be applied at all, and fully.
+        Source: chosen by hand (ADR 10); no script derives it.
+    rounds : int, count
+        Reweightings of the biweight.
+        Source: chosen by hand; no script derives it.
+    least_weight : float, sum of weights
+        Lower bound of the sum of weights, against division by zero.
+        Source: chosen by hand; no script derives it.
+    """
 
-_ROUNDS = 3
-_DARK = 0.02
+    rows: int = 24
+    columns: int = 32
+    fewest_samples: int = 100
+    dark_share: float = 0.02
+    largest_log_gain: float = 0.1
+    noise_log: float = 0.03
+    least_share: float = 0.2
+    full_share: float = 0.35
+    rounds: int = 3
+    least_weight: float = 1e-6
+
+
+DRIFT = DriftParameters()
+"""The values in use."""
 
 
 class ReferenceLevels:
-    """The levels of the untouched sensor at a few places, for frames to be compared with.
+    """Levels of the reference on a coarse grid, prepared for comparison with many frames.
 
     Parameters
     ----------
     reference : (H, W, K)
-        The untouched sensor.
+        Image of the undeformed sensor.
     full_scale : float
         The intensity at which a channel saturates.
     """
 
     def __init__(self, reference: Array, full_scale: float) -> None:
         rows, columns, _ = reference.shape
-        self._cells = min(_COLUMNS, columns), min(_ROWS, rows)
+        self._cells = min(DRIFT.columns, columns), min(DRIFT.rows, rows)
         across, down = (
             np.linspace(0, size - 1, min(size, 2 * cells)).astype(np.intp)
             for size, cells in zip((columns, rows), self._cells, strict=True)
@@ -52,63 +90,71 @@ class ReferenceLevels:
         self._down, self._across = down, across
         self._places = (down[:, None] * columns + across).ravel()
         self._full_scale = full_scale
-        self._undeformed = self._few(reference)
-        self._bright = (self._undeformed > _DARK * full_scale).all(axis=0)
+        self._undeformed = self._cell_means(reference)
+        self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
-        seen = self._few(pixels)
-        good = (seen.min(axis=0) > _DARK * self._full_scale) & self._bright
-        good &= seen.max(axis=0) < CEILING * self._full_scale
+        means = self._cell_means(pixels)
+        readable = (means.min(axis=0) > DRIFT.dark_share * self._full_scale) & self._bright
+        readable &= means.max(axis=0) < LEVELS.saturation_share * self._full_scale
         if marker_mask is not None:
-            good &= self._few(marker_mask.view(np.uint8)[..., None])[0] == 0
-        if np.count_nonzero(good) < _FEWEST:
+            readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
+        if np.count_nonzero(readable) < DRIFT.fewest_samples:
             return np.ones(pixels.shape[2], np.float32)
-        gain, share = _rest_gain(np.log(seen[:, good] / self._undeformed[:, good]))
-        if np.abs(gain).max() > _MOST:
+        gain, share = _undeformed_gain(np.log(means[:, readable] / self._undeformed[:, readable]))
+        if np.abs(gain).max() > DRIFT.largest_log_gain:
             return np.ones(pixels.shape[2], np.float32)
-        trust = min(max((share - _LEAST) / (_ENOUGH - _LEAST), 0.0), 1.0)
-        return np.asarray(np.exp(trust * gain), np.float32)
+        range_ = DRIFT.full_share - DRIFT.least_share
+        weight = min(max((share - DRIFT.least_share) / range_, 0.0), 1.0)
+        return np.asarray(np.exp(weight * gain), np.float32)
 
-    def _few(self, pixels: Array) -> Array:
-        """(K, N) float32: means of neighbouring samples on a coarse grid."""
+    def _cell_means(self, pixels: Array) -> Array:
+        """Means of neighbouring samples on a coarse grid, (K, N) float32."""
         channels = pixels.shape[2]
         if pixels.flags.c_contiguous:
-            some = pixels.reshape(-1, channels).take(self._places, axis=0)
+            samples = pixels.reshape(-1, channels).take(self._places, axis=0)
         else:
-            some = pixels[np.ix_(self._down, self._across)]
-        some = some.reshape(len(self._down), len(self._across), channels).astype(np.float32)
-        means = shrunk(some, self._cells, halvings=0).reshape(-1, channels)
+            samples = pixels[np.ix_(self._down, self._across)]
+        samples = samples.reshape(len(self._down), len(self._across), channels).astype(np.float32)
+        means = shrunk(samples, self._cells, halvings=0).reshape(-1, channels)
         return np.ascontiguousarray(means.T)
 
 
 def channel_gains(
     pixels: Array, reference: Array, full_scale: float, marker_mask: Array | None = None
 ) -> Array:
-    """Estimate each channel's gain against the reference.
+    """Estimate the gain of each channel against the reference.
 
-    The mode of the logarithm of each channel's quotient, refined by Tukey's biweight on all
-    channels at once.
+    The estimate starts from the mean of the shortest half (the shorth [1]_) of the logarithm of the
+    quotient of frame and reference. Tukey's biweight [2]_ refines it on all channels together.
 
     Parameters
     ----------
     pixels, reference : (H, W, K)
-        A frame and the untouched sensor.
+        A frame, and the image of the undeformed sensor.
     full_scale : float
         The intensity at which a channel saturates.
     marker_mask : (H, W) bool, optional
-        Pixels that do not show the skin.
+        Pixels that do not show the gel surface.
 
     Returns
     -------
     (K,) float32
-        Within 10 % of 1; exactly 1 where too little of the skin rests to tell.
+        Within 10 % of 1. Exactly 1 where too little of the surface is undeformed.
+
+    References
+    ----------
+    .. [1] D. F. Andrews et al., "Robust Estimates of Location: Survey and Advances", Princeton
+       University Press, 1972.
+    .. [2] A. E. Beaton and J. W. Tukey, "The fitting of power series, meaning polynomials,
+       illustrated on band-spectroscopic data", Technometrics 16(2), 1974.
     """
     return ReferenceLevels(reference, full_scale).gains(pixels, marker_mask)
 
 
 def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
-    """Divide each channel by its gain; saturated intensities stay at the full scale.
+    """Divide each channel by its gain. Saturated intensities become the full scale.
 
     Parameters
     ----------
@@ -123,35 +169,35 @@ def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
     planar = pixels.transpose(2, 0, 1)
     if pixels.dtype == np.uint8:
         levels = np.arange(256, dtype=np.float32)
-        tables = np.rint(_steadied(levels[:, None], gains, full_scale)).astype(np.uint8)
+        tables = np.rint(_compensated(levels[:, None], gains, full_scale)).astype(np.uint8)
         if not planar.flags.c_contiguous:
             return np.asarray(cv2.LUT(pixels, tables[None])).reshape(pixels.shape)
         out = np.empty_like(planar)
         for plane, table, into in zip(planar, tables.T.copy(), out, strict=True):
             cv2.LUT(plane, table, dst=into)
         return out.transpose(1, 2, 0)
-    steady = _steadied(pixels.astype(np.float32), gains, full_scale)
-    return steady if pixels.dtype == np.float32 else np.rint(steady).astype(pixels.dtype)
+    result = _compensated(pixels.astype(np.float32), gains, full_scale)
+    return result if pixels.dtype == np.float32 else np.rint(result).astype(pixels.dtype)
 
 
-def _steadied(levels: Array, gains: Array, full_scale: float) -> Array:
-    steady = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
-    return np.where(levels < CEILING * full_scale, steady, np.float32(full_scale))
+def _compensated(levels: Array, gains: Array, full_scale: float) -> Array:
+    result = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
+    return np.where(levels < LEVELS.saturation_share * full_scale, result, np.float32(full_scale))
 
 
-def _rest_gain(logs: Array) -> tuple[Array, float]:
-    """Gain of (K, N) logarithms, and the share of them that agrees with it."""
+def _undeformed_gain(logs: Array) -> tuple[Array, float]:
+    """Gain of (K, N) logarithms, and the share of samples that are consistent with it."""
     gain = _modes(logs)
-    for _ in range(_ROUNDS):
+    for _ in range(DRIFT.rounds):
         square = np.square(logs - gain[:, None]).sum(axis=0)
-        weight = np.square(np.maximum(1 - square / (2 * len(logs) * _NEAR**2), 0))
-        gain = logs @ weight / max(float(weight.sum()), 1e-6)
-    agreeing = np.abs(logs - gain[:, None]).max(axis=0) < 2 * _NEAR
-    return gain, np.count_nonzero(agreeing) / logs.shape[1]
+        weight = np.square(np.maximum(1 - square / (2 * len(logs) * DRIFT.noise_log**2), 0))
+        gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
+    consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
+    return gain, np.count_nonzero(consistent) / logs.shape[1]
 
 
 def _modes(logs: Array) -> Array:
-    """(K,): mean of the shortest interval that holds half of each row."""
+    """Mean of the shortest interval that holds half of each row, (K,)."""
     ordered = np.sort(logs, axis=1)
     half = ordered.shape[1] // 2
     first, _ = narrowest(ordered, half + 1)

@@ -1,4 +1,4 @@
-"""Which part of a picture shows the lit skin, where a frame or a housing stands around it."""
+"""Part of an image that shows the illuminated gel surface, inside a dark frame or housing."""
 
 from __future__ import annotations
 
@@ -11,25 +11,66 @@ from numpy.typing import NDArray
 
 Box = tuple[int, int, int, int]
 
-DARK_SHARE = 0.2
-"""Of the brightness that a tenth of the picture exceeds: less is no lit skin."""
 
-_WORKING_PX = 256
-_LIT_EDGE = 0.9
-_LEAST_CUT = 0.02
-_LEAST_LEFT = 0.1
+@dataclass(frozen=True)
+class LitAreaParameters:
+    """Parameters of the search for the illuminated area.
+
+    Nothing sets them from outside: the result is a proposal that the user may edit in the profile.
+
+    Attributes
+    ----------
+    working_px : int, px
+        The longer side of the image is reduced to this.
+        Source: chosen by hand; no script derives it.
+    blur_px : float, px
+        Standard deviation of the smoothing of the reduced image.
+        Source: chosen by hand; no script derives it.
+    closing_px : int, px
+        Side of the closing that bridges markers and dust.
+        Source: chosen by hand; no script derives it.
+    bright_percentile : float, percent
+        Percentile of the brightness that counts as bright.
+        Source: chosen by hand; no script derives it.
+    dark_share : float, share of the bright level
+        Pixels up to this are not illuminated.
+        Source: chosen by hand; no script derives it.
+    edge_share : float, share of a side
+        The rectangle shrinks until this much of each side is illuminated.
+        Source: chosen by hand; no script derives it.
+    least_crop_share : float, share of the longer side
+        If less than this is to be cropped on every side, nothing is.
+        Source: chosen by hand; no script derives it.
+    least_area_share : float, share of the image
+        A smaller rectangle is not the gel surface.
+        Source: chosen by hand; no script derives it.
+    """
+
+    working_px: int = 256
+    blur_px: float = 1.0
+    closing_px: int = 9
+    bright_percentile: float = 90
+    dark_share: float = 0.2
+    edge_share: float = 0.9
+    least_crop_share: float = 0.02
+    least_area_share: float = 0.1
+
+
+LIT_AREA = LitAreaParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class LitArea:
-    """An upright rectangle of lit skin.
+    """Upright rectangle of illuminated gel surface.
 
     Attributes
     ----------
     box : (x, y, width, height)
+        In px.
     taper : float
-        The narrower end of the whole lit skin over its wider one, across or along: 1 seen straight
-        on, less where the camera looks from aside.
+        Width of the narrower end of the illuminated area over that of the wider one, along x or y:
+        1 seen straight on, less seen at an angle.
     """
 
     box: Box
@@ -37,32 +78,34 @@ class LitArea:
 
 
 def lit_area(pixels: NDArray[Any]) -> LitArea | None:
-    """Find the upright rectangle of lit skin, if dark surroundings leave anything to cut off.
+    """Find the upright rectangle of illuminated gel surface in front of dark surroundings.
 
-    The largest connected lit area counts; its rectangle shrinks until nine tenths of each side are
-    lit. A gel seen at an angle is no upright rectangle, and its corners are cut off.
+    The bounding box of the largest connected bright region shrinks until nine tenths of each side
+    are illuminated. A gel seen at an angle is not an upright rectangle; its corners are cropped.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, 3) uint8 or uint16
-        The untouched sensor.
+        Image of the undeformed sensor.
 
     Returns
     -------
     LitArea or None
-        None where all is lit, or so little that it cannot be skin.
+        None where nothing is to be cropped, or the bright area is too small for a gel surface.
     """
-    from skimage.measure import label, regionprops  # late: it costs more than all else here
+    from skimage.measure import label, regionprops  # late: the import takes longer than the rest
 
     height, width = pixels.shape[:2]
-    shrink = max(1.0, max(height, width) / _WORKING_PX)
+    shrink = max(1.0, max(height, width) / LIT_AREA.working_px)
     size = max(1, round(width / shrink)), max(1, round(height / shrink))
     brightness = pixels if pixels.ndim == 2 else pixels.max(axis=2)
     small = cv2.resize(brightness.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     small = cv2.morphologyEx(
-        cv2.GaussianBlur(small, (0, 0), 1.0), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)
+        cv2.GaussianBlur(small, (0, 0), LIT_AREA.blur_px),
+        cv2.MORPH_CLOSE,
+        np.ones((LIT_AREA.closing_px,) * 2, np.uint8),
     )
-    lit = small > DARK_SHARE * np.percentile(small, 90)
+    lit = small > LIT_AREA.dark_share * np.percentile(small, LIT_AREA.bright_percentile)
     labels = label(lit, connectivity=2)
     regions = regionprops(labels)
     if not regions:
@@ -70,9 +113,9 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
     largest = max(regions, key=lambda region: region.area)
     surface = labels == largest.label
     left, top, right, bottom = _shrunk(surface, largest.bbox)
-    cut = max(left, top, size[0] - right, size[1] - bottom)
+    crop = max(left, top, size[0] - right, size[1] - bottom)
     share = (right - left) * (bottom - top) / (size[0] * size[1])
-    if cut < _LEAST_CUT * max(size) or share < _LEAST_LEFT:
+    if crop < LIT_AREA.least_crop_share * max(size) or share < LIT_AREA.least_area_share:
         return None
     x0, x1 = (round(v * width / size[0]) for v in (left, right))
     y0, y1 = (round(v * height / size[1]) for v in (top, bottom))
@@ -80,7 +123,7 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
 
 
 def _taper(surface: NDArray[np.bool_]) -> float:
-    """Width of the first third of the rows against the last, the narrower over the wider."""
+    """Median width of the first and the last third of the rows, the narrower over the wider."""
     widths = surface.sum(axis=1)[surface.any(axis=1)]
     third = max(1, len(widths) // 3)
     ends = float(np.median(widths[:third])), float(np.median(widths[-third:]))
@@ -88,7 +131,7 @@ def _taper(surface: NDArray[np.bool_]) -> float:
 
 
 def _shrunk(lit: NDArray[np.bool_], bounds: tuple[int, int, int, int]) -> Box:
-    """Left, top, right and bottom, the darkest side drawn in until all of them are lit."""
+    """Left, top, right and bottom after moving in the darkest side until all are illuminated."""
     top, left, bottom, right = bounds
     while right - left > 2 and bottom - top > 2:
         sides = {
@@ -98,7 +141,7 @@ def _shrunk(lit: NDArray[np.bool_], bounds: tuple[int, int, int, int]) -> Box:
             "bottom": lit[bottom - 1, left:right].mean(),
         }
         darkest = min(sides, key=lambda side: sides[side])
-        if sides[darkest] >= _LIT_EDGE:
+        if sides[darkest] >= LIT_AREA.edge_share:
             break
         left += darkest == "left"
         right -= darkest == "right"

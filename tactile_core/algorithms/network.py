@@ -1,4 +1,4 @@
-"""A small multilayer perceptron in plain numpy: tanh layers, Adam, Huber loss."""
+"""Small multilayer perceptron in plain numpy: tanh layers, Adam, Huber loss."""
 
 from __future__ import annotations
 
@@ -11,11 +11,47 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import scaling
 from tactile_core.algorithms.arrays.types import Float32
 
-HUBER = 0.25
-"""Errors (in sines) above it pull linearly, so that lifted skin and dirt do not rule the fit."""
 
-_BLOCK = 4096
-_SMALLEST_BATCH = 32
+@dataclass(frozen=True)
+class TrainingParameters:
+    """Parameters of evaluation and training that no argument of :func:`train` sets.
+
+    Nothing sets them from outside: they depend on the method or the processor, not on a sensor.
+
+    Attributes
+    ----------
+    huber_error : float, length of normal_xy
+        Errors count as their square up to this and linearly beyond, so that outliers (surface that
+        has left the ball, dirt) do not dominate the fit.
+        Source: chosen by hand; no script derives it.
+    block : int, count
+        Samples that are evaluated together and stay in the cache.
+        Source: chosen by hand; no script derives it.
+    smallest_batch : int, count
+        Lower bound of the samples in a batch.
+        Source: chosen by hand; no script derives it.
+    least_rate_share : float, share of the peak rate
+        Added to the cosine schedule, so that the last steps are not zero.
+        Source: chosen by hand; no script derives it.
+    beta_1, beta_2 : float, ratio
+        Decay of the moments of the gradient.
+        Source: Kingma and Ba, Algorithm 1 (default values).
+    epsilon : float, root of the second moment
+        Lower bound of the divisor.
+        Source: Kingma and Ba, Algorithm 1 (default value).
+    """
+
+    huber_error: float = 0.25
+    block: int = 4096
+    smallest_batch: int = 32
+    least_rate_share: float = 1e-3
+    beta_1: float = 0.9
+    beta_2: float = 0.999
+    epsilon: float = 1e-8
+
+
+TRAINING = TrainingParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +61,7 @@ class Network:
     Attributes
     ----------
     mean, std : (D,) float32
+        Scale of the features.
     layers : tuple of (weight (A, B), bias (B,)) float32
     """
 
@@ -34,16 +71,17 @@ class Network:
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, D) features to (N, M) outputs, in blocks that stay in the cache."""
+        block = TRAINING.block
         out = np.empty((len(features), self.layers[-1][1].shape[0]), np.float32)
-        for start in range(0, len(features), _BLOCK):
+        for start in range(0, len(features), block):
             # a sample per column: numpy adds a bias to a long row much faster than to short ones
-            z = ((features[start : start + _BLOCK] - self.mean) / self.std).T
+            z = ((features[start : start + block] - self.mean) / self.std).T
             for weight, bias in self.layers[:-1]:
                 z = weight.T @ z
                 z += bias[:, None]
                 np.tanh(z, out=z)
             weight, bias = self.layers[-1]
-            out[start : start + _BLOCK] = (weight.T @ z).T + bias
+            out[start : start + block] = (weight.T @ z).T + bias
         return out
 
 
@@ -59,7 +97,9 @@ def train(
     noise: float = 0.05,
     seed: int = 0,
 ) -> Network:
-    """Fit a network.
+    """Train a network with Adam [1]_ on the Huber loss [2]_ of the length of the error.
+
+    The rate follows half a cosine [3]_; the weight decay is decoupled from the gradient [4]_.
 
     Parameters
     ----------
@@ -68,14 +108,28 @@ def train(
     hidden : sequence of int
         Width of each hidden layer.
     epochs, steps : int
-        Passes over the samples, and batches in each: few samples are learnt as long as many.
+        Passes over the samples, and batches in each pass. Their number does not depend on N, so
+        few samples are trained for as long as many.
     rate, decay : float
-        Adam's peak step (cosine schedule) and weight decay.
+        Peak step of Adam, and weight decay.
     noise : float
-        Standard deviation of the noise added to each scaled feature while training, which keeps
-        the network smooth between presses.
+        Standard deviation of the noise added to each scaled feature in training. It keeps the
+        network smooth between presses.
     seed : int
-        Same seed, same network.
+        The same seed gives the same network.
+
+    Returns
+    -------
+    Network
+
+    References
+    ----------
+    .. [1] D. P. Kingma and J. Ba, "Adam: a method for stochastic optimization", ICLR, 2015.
+    .. [2] P. J. Huber, "Robust estimation of a location parameter", Annals of Mathematical
+       Statistics 35(1), 1964.
+    .. [3] I. Loshchilov and F. Hutter, "SGDR: stochastic gradient descent with warm restarts",
+       ICLR, 2017 (without restarts).
+    .. [4] I. Loshchilov and F. Hutter, "Decoupled weight decay regularization", ICLR, 2019.
     """
     rng = np.random.default_rng(seed)
     mean, std = scaling(features)
@@ -88,7 +142,7 @@ def train(
             np.zeros(b, np.float32),
         ]
     adam = _Adam(parameters, decay)
-    batch = min(len(scaled), max(_SMALLEST_BATCH, len(scaled) // steps))
+    batch = min(len(scaled), max(TRAINING.smallest_batch, len(scaled) // steps))
     batches = len(scaled) // batch
     total = epochs * batches
     for step in range(total):
@@ -99,7 +153,7 @@ def train(
         if noise:
             x = x + np.float32(noise) * rng.standard_normal(x.shape, dtype=np.float32)
         slope = _gradients(parameters, x, targets[pick])
-        cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + 1e-3
+        cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + TRAINING.least_rate_share
         adam.update(parameters, slope, rate * cosine)
     return Network(mean, std, _pairs(parameters))
 
@@ -124,7 +178,7 @@ def _gradients(parameters: Sequence[Float32], x: Float32, y: Float32) -> list[Fl
     activations = _forward(layers, x)
     error = activations[-1] - y
     size = np.linalg.norm(error, axis=1, keepdims=True)
-    error /= np.maximum(1, size / HUBER) * np.float32(len(x))
+    error /= np.maximum(1, size / TRAINING.huber_error) * np.float32(len(x))
     slopes: list[Float32] = []
     for depth in range(len(layers) - 1, -1, -1):
         below = activations[depth]
@@ -143,12 +197,13 @@ class _Adam:
 
     def update(self, parameters: list[Float32], slopes: list[Float32], rate: float) -> None:
         self._steps += 1
-        first_bias, second_bias = 1 - 0.9**self._steps, 1 - 0.999**self._steps
+        beta_1, beta_2 = TRAINING.beta_1, TRAINING.beta_2
+        first_bias, second_bias = 1 - beta_1**self._steps, 1 - beta_2**self._steps
         for p, slope, m, v in zip(parameters, slopes, self._first, self._second, strict=True):
-            m += np.float32(0.1) * (slope - m)
-            v += np.float32(0.001) * (slope * slope - v)
+            m += np.float32(1 - beta_1) * (slope - m)
+            v += np.float32(1 - beta_2) * (slope * slope - v)
             step = (m / np.float32(first_bias)) / (
-                np.sqrt(v / np.float32(second_bias)) + np.float32(1e-8)
+                np.sqrt(v / np.float32(second_bias)) + np.float32(TRAINING.epsilon)
             )
             if p.ndim == 2:
                 step = step + self._decay * p

@@ -1,53 +1,87 @@
-"""Slopes as sines: the horizontal part of the unit normal, turned uphill.
+"""Slopes as x and y components of the unit normal.
 
-A sine is bounded where a slope is not, so that models are fitted, averaged and corrected as sines
-and become slopes last: one model that is unsure cannot pull the mean to a cliff.
+The components are those of the horizontal part of the unit normal, pointing uphill: their length is
+the sine of the slope angle. They are bounded and slopes are not. So models are fitted, averaged and
+corrected in ``normal_xy`` and converted to slopes at the end; one uncertain model cannot pull the
+mean towards a vertical wall.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32
 
-STEEPEST_SINE = 0.98
-"""Sine of the steepest slope that a model may claim, 78°."""
+
+@dataclass(frozen=True)
+class NormalParameters:
+    """Bound of the normals that slope models return.
+
+    Nothing sets it from outside: stored models and their tables are made with it.
+
+    Attributes
+    ----------
+    steepest_sine : float, ratio
+        Largest length of ``normal_xy``, the sine of 78.5°. Steeper normals keep their direction.
+        Source: chosen by hand; no script derives it.
+    """
+
+    steepest_sine: float = 0.98
+
+
+NORMALS = NormalParameters()
+"""The values in use."""
 
 
 def to_gradient(normal_xy: Float32) -> Float32:
-    """Slopes ∂z/∂(x, y) from (..., 2) sines; steeper ones keep their direction at the steepest."""
+    """Slopes from the x and y components of unit normals.
+
+    Parameters
+    ----------
+    normal_xy : (..., 2) float32
+        Steeper ones than ``NORMALS.steepest_sine`` are shortened to it.
+
+    Returns
+    -------
+    (..., 2) float32
+        ∂z/∂x and ∂z/∂y.
+    """
     square = (normal_xy * normal_xy).sum(-1, keepdims=True)
-    excess = np.maximum(square, STEEPEST_SINE**2) / STEEPEST_SINE**2
+    excess = np.maximum(square, NORMALS.steepest_sine**2) / NORMALS.steepest_sine**2
     bounded = normal_xy / np.sqrt(excess)
-    return np.asarray(bounded / np.sqrt(1 - np.minimum(square, STEEPEST_SINE**2)), np.float32)
+    return np.asarray(
+        bounded / np.sqrt(1 - np.minimum(square, NORMALS.steepest_sine**2)), np.float32
+    )
 
 
 def to_normal_xy(gradients: Float32) -> Float32:
-    """Sines from (..., 2) slopes; the inverse of :func:`to_gradient`."""
+    """Components of unit normals from (..., 2) slopes; the inverse of :func:`to_gradient`."""
     norm = np.sqrt(1 + (gradients * gradients).sum(-1, keepdims=True))
     return np.asarray(gradients / norm, np.float32)
 
 
 def planes_to_gradient(nx: Float32, ny: Float32, scratch: Float32) -> None:
-    """Turn two (H, W) planes of sines into slopes in place; :func:`to_gradient` for whole images.
+    """Convert two planes of normal components to slopes in place; a faster :func:`to_gradient`.
 
     Parameters
     ----------
     nx, ny : (H, W) float32
-        Sines; overwritten by slopes.
+        Components of the unit normals; overwritten by the slopes.
     scratch : (H, W) float32
         Overwritten.
     """
     square = cv2.multiply(nx, nx, dst=scratch)
     cv2.accumulateSquare(ny, square)
-    # The steepest is found much faster than where it is, and hardly any pixel is too steep.
-    if cv2.minMaxLoc(square)[1] > STEEPEST_SINE**2:
-        steep = np.nonzero(scratch > STEEPEST_SINE**2)
-        shrink = np.float32(STEEPEST_SINE) / np.sqrt(scratch[steep])
+    # Finding the maximum is much faster than a mask, and few images have a pixel that is too steep.
+    if cv2.minMaxLoc(square)[1] > NORMALS.steepest_sine**2:
+        steep = np.nonzero(scratch > NORMALS.steepest_sine**2)
+        shrink = np.float32(NORMALS.steepest_sine) / np.sqrt(scratch[steep])
         nx[steep] *= shrink
         ny[steep] *= shrink
-        scratch[steep] = STEEPEST_SINE**2
+        scratch[steep] = NORMALS.steepest_sine**2
     cv2.addWeighted(scratch, -1.0, scratch, 0.0, 1.0, dst=scratch)
     per_cosine = cv2.pow(scratch, -0.5, dst=scratch)
     cv2.multiply(nx, per_cosine, dst=nx)

@@ -1,4 +1,4 @@
-"""What the light says: the relative change of each channel since the untouched sensor."""
+"""Relative change of each light channel against the reference image."""
 
 from __future__ import annotations
 
@@ -15,27 +15,50 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.algorithms.levels import LEVELS
 
-DARK_FRACTION = 0.04
-"""Intensities below this fraction of full scale are too dark to divide by."""
+_NO_MARKER: Any = 0
+"""Value of a marker mask off the markers. OpenCV compares with numbers; its type stubs do not."""
 
 
-_FINEST = 6
-"""Pixels that are left of a neighbourhood's side when markers are filled."""
+@dataclass(frozen=True)
+class MarkerFillParameters:
+    """Parameters of filling markers from the gel surface around them.
 
-_NO_MARKER: Any = 0  # numbers are compared with as well, which the types do not say
+    Nothing sets them from outside: the size of the markers sets the size of the neighbourhood.
+
+    Attributes
+    ----------
+    fewest_cells : int, count
+        The image is halved while a neighbourhood is still at least this many cells wide.
+        Source: chosen by hand; no script derives it.
+    diameters : int, marker diameters
+        Side of the neighbourhood, to which one pixel is added.
+        Source: chosen by hand; no script derives it.
+    least_surface_px : float, px
+        Lower bound of the area that a mean is taken over, against division by zero.
+        Source: chosen by hand; no script derives it.
+    """
+
+    fewest_cells: int = 6
+    diameters: int = 2
+    least_surface_px: float = 1e-3
+
+
+MARKER_FILL = MarkerFillParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
 class Smoothing:
-    """What is done to every image before anything is read from it; references and presses alike.
+    """Preprocessing that references and presses share: markers filled, noise smoothed.
 
     Attributes
     ----------
     boxes_px : tuple of two int
-        Sides of the two box filters that are applied in turn; 1 for none.
+        Sides of the two box filters, applied one after the other; 1 for none.
     around_px : int
-        Side of the neighbourhood that markers are filled from; 0 for a skin without markers.
+        Side of the neighbourhood that markers are filled from; 0 for a gel without markers.
     """
 
     boxes_px: tuple[int, int] = (5, 5)
@@ -43,7 +66,7 @@ class Smoothing:
 
     @classmethod
     def of(cls, reference_markers: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
-        """Smoothing with about this standard deviation, and markers as large as the reference's."""
+        """Choose box filters of about this standard deviation, and a neighbourhood for markers."""
         # A box of side n has the variance (n² − 1) / 12. The second may be the next larger one.
         first = 2 * int((np.sqrt(6 * blur_px**2 + 1) - 1) / 2) + 1
         pairs = [(n, m) for n in (first, first + 2) for m in (n, n + 2)]
@@ -57,9 +80,18 @@ class Smoothing:
         marker_mask: NDArray[np.bool_] | None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[Any]:
-        """(H, W, K) intensities, markers filled and the coating's grain smoothed; same dtype.
+        """Fill the markers and smooth the noise of the coating.
 
-        ``out`` may hold the result, if its shape and dtype are those of ``pixels``.
+        Parameters
+        ----------
+        pixels : (H, W, K) uint8, uint16 or float32
+        marker_mask : (H, W) bool or None
+        out : (H, W, K), same dtype, optional
+            Memory for the result.
+
+        Returns
+        -------
+        (H, W, K), same dtype
         """
         shape = pixels.shape
         if marker_mask is not None and self.around_px:
@@ -73,14 +105,14 @@ class Smoothing:
 def fill_markers(
     pixels: NDArray[Any], marker_mask: NDArray[np.bool_], size_px: int
 ) -> NDArray[Any]:
-    """Replace the pixels of markers by the mean of the skin around them.
+    """Replace the pixels of markers by the mean of the gel surface around them.
 
     Parameters
     ----------
     pixels : (H, W, K) uint8, uint16 or float32
     marker_mask : (H, W) bool
     size_px : int
-        Side of the neighbourhood; larger than a marker.
+        Side of the neighbourhood, larger than a marker.
 
     Returns
     -------
@@ -94,7 +126,7 @@ def fill_markers(
 
 @contextmanager
 def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
-    """Lend the channels of an (H, W, K) image as planes, until the end of the ``with`` block."""
+    """Yield the channels of an (H, W, K) image as planes, valid within the ``with`` block."""
     planar = pixels.transpose(2, 0, 1)
     if planar.flags.c_contiguous:
         yield list(planar)
@@ -105,7 +137,7 @@ def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
 
 
 def bare_mask(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """(H, W) uint8: 255 where no marker hides the skin, else 0."""
+    """Return (H, W) uint8: 255 where no marker hides the gel surface, else 0."""
     return np.asarray(cv2.compare(marker_mask.view(np.uint8), _NO_MARKER, cv2.CMP_EQ), np.uint8)
 
 
@@ -123,17 +155,21 @@ class AroundMarkers:
     def __init__(self, surface: NDArray[np.uint8], size_px: int) -> None:
         self._surface = surface
         rows, columns = surface.shape
-        # The mean around a marker varies slowly: a coarser image holds it as well, and halving is
-        # by far the fastest way to one.
+        # The mean around a marker varies slowly, so a coarser image suffices. Halving is by far
+        # the fastest way to make one.
         step = 1
-        while 2 * step * _FINEST <= size_px and rows % (2 * step) == columns % (2 * step) == 0:
+        while (
+            2 * step * MARKER_FILL.fewest_cells <= size_px
+            and rows % (2 * step) == columns % (2 * step) == 0
+        ):
             step *= 2
         self._coarse = max(1, columns // step), max(1, rows // step)
         self._box = (max(3, size_px // step) | 1,) * 2
-        self._count = np.maximum(self._total(surface) / np.float32(255), np.float32(1e-3))
+        least = np.float32(MARKER_FILL.least_surface_px)
+        self._count = np.maximum(self._total(surface) / np.float32(255), least)
 
     def filled(self, part: NDArray[Any]) -> NDArray[Any]:
-        """(H, W) or a few channels of (H, W, K) with the markers filled, same dtype."""
+        """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
         with borrowed(part.shape, part.dtype) as without:
             without.fill(0)
             cv2.copyTo(part, self._surface, without)
@@ -152,39 +188,42 @@ class AroundMarkers:
 
 
 def around_markers(marker_mask: NDArray[np.bool_] | None) -> int:
-    """Side in px of a neighbourhood that reaches beyond most markers on all sides; 0 if none."""
+    """Side in px of a neighbourhood that extends beyond most markers; 0 without markers."""
     if marker_mask is None or not marker_mask.any():
         return 0
     _, _, boxes, _ = cv2.connectedComponentsWithStats(marker_mask.view(np.uint8))
     sides = np.asarray(boxes)[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1]
-    return int(np.median(sides.max(axis=1))) * 2 + 1
+    return int(np.median(sides.max(axis=1))) * MARKER_FILL.diameters + 1
 
 
-def relative_change(smoothed: NDArray[Any], base: Float32, *, full_scale: float = 255.0) -> Float32:
-    """(I − I₀) / I₀ of each channel.
+def relative_change(
+    smoothed: NDArray[Any], base: Float32, *, full_scale: float = LEVELS.full_scale_8_bit
+) -> Float32:
+    """Relative change (I − I₀) / I₀ of each channel.
 
-    A ratio does not depend on how brightly each lamp lights each place, which the plain difference
-    does; on real balls it removes most of the error that position leaves.
+    Unlike the plain difference I − I₀, the ratio does not depend on how brightly each light
+    illuminates each place. On recorded balls it removes most of the error that depends on the
+    position in the image.
 
     Parameters
     ----------
     smoothed : (..., K)
-        Intensities now.
+        Intensities I of the frame.
     base : (..., K) float32
-        Intensities of the untouched sensor.
+        Intensities I₀ of the reference.
     full_scale : float
-        The largest intensity.
+        The intensity at which a channel saturates.
 
     Returns
     -------
     (..., K) float32
-        0 where nothing changed, −1 where all light is gone.
+        0 where nothing changed, −1 where no light is left.
     """
-    floor = np.float32(DARK_FRACTION * full_scale)
+    floor = np.float32(LEVELS.least_divisor_share * full_scale)
     return np.asarray(smoothed / np.maximum(base, floor) - np.float32(1), np.float32)
 
 
 def place(shape: tuple[int, int]) -> Float32:
-    """(H, W, 2) position of each pixel: x and y from the centre, in half widths of the image."""
+    """Position of each pixel, (H, W, 2): x and y from the centre, in half widths of the image."""
     y, x = (from_middle(side) / (shape[1] / 2) for side in shape)
     return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)

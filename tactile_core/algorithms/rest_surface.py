@@ -1,7 +1,8 @@
-"""Where the untouched skin lies in a height map whose constant, and a little tilt, are unknown."""
+"""Rest surface: the undeformed gel surface in a height map of unknown offset and slight tilt."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,25 +13,87 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.types import Array
 
-_SAMPLES = 1200
-_ROUNDS = 3
-_CUT_SIGMAS = 4.5
-_LEAST_CALM = 0.3
-_BULGE, _LEAST_BELOW = 0.3, 0.2
-_FLOOR_MM = 1e-6
+
+@dataclass(frozen=True)
+class RestParameters:
+    """Parameters of the search for the rest surface. What a user may set is the largest tilt.
+
+    Attributes
+    ----------
+    samples : int, count
+        Approximate number of pixels that are used.
+        Source: chosen by hand; no script derives it.
+    rounds : int, count
+        Reweightings of the biweight regression.
+        Source: chosen by hand; no script derives it.
+    biweight_sigmas : float, standard deviations
+        Residuals beyond it have no weight.
+        Source: chosen by hand; near the 4.685 that gives the biweight an efficiency of 95 % on
+        normal residuals.
+    least_calm_share : float, share of the samples
+        Samples near the median slope that a tilt takes to count as drift.
+        Source: chosen by hand; no script derives it.
+    bulge_ratio : float, share of the range of heights
+        The surface next to an object bulges down by less than this.
+        Source: chosen by hand; by the mechanics of the virtual gel it is at most a third.
+    least_below_share : float, share of the calm samples
+        With this many samples below the bulge, they are the rest surface.
+        Source: chosen by hand; no script derives it.
+    least_sigma_mm : float, mm
+        Lower bound of the residual scale, against division by zero.
+        Source: chosen by hand; no script derives it.
+    half_width_sigmas : float, standard deviations
+        Length of the shortest interval that holds half of a normal distribution.
+        Source: the interquartile range of the normal distribution, 2 × 0.6745.
+    ridge : float, per sample
+        Makes an image of one row or one column solvable.
+        Source: chosen by hand; no script derives it.
+    """
+
+    samples: int = 1200
+    rounds: int = 3
+    biweight_sigmas: float = 4.5
+    least_calm_share: float = 0.3
+    bulge_ratio: float = 0.3
+    least_below_share: float = 0.2
+    least_sigma_mm: float = 1e-6
+    half_width_sigmas: float = 1.349
+    ridge: float = 1e-12
+
+
+REST = RestParameters()
+"""The values in use."""
 
 
 class RestPlane(NamedTuple):
-    """The rest surface: ``level_mm`` at the image centre, rising by ``slope_x`` and ``slope_y``."""
+    """Plane of the rest surface.
+
+    Attributes
+    ----------
+    level_mm : float
+        Height at the image centre.
+    slope_x, slope_y : float
+        Tilt to the right and downwards, dimensionless.
+    """
 
     level_mm: float
     slope_x: float
     slope_y: float
 
     def removed_from(self, height_mm: Array, mm_per_px: float, out: Array | None = None) -> Array:
-        """Return the (H, W) height above this plane, in the dtype of ``height_mm``.
+        """Return the height above this plane.
 
-        ``out`` may hold the result; ``height_mm`` itself as well.
+        Parameters
+        ----------
+        height_mm : (H, W)
+        mm_per_px : float
+            Scale of the image.
+        out : (H, W), optional
+            Memory for the result; ``height_mm`` itself is allowed.
+
+        Returns
+        -------
+        (H, W), same dtype
         """
         rows, columns = height_mm.shape
         down = self.slope_y * mm_per_px * from_middle(rows)
@@ -51,42 +114,51 @@ def rest_plane(
     drift_slope: float = 0.05,
     compiled: bool = False,
 ) -> RestPlane:
-    """Find the surface of the skin out of contact.
+    """Estimate the undeformed gel surface out of contact.
 
-    Slopes that are all a little off in the same direction, as after a change of the light, tilt
-    the height map as a whole. So a plane is fitted to it, robustly: it starts from the median
-    slope and the commonest height of the flatter half of the pixels, and then leaves out what
-    stands out of the plane, as contacts do. The tilt is taken for drift only when it is below
-    ``drift_slope`` and when at least 30 % of the pixels have that slope to within ``drift_slope``;
-    else something else than rest fills the image, and only the level is found: the commonest
-    height of the flatter half.
+    A change of the light biases all slopes in the same direction and tilts the height map as a
+    whole. So a plane is fitted robustly. It starts from the median slope and the mode of the
+    heights of the flatter half of the pixels; Tukey's biweight [1]_ then rejects outliers, such as
+    contacts. The tilt counts as drift only if it is below ``drift_slope`` and at least 30 % of the
+    pixels have this slope to within ``drift_slope``. Otherwise most of the image is not
+    undeformed, and only the level is estimated: the mode of the flatter half. The mode is the mean
+    of the shortest half (the shorth [2]_).
 
-    An object raises the skin, and beside it the skin bulges down by at most a third of that. So if
-    a fifth of the pixels lie still further below the commonest height, that is a flat object's, and
-    the rest surface is down there. Robust up to contacts on about 60 % of the image. A press
-    that covers the whole image has no rest to be measured from; its shape stays as it is, unless it
-    is a mere tilt below ``drift_slope``, which nothing tells from drift.
+    An object raises the surface, and next to it the surface bulges down by at most a third of that.
+    So if a fifth of the pixels are still further below the mode, the mode is the top of a flat
+    object, and the rest surface is the lower level. The estimate is robust to contacts on up to
+    about 60 % of the image. A press that covers the whole image leaves no undeformed surface; its
+    shape is kept, unless it is a mere tilt below ``drift_slope``, which is indistinguishable from
+    drift.
 
     Parameters
     ----------
     height_mm, gx, gy : (H, W)
-        The height and the slopes that it was integrated from.
+        The height, and the slopes that it was integrated from.
     mm_per_px : float
         Scale of the image.
     drift_slope : float
-        The largest tilt that is taken for drift; 0 finds the level alone.
+        Largest tilt that counts as drift; 0 estimates the level alone.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
+
+    References
+    ----------
+    .. [1] A. E. Beaton and J. W. Tukey, "The fitting of power series, meaning polynomials,
+       illustrated on band-spectroscopic data", Technometrics 16(2), 1974.
+    .. [2] D. F. Andrews et al., "Robust Estimates of Location: Survey and Advances", Princeton
+       University Press, 1972.
     """
     rows, columns = height_mm.shape
-    step = max(1, int(np.sqrt(rows * columns / _SAMPLES)))
+    step = max(1, int(np.sqrt(rows * columns / REST.samples)))
     loops = kernels.chosen(compiled)
     if loops is not None:
-        regression = _ROUNDS, _CUT_SIGMAS, _FLOOR_MM
-        levels = _BULGE, _LEAST_BELOW
+        regression = REST.rounds, REST.biweight_sigmas, REST.least_sigma_mm, REST.ridge
+        levels = REST.bulge_ratio, REST.least_below_share, REST.half_width_sigmas
         images = height_mm, gx, gy
+        least_calm = REST.least_calm_share
         return RestPlane(
-            *loops.rest_plane(images, step, mm_per_px, drift_slope, _LEAST_CALM, levels, regression)
+            *loops.rest_plane(images, step, mm_per_px, drift_slope, least_calm, levels, regression)
         )
     z, p, q = (
         a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
@@ -96,12 +168,13 @@ def rest_plane(
     tilt = float(np.median(p)), float(np.median(q))
     deviation = np.hypot(p - tilt[0], q - tilt[1])
     calm = deviation < drift_slope
-    if calm.sum() < _LEAST_CALM * len(calm) or np.hypot(*tilt) > drift_slope:
+    if calm.sum() < REST.least_calm_share * len(calm) or np.hypot(*tilt) > drift_slope:
         slope = np.hypot(p, q)
         return RestPlane(_mode(z[slope <= np.median(slope)])[0], 0.0, 0.0)
-    upright = z - tilt[0] * x - tilt[1] * y
-    apart = _BULGE * (upright.max() - upright.min())
-    level, spread = _lower_level(upright[deviation <= np.median(deviation)], upright[calm], apart)
+    levelled = z - tilt[0] * x - tilt[1] * y
+    apart = REST.bulge_ratio * (levelled.max() - levelled.min())
+    flat = levelled[deviation <= np.median(deviation)]
+    level, spread = _lower_level(flat, levelled[calm], apart)
     terms = np.stack([np.ones_like(x), x, y])[:, calm]
     plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)
     if np.hypot(plane[1], plane[2]) > drift_slope:
@@ -114,25 +187,25 @@ def _mode(values: Array) -> tuple[float, float]:
     ordered = np.sort(values)
     half = (len(ordered) + 1) // 2
     first, length = narrowest(ordered, half)
-    return float(ordered[first : first + half].mean()), float(length) / 1.349
+    spread = float(length) / REST.half_width_sigmas
+    return float(ordered[first : first + half].mean()), spread
 
 
 def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
-    """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
+    """Mode of the flat values, or of the calm ones that are ``apart`` below it if enough are."""
     level, spread = _mode(flat)
     below = calm[calm < level - apart]
-    if len(below) >= _LEAST_BELOW * len(calm):
+    if len(below) >= REST.least_below_share * len(calm):
         level, spread = _mode(below)
-    return level, min(spread, apart / _CUT_SIGMAS)
+    return level, min(spread, apart / REST.biweight_sigmas)
 
 
 def _robust_plane(terms: Array, z: Array, plane: Array, sigma: float) -> Array:
-    """Tukey's biweight regression of (N,) on (3, N) terms from a good start."""
-    # a tiny ridge keeps an image of one row or one column solvable
-    ridge = 1e-12 * len(z) * np.eye(3)
+    """Tukey's biweight regression of (N,) heights on (3, N) terms, from a good start."""
+    ridge = REST.ridge * len(z) * np.eye(3)
     residual = z - plane @ terms
-    for _ in range(_ROUNDS):
-        near = residual / (_CUT_SIGMAS * max(sigma, _FLOOR_MM))
+    for _ in range(REST.rounds):
+        near = residual / (REST.biweight_sigmas * max(sigma, REST.least_sigma_mm))
         near *= near
         weighted = terms * np.square(1 - np.minimum(near, 1))
         plane = plane + np.linalg.solve(weighted @ terms.T + ridge, weighted @ residual)

@@ -1,15 +1,15 @@
-"""Which lamp shines in which exposure, told from the broad pattern that each one leaves.
+"""Verification of sequential exposures: which light each exposure shows.
 
-The skin is brighter near the lamp. Where it rests, an exposure divided by the untouched image of
-the *same* lamp is one constant, whatever the lamp's drift or the exposure time; divided by that of
-*another* lamp it changes across the image. So the width of the narrowest half of the logarithms of
-that quotient tells whether an exposure shows a lamp, as long as some of the skin rests: contacts
-fall into the other half. Where a contact leaves no skin at rest nothing can be told, and nothing
-is refused.
+The gel surface is brighter near the light. Where the surface is undeformed, an exposure divided by
+the reference of the *same* light is constant, whatever the drift or the exposure time. Divided by
+the reference of *another* light it varies across the image. So the width of the narrowest half of
+the logarithms of this quotient identifies the light; contacts fall into the other half. Where a
+contact leaves no undeformed surface, the exposure cannot be identified, and no fault is reported.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
@@ -18,29 +18,65 @@ import numpy as np
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.types import Array
 
-_ROWS, _COLUMNS = 16, 20
-_BLOCK = 3
 
-_FITS_BETTER = 0.65
-"""A right exposure of a ball grid fits its own lamp 1.9 times better than any other."""
+@dataclass(frozen=True)
+class SequenceParameters:
+    """Parameters of the verification of exposures.
 
-_SAME, _SAME_UNSEEN = 0.3, 0.1
-"""Two lamps' exposures differ about as much as their references do, and, where these are unknown,
-never ten times less than lamps usually do."""
+    Nothing sets them from outside: they are ratios, the same for every rig with sequential lights.
 
-_DARK_AMONG, _DARK_ALONE = 0.5, 0.3
-_FLOOR = 0.004
+    Attributes
+    ----------
+    rows, columns : int, count
+        Cells of the grid on which exposures are compared.
+        Source: chosen by hand; no script derives it.
+    samples_across_cell : int, count
+        Samples along each side of a cell, averaged to reduce the noise of the coating.
+        Source: chosen by hand; no script derives it.
+    better_ratio : float, ratio
+        An exposure shows another light if its quotient with that reference is narrower by this.
+        Source: chosen on the six-LED ball grids, where a correct exposure is narrower with its own
+        reference by a factor of at least 1.9 (ADR 9).
+    same_ratio : float, ratio
+        Two exposures show one light if they differ by less than this share of the difference
+        between their references.
+        Source: chosen by hand; no script derives it.
+    same_ratio_without_reference : float, ratio
+        The same as a share of the median difference between two exposures.
+        Source: chosen by hand; no script derives it.
+    dark_among, dark_alone : float, ratio
+        An exposure is dark if its brightness relative to the reference is below ``dark_among``
+        times the median of all exposures, or below ``dark_alone``.
+        Source: chosen by hand; no script derives it.
+    dark_share : float, share of the full scale
+        Mean intensity below which an exposure is dark, and offset of the logarithm.
+        Source: one grey level of 8 bits, about 1 / 255.
+    """
+
+    rows: int = 16
+    columns: int = 20
+    samples_across_cell: int = 3
+    better_ratio: float = 0.65
+    same_ratio: float = 0.3
+    same_ratio_without_reference: float = 0.1
+    dark_among: float = 0.5
+    dark_alone: float = 0.3
+    dark_share: float = 0.004
+
+
+SEQUENCE = SequenceParameters()
+"""The values in use."""
 
 
 class Pattern(NamedTuple):
-    """What is kept of an observation of K exposures.
+    """Broad brightness pattern of an observation of K exposures.
 
     Attributes
     ----------
     logs : (K, N) float32
-        Logarithm of the brightness, as a fraction of full scale, on a coarse grid.
+        Logarithm of the brightness, as a share of the full scale, on a coarse grid.
     brightness : (K,) float32
-        Mean intensity as a fraction of full scale.
+        Mean intensity as a share of the full scale.
     """
 
     logs: Array
@@ -48,16 +84,16 @@ class Pattern(NamedTuple):
 
 
 class SequenceFault(NamedTuple):
-    """What is wrong with an exposure.
+    """A fault of one exposure.
 
     Attributes
     ----------
     exposure : int
-        The light whose exposure it is.
+        Index of the exposure, which is the index of the light that it should show.
     shows : int or None
-        The light that it shows instead; None where it is dark.
+        Index of the light that it shows instead; None where it is dark.
     certain : bool
-        False where it is only known that the exposures of these two lights show the same one.
+        False where the two exposures show the same light, but it is unknown which of the two.
     """
 
     exposure: int
@@ -66,7 +102,7 @@ class SequenceFault(NamedTuple):
 
 
 def pattern(pixels: Array, full_scale: float) -> Pattern:
-    """Shrink one observation to what tells its lamps apart.
+    """Reduce one observation to the broad patterns that distinguish its lights.
 
     Parameters
     ----------
@@ -76,15 +112,16 @@ def pattern(pixels: Array, full_scale: float) -> Pattern:
         The intensity at which a channel saturates.
     """
     at = []
-    for size, cells in zip(pixels.shape[:2], (_ROWS, _COLUMNS), strict=True):
-        samples = cells * _BLOCK if size >= cells * _BLOCK else min(size, cells)
+    for size, cells in zip(pixels.shape[:2], (SEQUENCE.rows, SEQUENCE.columns), strict=True):
+        wanted = cells * SEQUENCE.samples_across_cell
+        samples = wanted if size >= wanted else min(size, cells)
         at.append(np.linspace(0, size - 1, samples).astype(np.intp))
-    few = pixels[np.ix_(*at)]
-    grid = min(_COLUMNS, few.shape[1]), min(_ROWS, few.shape[0])
-    # means of neighbouring samples, so that the grain of the coating averages out
-    means = cv2.resize(few.astype(np.float32), grid, interpolation=cv2.INTER_AREA)
+    sampled = pixels[np.ix_(*at)]
+    grid = min(SEQUENCE.columns, sampled.shape[1]), min(SEQUENCE.rows, sampled.shape[0])
+    # means of neighbouring samples average out the noise of the coating
+    means = cv2.resize(sampled.astype(np.float32), grid, interpolation=cv2.INTER_AREA)
     means = means.reshape(-1, pixels.shape[2]).T * np.float32(1 / full_scale)
-    return Pattern(np.log(means + np.float32(_FLOOR)), means.mean(axis=1))
+    return Pattern(np.log(means + np.float32(SEQUENCE.dark_share)), means.mean(axis=1))
 
 
 def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFault, ...]:
@@ -93,28 +130,29 @@ def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFau
     Parameters
     ----------
     seen : Pattern
-        Of the observation.
+        Pattern of the observation.
     reference : Pattern, optional
-        Of the untouched sensor under the same lights in the right order. Without one, only a dark
-        exposure among bright ones and two exposures of one light are found.
+        Pattern of the undeformed sensor under the same lights in the correct order. Without it,
+        only a dark exposure among bright ones and two exposures of one light are found.
 
     Returns
     -------
-    tuple of Fault
-        Empty for a good observation.
+    tuple of SequenceFault
+        In the order of the exposures; empty for a good observation.
     """
     expected = np.ones_like(seen.brightness) if reference is None else reference.brightness
-    level = seen.brightness / np.maximum(expected, _FLOOR)
-    dark = (level < _DARK_AMONG * np.median(level)) | (seen.brightness < _FLOOR)
+    level = seen.brightness / np.maximum(expected, SEQUENCE.dark_share)
+    dark = level < SEQUENCE.dark_among * np.median(level)
+    dark |= seen.brightness < SEQUENCE.dark_share
     if reference is not None:
-        dark |= level < _DARK_ALONE
+        dark |= level < SEQUENCE.dark_alone
     found = [SequenceFault(int(k), None) for k in np.flatnonzero(dark)]
     bright = np.flatnonzero(~dark)
     if reference is not None:
         width = _widths(seen.logs, reference.logs)
         for k in bright:
             best = int(np.argmin(width[k]))
-            if width[k, best] < _FITS_BETTER * width[k, k]:
+            if width[k, best] < SEQUENCE.better_ratio * width[k, k]:
                 found.append(SequenceFault(int(k), best))
     if found:
         return tuple(sorted(found, key=lambda fault: fault.exposure))
@@ -128,9 +166,10 @@ def _repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[Se
         return ()
     width = _half_width(logs[second] - logs[first])
     if reference is None:
-        same = width < _SAME_UNSEEN * np.median(width)
+        same = width < SEQUENCE.same_ratio_without_reference * np.median(width)
     else:
-        same = width < _SAME * _half_width(reference.logs[second] - reference.logs[first])
+        apart = _half_width(reference.logs[second] - reference.logs[first])
+        same = width < SEQUENCE.same_ratio * apart
     return tuple(
         SequenceFault(int(j), int(i), certain=False)
         for i, j, is_same in zip(first, second, same, strict=True)
@@ -139,7 +178,7 @@ def _repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[Se
 
 
 def _widths(logs: Array, reference: Array) -> Array:
-    """(K, K): how much the quotient of each exposure and each reference varies."""
+    """Spread of the quotient of each exposure and each reference, (K, K)."""
     return _half_width(logs[:, None] - reference[None])
 
 

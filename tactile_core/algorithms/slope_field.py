@@ -1,14 +1,16 @@
-"""From one observation to slopes: a model of change and place, over a whole image.
+"""Slopes of a whole image from a model of relative change and position.
 
 Evaluating a network or a polynomial at every pixel costs tens of milliseconds. Its dependence on
-place is smooth, so on large three-channel images it is evaluated on a coarse grid, and a table of
-the same model over colour alone gives the detail between: sines = table + (model − averaged table)
-on the coarse grid. Small images and other channel counts take the model everywhere.
+the position is smooth. So on large three-channel images the model is evaluated on a coarse grid,
+and a lookup table of the same model over colour alone adds the detail:
+``normal_xy = table + (model − averaged table)`` on the coarse grid. On small images and other
+numbers of channels the model is evaluated at every pixel.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -20,9 +22,9 @@ from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.normal_xy import STEEPEST_SINE, planes_to_gradient, to_gradient
+from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.normal_xy import NORMALS, planes_to_gradient, to_gradient
 from tactile_core.algorithms.photometric import (
-    DARK_FRACTION,
     Smoothing,
     place,
     relative_change,
@@ -31,33 +33,58 @@ from tactile_core.algorithms.sampling import Sampling
 
 Model = Callable[[Float32], Float32]
 
-EXACT_PIXELS = 20_000
-"""Images up to this size take the model at every pixel."""
 
+@dataclass(frozen=True)
+class SlopeFieldParameters:
+    """Parameters of the evaluation of slope models.
+
+    Nothing sets them from outside: they trade time against accuracy and depend on no sensor.
+
+    Attributes
+    ----------
+    exact_pixels : int, px²
+        On images up to this size the model is evaluated at every pixel.
+        Source: chosen by hand; no script derives it.
+    least_step_ratio, largest_step_ratio : float, ratio
+        Range of the step of the coarse grid, over the step that gives the wanted number of points,
+        in which a step that divides both sides is preferred.
+        Source: chosen by hand; no script derives it.
+    """
+
+    exact_pixels: int = 20_000
+    least_step_ratio: float = 0.6
+    largest_step_ratio: float = 1.6
+
+
+SLOPE_FIELD = SlopeFieldParameters()
+"""The values in use."""
 
 _NO_ALPHA = np.uint32(0x00FFFFFF)
+"""Keeps the three colour bytes of an RGBA pixel."""
 
 
 def takes_table(shape: tuple[int, int, int]) -> bool:
-    """Whether (H, W, K) images are large enough, and of three channels, for the fast way."""
-    return shape[2] == 3 and shape[0] * shape[1] > EXACT_PIXELS
+    """Whether (H, W, K) images have three channels and are large enough for the lookup table."""
+    return shape[2] == 3 and shape[0] * shape[1] > SLOPE_FIELD.exact_pixels
 
 
 class SlopeField:
-    """A model prepared for one reference.
+    """A slope model prepared for one reference.
 
-    Several threads may measure at once.
+    Several threads may call :meth:`measure` at once.
 
     Parameters
     ----------
     model : callable
-        (N, K + 2) relative changes and place → (N, 2) sines of the slope.
+        (N, K + 2) relative changes and position → (N, 2) x and y components of the unit normal.
     table : ColourTable or None
-        The same model over the change alone; None to take the model everywhere.
+        The same model over the change alone; None to evaluate the model everywhere.
     reference : (H, W, K) float32
-        The untouched sensor.
+        Image of the undeformed sensor.
     reference_markers : (H, W) bool or None
+        Pixels that show a marker in it.
     full_scale : float
+        The intensity at which a channel saturates.
     blur_px : float
         Standard deviation of the smoothing.
     compiled : bool
@@ -71,7 +98,7 @@ class SlopeField:
         reference: Float32,
         reference_markers: Bool | None = None,
         *,
-        full_scale: float = 255.0,
+        full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
         compiled: bool = False,
     ) -> None:
@@ -90,20 +117,27 @@ class SlopeField:
         base = np.asarray(self._sampling.smooth(reference, reference_markers), np.float32)
         self._base = self._averaged(base)
         self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
-        self._fine_base = np.maximum(base, np.float32(DARK_FRACTION * full_scale))
+        self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
 
     def measure(
         self, pixels: NDArray[Any], marker_mask: Bool | None = None
     ) -> tuple[Float32, Float32, None]:
-        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes; a regression knows no doubt.
+        """Measure the slopes of a frame.
 
         Parameters
         ----------
         pixels : (H, W, K) uint8, uint16 or float32
         marker_mask : (H, W) bool, optional
-            Pixels that show a marker; their slope is that of the skin around them.
+            Pixels that show a marker. They get the slope of the gel surface around them.
+
+        Returns
+        -------
+        gx, gy : (H, W) float32
+            ∂z/∂x and ∂z/∂y.
+        reliable : None
+            A regression does not estimate its confidence.
         """
         h, w = pixels.shape[:2]
         if self._table is None:
@@ -119,16 +153,16 @@ class SlopeField:
             return *self._slopes(normal_xy, (h, w)), None
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
-        """Means of a whole image over the cells of the coarse grid, not rounded."""
+        """Average an image over the cells of the coarse grid, in float32."""
         return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
 
     def _from_model(self, smoothed: NDArray[Any]) -> Float32:
-        """(N, 2) sines of intensities as large as the base."""
+        """Evaluate the model on the coarse grid, (N, 2)."""
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
-        """Write the (2, h, w) sines of each pixel's entry."""
+        """Write the table's entry for each pixel into ``normal_xy`` (2, h, w)."""
         h, w = smoothed.shape[:2]
         loops = kernels.chosen(self._compiled)
         if loops is not None and smoothed.dtype == np.uint8:
@@ -145,26 +179,26 @@ class SlopeField:
             cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
 
     def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
-        """(h, w, 3) entry of each channel."""
+        """Index of the table's entry along each channel, (h, w, 3)."""
         if smoothed.dtype != np.uint8:
             change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
             return table.bins(change)
         ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
-        # On one channel the subtraction takes a scalar, and saturates at the first entry.
+        # On a single channel the subtraction takes a scalar and saturates at the first entry.
         rows = np.asarray(ratio).reshape(len(ratio), -1)
         cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
         return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
     def _correct(self, normal_xy: Float32, missing: list[Float32]) -> None:
-        """Add to (2, h, w) sines what the coarse grid misses."""
+        """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
         with borrowed(normal_xy.shape[1:], np.float32) as spare:
             for plane, coarse in zip(normal_xy, missing, strict=True):
                 cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
 
     def _slopes(self, normal_xy: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-        """Slopes at every pixel of an (H, W) image from sines on the grid of the smoothing."""
+        """Interpolate ``normal_xy`` to every pixel of an (H, W) image and convert it to slopes."""
         loops = kernels.chosen(self._compiled)
         if loops is None:
             gx, gy = (self._sampling.enlarged(plane, shape) for plane in normal_xy)
@@ -173,30 +207,31 @@ class SlopeField:
         else:
             gx, gy = np.empty(shape, np.float32), np.empty(shape, np.float32)
             wide = (self._sampling.widened(plane) for plane in normal_xy)
-            loops.to_slopes(*wide, self._sampling.step, STEEPEST_SINE, gx, gy)
+            loops.to_slopes(*wide, self._sampling.step, NORMALS.steepest_sine, gx, gy)
         return gx, gy
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
-    """Width and height of a coarse grid of about so many points.
+    """Width and height of a coarse grid of about ``points`` points.
 
     A step that divides both sides is preferred: averaging over whole pixels is much faster.
     """
     ideal = max(1.0, (rows * columns / points) ** 0.5)
-    steps = range(max(1, round(0.6 * ideal)), round(1.6 * ideal) + 1)
+    least, largest = SLOPE_FIELD.least_step_ratio, SLOPE_FIELD.largest_step_ratio
+    steps = range(max(1, round(least * ideal)), round(largest * ideal) + 1)
     step = min(steps, key=lambda s: (rows % s + columns % s > 0, abs(s - ideal)))
     return max(1, columns // step), max(1, rows // step)
 
 
 class Sampler:
-    """Relative change and place of pixels, exactly as a model sees them."""
+    """Features of pixels as slope models take them: relative change and position."""
 
     def __init__(
         self,
         reference: Float32,
         reference_markers: Bool | None = None,
         *,
-        full_scale: float = 255.0,
+        full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
     ) -> None:
         self._smoothing = Smoothing.of(reference_markers, blur_px)
@@ -211,11 +246,11 @@ class Sampler:
         rows: NDArray[np.int32],
         columns: NDArray[np.int32],
     ) -> Float32:
-        """(N, K + 2) features of N pixels of one frame."""
+        """Return (N, K + 2) features of N pixels of one frame."""
         return self.image(pixels, marker_mask)[rows, columns]
 
     def image(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
-        """(H, W, K + 2) features of all pixels of one frame."""
+        """Return (H, W, K + 2) features of all pixels of one frame."""
         smoothed = self._smoothing.apply(pixels, marker_mask)
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return np.concatenate([change, self._place], axis=2)

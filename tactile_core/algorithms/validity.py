@@ -1,4 +1,4 @@
-"""Which pixels tell a slope: those that are neither too dark nor saturated in enough channels."""
+"""Pixels whose slope can be measured: enough channels are neither too dark nor saturated."""
 
 from __future__ import annotations
 
@@ -13,18 +13,20 @@ from tactile_core.algorithms.photometric import planes_of
 
 
 def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np.uint8]:
-    """Tell where at least two channels, or the only one, are between two bounds.
+    """Find the pixels with at least two channels between two bounds.
+
+    A slope has two components, so it takes two channels. Images of a single channel need that one.
 
     Parameters
     ----------
     pixels : (H, W, K) uint8, uint16 or float32
     floor, ceiling : float
-        Neither is within.
+        Exclusive bounds, in the units of ``pixels``.
 
     Returns
     -------
     (H, W) uint8
-        0 or 1.
+        1 where enough channels are within the bounds, else 0.
     """
     rows, columns, channels = pixels.shape
     below = float(np.nextafter(np.float32(ceiling), np.float32(0)))
@@ -35,7 +37,7 @@ def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np
     ):
         outside.fill(0)
         for plane in planes:
-            # extremes are found faster than where they are, and are rarely out of range
+            # finding the extremes is faster than thresholding, and they are rarely out of range
             darkest, brightest = cv2.minMaxLoc(plane)[:2]
             if darkest <= floor:
                 cv2.threshold(plane, floor, 1, cv2.THRESH_BINARY_INV, dst=some)
@@ -43,7 +45,7 @@ def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np
             if brightest >= ceiling:
                 cv2.threshold(plane, below, 1, cv2.THRESH_BINARY, dst=some)
                 cv2.add(outside, some, dst=outside)
-        spared: Any = channels - min(2, channels)
-        valid = np.asarray(cv2.compare(outside, spared, cv2.CMP_LE), np.uint8)
+        allowed: Any = channels - min(2, channels)
+        valid = np.asarray(cv2.compare(outside, allowed, cv2.CMP_LE), np.uint8)
     valid &= 1
     return valid

@@ -1,4 +1,4 @@
-"""``core.automatic``: the model that the number of presses can carry."""
+"""``core.automatic``: the calibration model that suits the number of presses."""
 
 from __future__ import annotations
 
@@ -19,15 +19,18 @@ class AutomaticOptions(SlopeOptions):
     """Options of ``core.automatic``."""
 
     presses_for_network: int = Field(
-        default=8, ge=1, description="From so many presses on, core.mlp; below, core.polynomial."
+        default=8,
+        ge=1,
+        description="Fewest presses for core.mlp; with fewer, core.polynomial is fitted.",
     )
 
 
 class AutomaticCalibrator(Calibrator):
-    """Chooses between ``core.polynomial`` and ``core.mlp``, whose model it returns.
+    """Fits ``core.polynomial`` or ``core.mlp``, depending on the number of presses.
 
-    On two real sensors a network and a quadratic err alike with eight presses; with sixteen the
-    network errs less by a sixth, with four it errs by half as much again.
+    On recordings of two sensors, a network and a quadratic have equal errors with eight presses.
+    With sixteen presses the error of the network is smaller by a sixth, with four it is larger by
+    half.
     """
 
     Options: ClassVar[type[BaseModel]] = AutomaticOptions
@@ -41,5 +44,5 @@ class AutomaticCalibrator(Calibrator):
         return MlpCalibrator(MlpOptions(**blur)).fit(presses, reference)
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Smoothing that the options ask for."""
+        """Smoothing set by the options."""
         return self.options.smoothing_px(mm_per_px)

@@ -1,4 +1,4 @@
-"""The contact mask from the height map."""
+"""``core.contact``: the contact mask from the height map."""
 
 from __future__ import annotations
 
@@ -11,30 +11,35 @@ from tactile_core.quantities import ContactMask, HeightMap
 
 
 class Contact(Estimator):
-    """Where the indentation is deep, steep and large enough to be a contact."""
+    """Segments regions that are deep, steep and large enough to be a contact."""
 
     class Options(device.Options):
         """Options of the step."""
 
         min_indentation_mm: NonNegativeFloat = Field(
-            default=0.03, description="A contact is indented by this and by 5 times the noise."
+            default=0.03,
+            description="Least depth of a contact, mm, or 5 times the noise if that is more.",
         )
         border_fraction: float | None = Field(
             default=None,
             ge=0,
             lt=1,
-            description="Depth at the border, over the greatest depth; else told from the slopes.",
+            description="Depth at the border over the greatest depth. Default: from the slopes.",
         )
         min_slope: NonNegativeFloat = Field(
-            default=0.1, description="A contact's flank is as steep as this, and 5 times the noise."
+            default=0.1,
+            description="Least slope of the flank of a contact, dimensionless, or 5 times the "
+            "noise if that is more.",
         )
-        min_area_mm2: PositiveFloat = Field(default=0.05, description="Smaller regions are specks.")
+        min_area_mm2: PositiveFloat = Field(
+            default=0.05, description="Least area of a contact, mm²; smaller regions are specks."
+        )
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         self._thresholds = options.model_dump()
 
     def estimate(self, height: HeightMap) -> ContactMask:
-        """Return the mask; all False when nothing touches."""
+        """Return the contact mask; all False when nothing touches."""
         mask = contact_mask(height.mm, mm_per_px=height.mm_per_px, **self._thresholds)
         return ContactMask(mask, height.mm_per_px, height.timestamp_s)

@@ -1,4 +1,4 @@
-"""``core.lookup_table``: the papers' table from colour change to slope."""
+"""``core.lookup_table``: lookup table from colour change to slope."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
-from tactile_core.algorithms.colour_table import BINS, Axis, ColourTable, as_complex
+from tactile_core.algorithms.colour_table import TABLE, Axis, ColourTable, as_complex
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -24,50 +24,106 @@ from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import faithful
 from tactile_core.quantities import Float32, Reference
 
-CELL_BLUR_ENTRIES = 1.2
-FILLED_WEIGHT = 1e-3
+
+@dataclass(frozen=True)
+class LookupTableParameters:
+    """Parameters of the fit. The number of entries is an option; nothing sets the others.
+
+    Attributes
+    ----------
+    most_samples : int, count
+        Pixels of the presses that are used.
+        Source: chosen by hand; no script derives it.
+    blur_entries : float, entries
+        Standard deviation over which samples of neighbouring entries are averaged.
+        Source: chosen by hand; no script derives it.
+    window_sigmas : float, standard deviations
+        Half the width of that window.
+        Source: chosen by hand; no script derives it.
+    least_weight : float, samples
+        Entries with less than this weight of samples are interpolated.
+        Source: chosen by hand; no script derives it.
+    least_divisor : float, samples
+        Lower bound of the weight in a mean, against division by zero.
+        Source: chosen by hand; no script derives it.
+    most_nodes : int, count
+        Approximate upper bound of the entries between which the empty ones are interpolated.
+        Source: chosen by hand; no script derives it.
+    order : int, degree
+        Degree of the term in colour and position.
+        Source: chosen by hand; no script derives it.
+    ridge : float, per sample
+        Penalty on its coefficients.
+        Source: chosen by hand; no script derives it.
+    """
+
+    most_samples: int = 60_000
+    blur_entries: float = 1.2
+    window_sigmas: float = 2.5
+    least_weight: float = 1e-3
+    least_divisor: float = 1e-9
+    most_nodes: int = 3000
+    order: int = 2
+    ridge: float = 1e-3
+
+
+LOOKUP = LookupTableParameters()
+"""The values in use."""
 
 
 class LookupTableOptions(SlopeOptions):
     """Options of ``core.lookup_table``."""
 
-    bins: int = Field(default=BINS, ge=8, le=128, description="Entries per channel.")
+    bins: int = Field(
+        default=TABLE.bins, ge=8, le=128, description="Entries of the table per channel."
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class TableModel:
-    """A table over colour with a first-order term around each entry, which depends on the place.
+    """Lookup table over colour with a smooth term in colour and position.
 
-    The papers' entries hold a gradient and a first-order approximation of the reflectance around
-    it (review, section 3.3). What varies most around an entry is the light over the gel, so the
-    term is taken in the place, with coefficients that are themselves smooth in the colour.
+    Each entry of the published table [1]_ holds a gradient and a first-order approximation of the
+    reflectance around it. Around an entry, the light over the gel varies most. So the term here
+    depends on the position, with coefficients that are smooth in the colour.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
+       estimating geometry and force", Sensors 17(12), 2017, section 3.3.
     """
 
     table: ColourTable
     around: PolynomialFit
 
     def __call__(self, features: Float32) -> Float32:
-        """Map (N, 5) features to (N, 2) sines."""
+        """Map (N, 5) features to the (N, 2) components of unit normals."""
         return self.table.nearest(features[:, :3]) + self.around(features)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Coefficients of the term, and the table."""
+        """Return the coefficients of the term, and the table."""
         return self.around.arrays() | table_arrays(self.table)
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> Self:
-        """Rebuild both."""
+        """Rebuild the model from :meth:`arrays`."""
         return cls(table_from(arrays), PolynomialFit.from_arrays(arrays))
 
 
 class LookupTable(SlopeCalibration):
-    """A fitted table."""
+    """Calibration with a fitted lookup table."""
 
     function = TableModel
 
 
 class LookupTableCalibrator(Calibrator):
-    """80³ entries, averaged over the presses; empty entries by linear interpolation."""
+    """Fits a table of 80³ entries, averaged over presses; empty entries are interpolated.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
+       estimating geometry and force", Sensors 17(12), 2017, section 3.5.
+    """
 
     Options: ClassVar[type[BaseModel]] = LookupTableOptions
     options: LookupTableOptions
@@ -87,22 +143,24 @@ class LookupTableCalibrator(Calibrator):
                 f"use core.mlp or core.polynomial"
             )
         blur_px = self.smoothing_px(scale_of(presses))
-        features, normal_xy = samples_of(presses, reference, blur_px=blur_px, most=60_000)
+        features, normal_xy = samples_of(
+            presses, reference, blur_px=blur_px, most=LOOKUP.most_samples
+        )
         table = _filled(features[:, :3], normal_xy, self.options.bins)
         missing = normal_xy - table.nearest(features[:, :3])
-        around = fit_polynomial(features, missing, order=2, ridge=1e-3)
+        around = fit_polynomial(features, missing, order=LOOKUP.order, ridge=LOOKUP.ridge)
         function = TableModel(table, around)
         if takes_table(shape):
             table = faithful(table, function, presses, reference, blur_px) or table
         return LookupTable(SlopeModel(function, shape, blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Smoothing that the options ask for."""
+        """Smoothing set by the options."""
         return self.options.smoothing_px(mm_per_px)
 
 
 def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
-    """Average the samples of each entry and its near neighbours, then fill the rest."""
+    """Average the samples of each entry and its neighbours, and interpolate the empty entries."""
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
     from scipy.ndimage import gaussian_filter
 
@@ -115,20 +173,18 @@ def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     for k in range(2):
         np.add.at(total[k], index, normal_xy[:, k])
     seen = np.argwhere(count > 0)
-    # Entries that few pixels hit are noisy; their neighbours saw nearly the same colour.
-    weight = gaussian_filter(count, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5)
-    mean = (
-        np.stack(
-            [gaussian_filter(t, CELL_BLUR_ENTRIES, mode="constant", truncate=2.5) for t in total],
-            -1,
-        )
-        / np.maximum(weight, 1e-9)[..., None]
+    # Entries with few samples are noisy; samples of their neighbours have nearly the same colour.
+    blur, window = LOOKUP.blur_entries, LOOKUP.window_sigmas
+    weight, *sums = (
+        gaussian_filter(values, blur, mode="constant", truncate=window)
+        for values in (count, *total)
     )
-    full = weight > FILLED_WEIGHT
+    mean = np.stack(sums, -1) / np.maximum(weight, LOOKUP.least_divisor)[..., None]
+    full = weight > LOOKUP.least_weight
     holes = np.argwhere(~full)
-    thin = seen[:: max(1, len(seen) // 3000)]
-    mean[~full] = NearestNDInterpolator(thin, mean[tuple(thin.T)])(holes)
-    inside = LinearNDInterpolator(thin, mean[tuple(thin.T)])(holes)
+    nodes = seen[:: max(1, len(seen) // LOOKUP.most_nodes)]
+    mean[~full] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(holes)
+    inside = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(holes)
     known = np.isfinite(inside[:, 0])
     mean[tuple(holes[known].T)] = inside[known]
     return ColourTable(axis, as_complex(mean.astype(np.float32)))

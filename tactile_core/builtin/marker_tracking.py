@@ -94,7 +94,7 @@ class MarkerTracking(Estimator):
                 f"markers"
             )
         self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
-        self._reported = np.flatnonzero(~undeformed.cut)
+        self._reported = np.flatnonzero(~undeformed.truncated)
         self._zero_px = self._undeformed_px = self._positions_px()
         self._contact_in_reference = shows_contact(undeformed.centres_px)
         return self._tracker

@@ -1,4 +1,4 @@
-"""``core.mlp``: slopes by a few small networks on the colours and the place."""
+"""``core.mlp``: slopes from colour and position by a few small neural networks."""
 
 from __future__ import annotations
 
@@ -25,18 +25,22 @@ from tactile_core.quantities import Float32, Reference
 class MlpOptions(SlopeOptions):
     """Options of ``core.mlp``."""
 
-    members: int = Field(default=2, ge=1, le=16, description="Networks that are averaged.")
+    members: int = Field(default=2, ge=1, le=16, description="Number of networks to average.")
     width: int = Field(default=24, ge=2, le=256, description="Units per hidden layer.")
-    layers: int = Field(default=3, ge=1, le=6, description="Hidden layers.")
+    layers: int = Field(default=3, ge=1, le=6, description="Number of hidden layers.")
     epochs: int = Field(default=60, ge=1, description="Passes over the samples.")
-    noise: float = Field(default=0.05, ge=0, description="Noise on scaled features in training.")
+    noise: float = Field(
+        default=0.05,
+        ge=0,
+        description="Noise on the features in training, in their standard deviations.",
+    )
     gain_noise: float = Field(
         default=0.01,
         ge=0,
         lt=0.5,
-        description="Noise on the brightness of all lights in training, as a share of it.",
+        description="Noise on the common brightness of all lights in training, as a share of it.",
     )
-    seed: int = Field(default=0, ge=0, description="Same seed, same model.")
+    seed: int = Field(default=0, ge=0, description="The same seed gives the same model.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +50,14 @@ class Ensemble:
     members: tuple[Network, ...]
 
     def __call__(self, features: Float32) -> Float32:
-        """Map (N, K + 2) features to (N, 2) sines."""
+        """Map (N, K + 2) features to the (N, 2) components of unit normals."""
         total = self.members[0](features)
         for member in self.members[1:]:
             total += member(features)
         return total / np.float32(len(self.members))
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All weights and biases, and the scale of the features."""
+        """Return all weights and biases, and the scale of the features."""
         arrays: dict[str, NDArray[Any]] = {
             "members": np.array(len(self.members)),
             "mean": self.members[0].mean,
@@ -66,7 +70,7 @@ class Ensemble:
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> Self:
-        """Rebuild the networks."""
+        """Rebuild the networks from :meth:`arrays`."""
         members = []
         for m in range(int(arrays["members"])):
             depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
@@ -78,13 +82,13 @@ class Ensemble:
 
 
 class Mlp(SlopeCalibration):
-    """Fitted networks."""
+    """Calibration with fitted networks."""
 
     function = Ensemble
 
 
 class MlpCalibrator(Calibrator):
-    """Trains small networks, the most accurate from about eight presses on."""
+    """Trains small networks, the most accurate model from about eight presses on."""
 
     Options: ClassVar[type[BaseModel]] = MlpOptions
     options: MlpOptions
@@ -93,7 +97,7 @@ class MlpCalibrator(Calibrator):
         """Fit on presses of a known ball; takes a second or two."""
         options, blur_px = self.options, self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
-        seen = _flickering(features, options.gain_noise, options.seed)
+        seen = _with_gain_noise(features, options.gain_noise, options.seed)
         members = [
             train(
                 seen,
@@ -110,12 +114,12 @@ class MlpCalibrator(Calibrator):
         return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Smoothing that the options ask for."""
+        """Smoothing set by the options."""
         return self.options.smoothing_px(mm_per_px)
 
 
-def _flickering(features: Float32, gain_noise: float, seed: int) -> Float32:
-    """Features of samples that are each lit a little brighter or darker by all lamps alike."""
+def _with_gain_noise(features: Float32, gain_noise: float, seed: int) -> Float32:
+    """Scale the intensities of each sample by a random gain, the same for all lights."""
     rng = np.random.default_rng(seed)
     gain = 1 + gain_noise * rng.standard_normal((len(features), 1), dtype=np.float32)
     ratio = (features[:, :-2] + 1) * np.asarray(gain, np.float32)

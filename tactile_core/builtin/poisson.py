@@ -1,4 +1,4 @@
-"""Height from slopes, measured from the rest surface."""
+"""``core.poisson``: height from slopes, relative to the undeformed surface."""
 
 from __future__ import annotations
 
@@ -14,19 +14,31 @@ from tactile_core.quantities import Float32, Gradients, HeightMap
 
 DriftSlope = Annotated[
     NonNegativeFloat,
-    Field(description="Tilt of the whole map up to which it counts as drift; 0: the level alone."),
+    Field(
+        description="Largest tilt of the whole map that is removed as drift, dimensionless; "
+        "0: only the level is removed."
+    ),
 ]
+"""Option of the steps that integrate slopes."""
+
 DRIFT_SLOPE = 0.05
+"""Default of this option."""
 
 
 class Poisson(Estimator):
-    """Integrates the slopes exactly and sets the untouched skin to 0.
+    """Integrates the slopes exactly and sets the undeformed surface to 0.
 
-    The solver's free constant is the height of the skin out of contact. With "neumann" a tilt of
-    the whole map below ``drift_slope`` is taken for drift of the light and removed as well, since
-    no press tilts the skin far from it; see
-    :func:`tactile_core.algorithms.rest_surface.rest_plane` for when it is not. "dirichlet" holds
-    the border of the image at 0, and nothing is shifted.
+    With "neumann" the height has a free constant, set by the surface out of contact. A tilt of the
+    whole map below ``drift_slope`` counts as illumination drift and is removed, too, since no press
+    tilts the surface far from it; for the exceptions see
+    :func:`tactile_core.algorithms.rest_surface.rest_plane`. With "dirichlet" the height is 0 at the
+    border of the image, and nothing is shifted.
+
+    References
+    ----------
+    .. [1] T. Simchony, R. Chellappa and M. Shao, "Direct analytical methods for solving Poisson
+       equations in computer vision problems", IEEE Transactions on Pattern Analysis and Machine
+       Intelligence 12(5), 1990.
     """
 
     class Options(device.Options):
@@ -34,7 +46,7 @@ class Poisson(Estimator):
 
         boundary: Literal["neumann", "dirichlet"] = Field(
             default="neumann",
-            description="neumann: the border is free; dirichlet: the skin is at rest there.",
+            description="neumann: the border of the image is free; dirichlet: its height is 0.",
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
 
@@ -45,7 +57,7 @@ class Poisson(Estimator):
         self._drift_slope = options.drift_slope
 
     def estimate(self, gradients: Gradients) -> HeightMap:
-        """Return the height, 0 at rest and positive where pressed."""
+        """Return the height, 0 where undeformed and positive where pressed."""
         gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
         solver = PoissonSolver(
             gx.shape,
@@ -60,7 +72,7 @@ class Poisson(Estimator):
 
 
 def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
-    """Return an (H, W) height that was integrated from these slopes as a quantity."""
+    """Make a height map of the (H, W) height that was integrated from these slopes."""
     return HeightMap(
         height_mm, gradients.valid, gradients.mm_per_px, gradients.timestamp_s, context.rest_mm
     )
@@ -69,9 +81,9 @@ def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext)
 def set_to_rest(
     height_mm: Float32, gradients: Gradients, drift_slope: float, compiled: bool
 ) -> None:
-    """Shift the height that was integrated from these slopes; the untouched skin is then at 0.
+    """Shift the height that was integrated from these slopes; sets the undeformed surface to 0.
 
-    See :func:`tactile_core.algorithms.rest_surface.rest_plane`.
+    Works in place; see :func:`tactile_core.algorithms.rest_surface.rest_plane`.
     """
     scale = gradients.mm_per_px
     plane = rest_plane(

@@ -1,4 +1,4 @@
-"""``core.polynomial``: slopes as a polynomial of the colours and the place."""
+"""``core.polynomial``: slopes as a polynomial of colour and position."""
 
 from __future__ import annotations
 
@@ -22,17 +22,20 @@ class PolynomialOptions(SlopeOptions):
     """Options of ``core.polynomial``."""
 
     order: int = Field(default=2, ge=1, le=4, description="Highest total degree.")
-    ridge: float = Field(default=0.03, gt=0, description="Penalty on the coefficients.")
+    ridge: float = Field(default=0.03, gt=0, description="Ridge penalty per sample.")
 
 
 class Polynomial(SlopeCalibration):
-    """A fitted polynomial."""
+    """Calibration with a fitted polynomial."""
 
     function = PolynomialFit
 
 
 class PolynomialCalibrator(Calibrator):
-    """Ridge regression; the best choice with few presses, for it cannot overfit."""
+    """Fits a polynomial by ridge regression; the best choice with few presses.
+
+    It has too few coefficients to overfit.
+    """
 
     Options: ClassVar[type[BaseModel]] = PolynomialOptions
     options: PolynomialOptions
@@ -47,5 +50,5 @@ class PolynomialCalibrator(Calibrator):
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Smoothing that the options ask for."""
+        """Smoothing set by the options."""
         return self.options.smoothing_px(mm_per_px)

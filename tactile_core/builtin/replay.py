@@ -19,22 +19,23 @@ from tactile_core.recordings.recording import Recording, open_recording
 
 
 class ReplayOptions(Options):
-    """What to play."""
+    """Options of ``core.replay``."""
 
     path: Path | None = Field(
         default=None, description="An image, a folder of images, a video or a scan."
     )
     images_per_observation: PositiveInt = Field(
-        default=1, description="Exposures that make one frame: the rig's lights fired in turn."
+        default=1,
+        description="Exposures per frame, for rigs whose lights fire one after another.",
     )
-    loop: bool = Field(default=False, description="Begin again at the end.")
+    loop: bool = Field(default=False, description="Start again at the end.")
 
 
 class ReplayCamera(Camera):
-    """Delivers a recording's exposures as fast as they are asked for, then None.
+    """Delivers the exposures of a recording as fast as they are requested, then None.
 
-    ``Image.source`` is the observation's name. Times are the recording's own and go on when it
-    loops.
+    ``Image.source`` is the name of the observation. Timestamps are those of the recording, and
+    continue when it loops.
     """
 
     Options: ClassVar[type[BaseModel]] = ReplayOptions
@@ -57,7 +58,7 @@ class ReplayCamera(Camera):
         self._images = iter(())
 
     def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        # the lights were switched when it was recorded
+        # the lights were switched during the recording
         return Trigger.CAMERA
 
     def _read(self, timeout_s: float) -> Image | None:

@@ -1,4 +1,4 @@
-"""``core.npz``, ``core.tmd``, ``core.png`` and ``core.ply``: a file for each observation."""
+"""``core.npz``, ``core.tmd``, ``core.png`` and ``core.ply``: files for each observation."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tactile_core.quantities.layers import Layer
 
 
 class Arrays(Sink):
-    """``NAME.npz``: the arrays of all quantities, and what they are."""
+    """``NAME.npz``: the arrays of all quantities, with their descriptions."""
 
     endings: ClassVar[tuple[str, ...]] = (".npz",)
 
     def write(self, reading: Reading) -> None:
-        """Write what was measured, and what came from outside."""
+        """Write the measured quantities and the external inputs."""
         from tactile_core.formats.npz import write_npz
         from tactile_core.formats.saved_quantities import arrays_of
 
@@ -58,12 +58,12 @@ class Mesh(Sink):
 
 
 class Pictures(Sink):
-    """``NAME.png``: a picture of what the quantities show; ``NAME_normals.png``: 16-bit normals."""
+    """``NAME.png``: a picture of the quantities; ``NAME_normals.png``: 16-bit normals."""
 
     endings: ClassVar[tuple[str, ...]] = (".png", "_normals.png")
 
     def write(self, reading: Reading) -> None:
-        """Write the picture, if there is something to show, and the normals of slopes."""
+        """Write the picture, if any quantity has one, and the normals, if there are slopes."""
         from tactile_core.formats.images import write_png
         from tactile_core.formats.normals import write_normals
         from tactile_core.views.pictures import picture_of

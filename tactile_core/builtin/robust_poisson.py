@@ -1,4 +1,4 @@
-"""Height from slopes of which some are wrong, measured from the rest surface."""
+"""``core.robust_poisson``: height from slopes with outliers, relative to the rest surface."""
 
 from __future__ import annotations
 
@@ -12,12 +12,17 @@ from tactile_core.quantities import Gradients, HeightMap
 
 
 class RobustPoisson(Estimator):
-    """Integrates the slopes so that outliers, shadows and markers hardly bend the height.
+    """Integrates the slopes robustly against outliers, such as shadows and markers.
 
-    In place of ``core.poisson`` where slopes contradict each other: an attached shadow on one
-    flank, highlights, dust, markers. It takes about ten times as long. The border is free, and rest
-    is found as in :class:`~tactile_core.builtin.poisson.Poisson`; see
-    :func:`tactile_core.algorithms.poisson.integrate_robustly` for the method.
+    Use it in place of ``core.poisson`` where slopes are inconsistent: an attached shadow on one
+    flank, highlights, dust, markers. It takes about ten times as long. The border is free, and the
+    undeformed surface is set to 0 as in :class:`~tactile_core.builtin.poisson.Poisson`. For the
+    method see :func:`tactile_core.algorithms.poisson.integrate_robustly`.
+
+    References
+    ----------
+    .. [1] P. J. Huber, "Robust estimation of a location parameter", Annals of Mathematical
+       Statistics 35(1), 1964.
     """
 
     class Options(device.Options):
@@ -25,13 +30,13 @@ class RobustPoisson(Estimator):
 
         outlier_slope: NonNegativeFloat = Field(
             default=0.02,
-            description="Misfit of slope and surface from which on it pulls no harder: about the "
-            "error of a good slope (0.02 for 1°, 0.1 for a coarse fingertip); 0: L1.",
+            description="Residual from which a slope is an outlier, dimensionless: about the error "
+            "of a good slope (0.02 for 1°, 0.1 for a coarse fingertip); 0: L1 norm.",
         )
         rounds: PositiveInt = Field(
             default=8,
             le=1000,
-            description="Rounds, each as long as core.poisson or a little longer.",
+            description="Number of iterations; each takes about as long as core.poisson.",
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
 
@@ -43,7 +48,7 @@ class RobustPoisson(Estimator):
         self._drift_slope = options.drift_slope
 
     def estimate(self, gradients: Gradients) -> HeightMap:
-        """Return the height, 0 at rest and positive where pressed."""
+        """Return the height, 0 where undeformed and positive where pressed."""
         height_mm = integrate_robustly(
             gradients.x,
             gradients.y,

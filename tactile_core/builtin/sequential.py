@@ -1,4 +1,4 @@
-"""``core.sequential``: lights fired one after another, an exposure for each."""
+"""``core.sequential``: lights fired one after another, with one exposure each."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_options import LightOptions, refuse_same_names
 
 FEWEST_LIGHTS = 3
-"""Two unknowns of the normal and the albedo need three measurements (photometric stereo)."""
+"""The normal and the albedo have three unknowns (Woodham 1980)."""
 
 
 class SequentialOptions(Options):
-    """The lights in the order in which they fire."""
+    """Options of ``core.sequential``."""
 
     lights: tuple[LightOptions, ...] = Field(
-        min_length=FEWEST_LIGHTS, description="The lamps, in the order in which they fire."
+        min_length=FEWEST_LIGHTS, description="The lights in the order in which they fire."
     )
 
     dark: bool = Field(
         default=False,
-        description="Take one more exposure with no light, and subtract it from the others.",
+        description="Take one more exposure without light and subtract it from the others.",
     )
 
     @model_validator(mode="after")
@@ -33,9 +33,14 @@ class SequentialOptions(Options):
 
 
 class SequentialIllumination(Illumination):
-    """One light shines in each exposure; its name is the channel that the exposure measures.
+    """Fires one light per exposure, whose channel has the name of the light.
 
-    With ``dark`` a last exposure without any light shows what else shines into the rig.
+    With ``dark``, a last exposure without any light measures the ambient light.
+
+    References
+    ----------
+    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
+       images", Optical Engineering 19(1), 1980.
     """
 
     Options: ClassVar[type[BaseModel]] = SequentialOptions
@@ -56,6 +61,6 @@ class SequentialIllumination(Illumination):
         return tuple(light.name for light in self._lights)
 
     def exposures(self) -> tuple[Exposure, ...]:
-        """One per light, and at the end a dark one if it is wanted."""
+        """One exposure per light, and a dark one at the end if requested."""
         lit = tuple(Exposure({name: 1.0}, (name,)) for name in self.channels)
         return (*lit, Exposure({}, ())) if self._dark else lit

@@ -1,4 +1,4 @@
-"""The calibration of one physical unit, as a folder that belongs to it.
+"""The calibration bundle of one physical unit: a folder with its models and its reference.
 
 May import profiles, plugins, interfaces and what these may import.
 """

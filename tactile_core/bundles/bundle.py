@@ -1,4 +1,4 @@
-"""The bundle: one physical unit's artefacts, reference and manifest in a folder."""
+"""The bundle: a folder with the artefacts, the reference and the manifest of one physical unit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tactile_core.bundles.manifest import (
     write_manifest,
 )
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
-from tactile_core.formats.folders import fresh_folder, led_to, replace_folder
+from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
@@ -31,21 +31,23 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 
 SCALE_TOLERANCE = 0.01
-"""Scales of input and bundle may differ by this fraction."""
+"""Scales of input and bundle may differ by this share."""
 
 _ATTEMPTS = 50
+"""A bundle that is replaced while it is read is read again this often."""
+
 _SERIAL = re.compile(r"[A-Za-z0-9._-]+")
 
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """What was fitted to one unit, with all that it needs to be used again.
+    """The fitted models of one physical unit, with its reference and manifest.
 
     Attributes
     ----------
     manifest : Manifest
     artefacts : mapping of str to Artefact
-        By the names of the manifest; ``"light"`` is a :class:`Calibration`.
+        Fitted models by the names in the manifest; ``"light"`` is a :class:`Calibration`.
     reference : Reference
         The undeformed sensor.
     """
@@ -77,23 +79,24 @@ class Bundle:
         return self.artefacts[name]
 
     def save(self, directory: Path, report: Callable[[Path], None] | None = None) -> None:
-        """Write the bundle beside its place, then put it there in one step.
+        """Write the bundle, atomically replacing an older one.
 
-        An older bundle there is replaced. At no moment is there neither; of several writers the
-        last one's stays.
+        The bundle is written into a temporary folder next to its destination, which then takes its
+        place in one step. Readers see either the old or the new bundle at any moment. With several
+        writers, the last one wins.
 
         Parameters
         ----------
         directory : Path
         report : callable, optional
-            Writes more files (``report.html`` and its pictures) into the folder it is given.
+            Writes additional files (``report.html`` and its pictures) into the folder it is given.
 
         Raises
         ------
         InputError
             The folder holds anything but a bundle.
         OSError
-            The disk is full or refuses; what was there before is still there.
+            Writing fails; the previous contents remain.
         """
         directory = check_place(directory)
         with fresh_folder(directory) as fresh:
@@ -103,7 +106,7 @@ class Bundle:
                 with blame(_words(name), artefact):
                     artefact.save(folder)
                 if not any(folder.iterdir()):
-                    folder.rmdir()  # a manifest names files alone
+                    folder.rmdir()  # a manifest lists files, not folders
             _save_reference(self.reference, fresh / "reference.npz")
             if report is not None:
                 report(fresh)
@@ -112,14 +115,14 @@ class Bundle:
 
     @classmethod
     def load(cls, directory: Path) -> Bundle:
-        """Read a bundle and check that it is whole.
+        """Read a bundle and check its integrity.
 
-        One that is replaced meanwhile is read again.
+        A bundle that is replaced while it is read is read again.
 
         Raises
         ------
         CalibrationError
-            The folder is no bundle, is broken, or was written by another version.
+            The folder is not a bundle, is damaged, or has the format of another version.
         """
         directory = Path(directory)
         for _ in range(_ATTEMPTS):
@@ -132,7 +135,7 @@ class Bundle:
             else:
                 if _identity(directory) == before:
                     return bundle
-        raise CalibrationError(f"bundle {directory} is replaced all the time; try again")
+        raise CalibrationError(f"bundle {directory} keeps being replaced; try again")
 
     @classmethod
     def _loaded(cls, directory: Path) -> Bundle:
@@ -144,12 +147,12 @@ class Bundle:
         return cls(manifest, artefacts, _load_reference(directory / "reference.npz", manifest))
 
     def check(self, profile: Profile, serial: str | None = None) -> list[str]:
-        """Refuse a profile or unit that the bundle is not for; return warnings.
+        """Check that the bundle belongs to a profile and unit; return warnings.
 
         Raises
         ------
         CalibrationError
-            Another sensor, serial, image size, bit depth or scale.
+            Sensor, serial, image size, bit depth or scale differ.
         """
         mine, image = self.manifest, profile.image
         for what, ours, theirs in (
@@ -177,12 +180,12 @@ class Bundle:
 
 
 def names_of(artefacts: Mapping[str, Artefact]) -> dict[str, str]:
-    """Return, for a manifest, under which name the class of each artefact is registered.
+    """Return the registered name of each artefact's class, for a manifest.
 
     Raises
     ------
     PluginFault
-        A class is not registered, so that its bundle could not be read again.
+        A class is not registered, so that its bundle could not be loaded.
     """
     names = {}
     for name, artefact in artefacts.items():
@@ -196,17 +199,17 @@ def names_of(artefacts: Mapping[str, Artefact]) -> dict[str, str]:
 
 
 def now() -> str:
-    """Return the date and time for a manifest, ISO 8601 in UTC."""
+    """Return the current date and time for a manifest, ISO 8601 in UTC."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def check_serial(serial: str) -> str:
-    """Return the serial if it may name a folder.
+    """Return the serial if it is safe as a folder's name.
 
     Raises
     ------
     InputError
-        It has other characters than letters, digits, ``.``, ``_`` and ``-``.
+        It has characters other than letters, digits, ``.``, ``_`` and ``-``.
     """
     if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
         raise InputError(f"serial {serial!r}: use only letters, digits, '.', '_' and '-'")
@@ -214,20 +217,20 @@ def check_serial(serial: str) -> str:
 
 
 def check_place(directory: Path) -> Path:
-    """Return the folder, without links, if a bundle may be written there.
+    """Return the folder, with links resolved, if a bundle may be written there.
 
     Raises
     ------
     InputError
         It holds anything but a bundle.
     """
-    directory = led_to(Path(directory))
+    directory = resolved(Path(directory))
     bundle_files(directory)
     return directory
 
 
 def default_place(profile: Profile, serial: str | None) -> Path:
-    """Folder in the user's data directory where the unit's bundle belongs."""
+    """Return the unit's default bundle folder, in the user's data directory."""
     from platformdirs import user_data_path
 
     return user_data_path("tactile-core") / "bundles" / profile.name / (serial or "default")
@@ -255,17 +258,17 @@ def _loaded_artefact(directory: Path, name: str, use: str) -> Artefact:
 
 
 def _words(name: str) -> str:
-    """What a message calls an artefact."""
+    """Return the name of an artefact for messages."""
     return "the calibration" if name == LIGHT else f"the artefact {name!r}"
 
 
 def _identity(directory: Path) -> tuple[int, int, int] | None:
-    """Tell a folder from another one that takes its place."""
+    """Return an identity of a folder that changes when another folder takes its place."""
     try:
         found = directory.stat()
     except OSError:
         return None
-    # numbers of folders that are gone are given anew; the time is that of the last renaming
+    # file systems reuse the inodes of deleted folders; the time is that of the last renaming
     return found.st_dev, found.st_ino, found.st_ctime_ns
 
 
@@ -300,7 +303,7 @@ def _load_reference(path: Path, manifest: Manifest) -> Reference:
 
 
 def _check_reference(reference: Reference, manifest: Manifest) -> None:
-    """Raise ValueError at arrays that cannot be the reference of this bundle."""
+    """Raise ValueError if the arrays cannot be the reference of this bundle."""
     width, height = manifest.image_size_px
     pixels, marker_mask = reference.pixels, reference.marker_mask
     numbers = reference.full_scale, reference.noise

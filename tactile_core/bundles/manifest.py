@@ -1,4 +1,4 @@
-"""A bundle's ``manifest.json``: what the bundle belongs to, and exactly which files it has."""
+"""A bundle's ``manifest.json``: the unit that it belongs to, its score, and its list of files."""
 
 from __future__ import annotations
 
@@ -16,11 +16,16 @@ from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.printable import printable
 
 FORMAT = 3
+"""Version of the bundle format that is written and read."""
+
 MANIFEST = "manifest.json"
+"""File name of the manifest."""
+
 LIGHT = "light"
-"""The artefact that turns intensities into slopes or depth."""
+"""Name of the artefact that maps intensities to slopes or depth."""
 
 _LARGEST_BYTES = 4 << 20
+"""A larger manifest is refused before it is parsed."""
 
 Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
@@ -40,17 +45,17 @@ def _with_light(artefacts: dict[str, str]) -> dict[str, str]:
 
 
 class Manifest(BaseModel):
-    """What a bundle belongs to and how good it is; stored as ``manifest.json``.
+    """The unit that a bundle belongs to, its accuracy and its files; stored as ``manifest.json``.
 
     Attributes
     ----------
     artefacts : dict
-        ``plugin.name`` of each artefact's class, by the artefact's name, which is also that of its
-        folder; the light model is :data:`LIGHT`.
+        ``plugin.name`` of each artefact's class, by the artefact's name. The name is also that of
+        the artefact's folder. The light model has the name :data:`LIGHT`.
     files : dict
         SHA-256 of every other file of the bundle, by its path in the folder.
     content_hash : str
-        SHA-256 of all other fields, and thereby of everything.
+        SHA-256 of all other fields. It covers the files through their hashes.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
@@ -83,18 +88,18 @@ class Manifest(BaseModel):
         return self.artefacts[LIGHT]
 
     def fingerprint(self) -> str:
-        """SHA-256 of every field but ``content_hash``, as JSON with sorted keys."""
+        """Return the SHA-256 of all fields except ``content_hash``, as JSON with sorted keys."""
         plain = json.loads(self.model_dump_json(exclude={"content_hash"}))
         return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Read a bundle's manifest; its files are not looked at.
+    """Read a bundle's manifest, without checking the files that it lists.
 
     Raises
     ------
     CalibrationError
-        There is none, it is damaged or edited, or of another format.
+        The manifest is missing, damaged, edited, or of another format.
     """
     manifest = _parsed(folder)
     if manifest.content_hash != manifest.fingerprint():
@@ -136,7 +141,7 @@ def _damaged(folder: Path) -> CalibrationError:
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """Write the manifest of all files that the folder holds."""
     files = {name: _hash(folder / name) for name in sorted(_held(folder)) if name != MANIFEST}
-    # as it will be read: what JSON cannot hold is not the same afterwards
+    # hash the manifest as it will be read: JSON does not preserve every value
     update: dict[str, Any] = {"format": FORMAT, "files": files, "content_hash": ""}
     whole = Manifest.model_validate_json(manifest.model_copy(update=update).model_dump_json())
     whole = whole.model_copy(update={"content_hash": whole.fingerprint()})
@@ -145,12 +150,12 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
 
 
 def check_files(folder: Path, manifest: Manifest) -> None:
-    """Refuse a bundle that lacks a file that its manifest names, or has another one instead.
+    """Check that every file of the manifest is present and unchanged.
 
     Raises
     ------
     CalibrationError
-        With the file's name.
+        A file is missing or differs; the message names it.
     """
     for name, written in manifest.files.items():
         try:
@@ -165,14 +170,12 @@ def check_files(folder: Path, manifest: Manifest) -> None:
 
 
 def bundle_files(folder: Path) -> list[Path]:
-    """Return the files of a folder that is a bundle and holds nothing else; none of an empty one.
-
-    The manifest is the last.
+    """Return the files of a bundle's folder, the manifest last; none for an empty folder.
 
     Raises
     ------
     InputError
-        It is no bundle, or holds something that its manifest does not name.
+        The folder is not a bundle, or holds something that its manifest does not list.
     """
     if not folder.exists():
         return []
@@ -191,14 +194,14 @@ def bundle_files(folder: Path) -> list[Path]:
     for name in sorted(held):
         if name not in named or (folder / name).is_dir():
             raise InputError(
-                f"{folder} holds {printable(name)}, which is not of the calibration bundle there; "
-                f"move it away or name another --out folder"
+                f"{folder} holds {printable(name)}, which is not part of the calibration bundle "
+                f"there; move it away or name another --out folder"
             )
     return [*(folder / name for name in held - {MANIFEST}), folder / MANIFEST]
 
 
 def _held(folder: Path, below: str = "") -> Iterator[str]:
-    """Paths of all files and of all folders that are empty, ``/`` between their parts."""
+    """Yield the paths of all files and of all empty folders, with ``/`` between their parts."""
     with os.scandir(folder) as entries:
         for entry in entries:
             name = below + entry.name

@@ -1,4 +1,4 @@
-"""From presses of something known to a fitted model, scored on what was held out, in a bundle.
+"""Fit a calibration to presses on a calibration target, score it on held-out presses, bundle it.
 
 May import pipeline and what that may import.
 """

@@ -1,9 +1,10 @@
-"""Calibrate one physical unit: find what is known, fit, score on what is held out, bundle."""
+"""Calibrate one physical unit: locate the target, fit, cross-validate, bundle."""
 
 from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,15 @@ from tactile_core.acquisition.assembly import lights_of
 from tactile_core.bundles.bundle import Bundle, check_serial, names_of, now
 from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.calibration.height_target import is_height_map
-from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
-from tactile_core.calibration.targets import Known, balls, rows_of_map, undeformed_sensor
+from tactile_core.calibration.target_surface import TargetSurface
+from tactile_core.calibration.targets import (
+    CalibrationTarget,
+    balls,
+    rows_of_map,
+    undeformed_sensor,
+)
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
@@ -30,13 +36,30 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
 
-AZIMUTH_TOLERANCE_DEG = 25.0
-"""A profile's azimuths are where a calibration starts; further off, something is mixed up."""
-
 _USELESS = (
-    "on held-out presses this calibration errs by {:.1f}°, no less than 'flat' everywhere would "
-    "({:.1f}°): do not measure with it; check the labels, the ball's diameter and the reference"
+    "on held-out presses the mean error of this calibration is {:.1f}°, no better than assuming a "
+    "flat surface ({:.1f}°): do not measure with it; check the labels, the ball's diameter and the "
+    "reference"
 )
+
+
+@dataclass(frozen=True)
+class AzimuthParameters:
+    """Parameters of the check of light directions. Nothing sets them from outside: it only warns.
+
+    Attributes
+    ----------
+    tolerance_deg : float, degrees
+        A light whose learned azimuth differs from the profile's by more is reported.
+        Source: chosen by hand; no script derives it. See
+        ADR 17.
+    """
+
+    tolerance_deg: float = 25.0
+
+
+AZIMUTHS = AzimuthParameters()
+"""The values in use."""
 
 
 def calibrate(
@@ -53,37 +76,47 @@ def calibrate(
     scored: bool = True,
     progress: Progress | None = None,
 ) -> Calibrated:
-    """Fit and score a calibration from presses of a ball or of a surface that is known.
+    """Fit and score a calibration from presses of a ball or of another calibration target.
 
     Parameters
     ----------
     profile : Profile, str or Path
     presses : Path
-        A recording in which each observation shows the ball pressed somewhere; with a target, the
-        one observation that shows it.
+        A recording of the ball, pressed somewhere else in each observation. With a target: a
+        recording of the single observation that shows it.
     reference : Path, optional
-        A recording of the untouched sensor. A height map does without: where none is given, or it
-        is the press itself, the press's own large-scale light stands in.
-    ball_diameter_mm : float
-        Not needed with a ``target``, whose radius rules.
+        A recording of the undeformed sensor. A height map as target does not need it: without a
+        reference, or if the reference is the press itself, the large-scale light of the press is
+        used.
+    ball_diameter_mm : float, optional
+        Diameter of the ball. A ``target`` brings its own radius.
     labels : Path, optional
-        CSV of circles that overrule the automatic ones.
+        CSV of circles that replace the automatic ones.
     target : Path, optional
-        A grid of balls: YAML with ``radius`` and circle centres; or a height map (``.tmd``) of the
-        very surface in the press.
+        A grid of balls (YAML with ``radius`` and circle centres) or a height map (``.tmd``) of the
+        surface in the press.
     rows : slice, optional
-        Rows of the height map that may be used.
+        Rows of the height map to use.
     model : str, optional
-        ``plugin.name`` of a calibrator instead of the profile's.
+        ``plugin.name`` of a calibrator that replaces the profile's.
     serial : str
-        Which physical unit this is.
+        Serial of the physical unit.
     scored : bool
-        False leaves out the cross-validation, which takes several times as long as the fit.
+        False skips the cross-validation, which takes several times as long as the fit.
+
+    Returns
+    -------
+    Calibrated
 
     Raises
     ------
     InputError, ProfileError, CalibrationError
-        Something given is unusable; the message says what to do.
+        An input cannot be used; the message names it and the remedy.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-Resolution Robot Tactile Sensors for
+       Estimating Geometry and Force", Sensors 17(12), 2017, section 3.5.
     """
     progress = progress or Silent()
     if serial:
@@ -97,10 +130,12 @@ def calibrate(
     calibrator = calibrator_of(base.calibration, model)
     condition = Conditioning.of(base, undeformed, compensates=calibrator.compensation == "channel")
     undeformed = condition.undeformed
-    # Any model may smooth its images; the truth has to be as smooth as what it sees.
+    # Models smooth their images; the ground truth has to be equally smooth.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
-    known: Known[Any] = (
-        rows_of_map(target, frames[0], condition, rows, blur_px, stands_in=bool(stand_in))
+    ground_truth: CalibrationTarget[Any] = (
+        rows_of_map(
+            target, frames[0], condition, rows, blur_px, reference_from_press=bool(stand_in)
+        )
         if target is not None and is_height_map(target)
         else balls(
             base,
@@ -113,15 +148,17 @@ def calibrate(
             progress=progress,
         )
     )
-    good = [surface for surface in known.surfaces if surface.used]
+    good = [surface for surface in ground_truth.surfaces if surface.used]
 
     fit = partial(fitted_by, calibrator)
     score = None
     if scored:
         progress.stage("scoring on held-out presses", 0.6)
-        score = cross_validate(known.surfaces, known.without, undeformed, fit, progress=progress)
+        score = cross_validate(
+            ground_truth.surfaces, ground_truth.without, undeformed, fit, progress=progress
+        )
     progress.stage("fitting", 0.15)
-    fitted = fit([*(surface.training() for surface in good), *known.at_rest], undeformed)
+    fitted = fit([*(surface.training() for surface in good), *ground_truth.undeformed], undeformed)
     artefacts = {LIGHT: fitted}
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, undeformed)
@@ -139,7 +176,7 @@ def calibrate(
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
-        ball_diameter_mm=known.ball_diameter_mm,
+        ball_diameter_mm=ground_truth.ball_diameter_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
         versions=_versions(),
@@ -149,7 +186,8 @@ def calibrate(
         notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
     bundle = Bundle(manifest, artefacts, undeformed)
     given = inputs_of(profile, presses, reference, labels, target)
-    return Calibrated(bundle, tuple(known.surfaces), score, notes + stand_in, known.basis, given)
+    surfaces = tuple(ground_truth.surfaces)
+    return Calibrated(bundle, surfaces, score, notes + stand_in, ground_truth.basis, given)
 
 
 def inputs_of(
@@ -159,7 +197,7 @@ def inputs_of(
     labels: Path | None,
     target: Path | None,
 ) -> Inputs:
-    """What a calibration reads, so that its bundle hits none of it."""
+    """Return the files that a calibration reads, which its bundle must not overwrite."""
     return Inputs.of(
         {
             PROFILE: None if isinstance(profile, Profile) else profile,
@@ -171,11 +209,16 @@ def inputs_of(
     )
 
 
-def channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> tuple[float, ...]:
-    """Learn the azimuth from which each channel's light comes, degrees from x towards y.
+def channel_azimuths(presses: Sequence[TargetSurface], reference: Reference) -> tuple[float, ...]:
+    """Estimate the azimuth of each channel's light, in degrees from x towards y.
 
-    To first order a channel brightens where the surface turns towards its lamp, and a surface of
-    slope g has the normal (−g, 1).
+    To first order, a channel brightens where the surface normal turns towards its light. A surface
+    of slope g has the normal (−g, 1).
+
+    References
+    ----------
+    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
+       images", Optical Engineering 19(1), 1980.
     """
     slopes, changes = zip(*(press.lighting(reference) for press in presses), strict=True)
     response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
@@ -186,26 +229,26 @@ def channel_azimuths(presses: Sequence[KnownSurface], reference: Reference) -> t
 def _misplaced(
     profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
 ) -> tuple[str, ...]:
-    """Warn of lamps that shine from elsewhere than the profile says."""
-    said = {light.name: light.azimuth_deg for light in lights_of(make_lights(profile))}
-    pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in said]
+    """Warn of lights whose learned direction differs from the profile's."""
+    expected = {light.name: light.azimuth_deg for light in lights_of(make_lights(profile))}
+    pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in expected]
 
     def off_deg(name: str, azimuth_deg: float) -> float:
-        return abs((azimuth_deg - said[name] + 180) % 360 - 180)
+        return abs((azimuth_deg - expected[name] + 180) % 360 - 180)
 
-    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTH_TOLERANCE_DEG]
+    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTHS.tolerance_deg]
     if not far:
         return ()
     nearest = []
     for _, azimuth in pairs:
-        nearest.append(min((off_deg(name, azimuth), name) for name in said)[1])
-    where = ", ".join(f"{name} from {a:.0f}° (profile {said[name]:.0f}°)" for name, a in far)
+        nearest.append(min((off_deg(name, azimuth), name) for name in expected)[1])
+    where = ", ".join(f"{name} from {a:.0f}° (profile {expected[name]:.0f}°)" for name, a in far)
     if len(set(nearest)) == len(nearest) and nearest != [name for name, _ in pairs]:
         return (
-            f"lights shine from elsewhere than the profile says: {where}; they fit in the order "
+            f"light directions differ from the profile: {where}; they match in the order "
             f"{', '.join(nearest)}, so correct the profile or the order of the images",
         )
-    return (f"lights shine from elsewhere than the profile says: {where}; correct 'azimuth_deg'",)
+    return (f"light directions differ from the profile: {where}; correct 'azimuth_deg'",)
 
 
 def _versions() -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""A known height map as calibration target, at the size of the frame that shows the surface."""
+"""A height map as calibration target, resampled to the frame that shows the same surface."""
 
 from __future__ import annotations
 
@@ -16,23 +16,50 @@ from tactile_core.formats.tmd import Tmd, read_tmd
 from tactile_core.quantities import Bool, Float32, Frame
 
 SUFFIX = ".tmd"
-SCALE_TOLERANCE = 0.01
+"""Ending of a height map's file name."""
+
+
+@dataclass(frozen=True)
+class HeightTargetParameters:
+    """Parameters of reading a height map. Nothing sets them from outside: they guard the input.
+
+    Attributes
+    ----------
+    scale_tolerance : float, ratio
+        Scales of the map and of the profile may differ by this share.
+        Source: the tolerance of all scales, as for bundles (``bundles/bundle.py``).
+    full_share : float, share
+        A pixel of the frame counts as measured if at least this share of the map's pixels in it
+        hold heights.
+        Source: mathematics; 1 less a margin for float32 averages.
+    margin_sigmas : float, standard deviations of the smoothing
+        Distance from a border within which smoothed slopes are not used.
+        Source: mathematics; two standard deviations hold 95 % of a Gaussian.
+    """
+
+    scale_tolerance: float = 0.01
+    full_share: float = 0.999
+    margin_sigmas: float = 2.0
+
+
+HEIGHT_TARGET = HeightTargetParameters()
+"""The values in use."""
 
 
 def is_height_map(target: Path | None) -> bool:
-    """Whether a target is a height map, by its name."""
+    """Return whether a target's file name is that of a height map."""
     return target is not None and target.suffix.lower() == SUFFIX
 
 
 def parse_rows(text: str) -> slice:
-    """Read ``A:B``, rows from A up to and without B, counted from 0.
+    """Parse ``A:B``: rows A to B − 1, counted from 0.
 
-    Either may be left out, for the first and the last.
+    Either number may be left out, for the first and the last row.
 
     Raises
     ------
     InputError
-        It is something else, or holds no row.
+        The text has another form, or selects no row.
     """
     first, colon, last = (part.strip() for part in text.partition(":"))
     if not colon or not all(part == "" or part.isdecimal() for part in (first, last)):
@@ -42,35 +69,35 @@ def parse_rows(text: str) -> slice:
         )
     rows = slice(int(first or 0), int(last) if last else None)
     if rows.stop is not None and rows.stop <= rows.start:
-        raise InputError(f"--rows {text} holds no row; B must be larger than A")
+        raise InputError(f"--rows {text} selects no row; B must be larger than A")
     return rows
 
 
 @dataclass(frozen=True, eq=False)
 class HeightTarget:
-    """Rows of a height map, at the size of the frame that shows the same surface.
+    """Rows of a height map at the resolution of the frame that shows the same surface.
 
     Attributes
     ----------
     file : str
-        The map's name, for people.
+        The map's file name, for reports.
     frame : Frame
     height_mm : (R, W) float32
-        The rows that may be used, and no others; larger is nearer to the camera, as in
+        The selected rows; larger is nearer to the camera, as in
         :class:`~tactile_core.quantities.HeightMap`.
-    known : (R, W) bool
-        Where the map holds a number.
+    measured : (R, W) bool
+        Where the map holds a height.
     first_row : int
-        The frame's row of the first of them.
+        Row of the frame at which the selected rows begin.
     blur_px : float
-        How much the model that is fitted smooths its images: a slope must be as smooth as the
-        light that tells it, or fine grooves come out too deep.
+        Standard deviation of the smoothing that the fitted model applies to its images. The true
+        slopes are smoothed by the same amount; otherwise fine grooves come out too deep.
     """
 
     file: str
     frame: Frame
     height_mm: Float32
-    known: Bool
+    measured: Bool
     first_row: int
     blur_px: float = 0.0
 
@@ -78,35 +105,36 @@ class HeightTarget:
     def read(
         cls, path: Path, frame: Frame, *, rows: slice | None = None, blur_px: float = 0.0
     ) -> HeightTarget:
-        """Read a TMD of the very surface that the frame shows.
+        """Read a TMD of the surface that the frame shows.
 
         Parameters
         ----------
         path : Path
         frame : Frame
         rows : slice, optional
-            Rows of the map that may be used.
+            Rows of the map to use.
         blur_px : float
 
         Raises
         ------
         InputError
-            The map's size is neither the frame's nor a whole number of times it, its scale is
-            another, or the rows lie outside it or are too few.
+            The map's size is no integer multiple of the frame's, its scale differs, or the rows
+            are out of range or too few.
         """
         tmd = read_tmd(path)
         height, width = frame.pixels.shape[:2]
         factor = _factor(tmd, path, frame)
         part = _part(rows, len(tmd.height_mm), path)
         first, last = -(-part.start // factor), part.stop // factor
-        known = np.isfinite(tmd.height_mm)
-        filled = np.where(known, tmd.height_mm, np.median(tmd.height_mm[known])).astype(np.float32)
+        measured = np.isfinite(tmd.height_mm)
+        level = np.median(tmd.height_mm[measured])
+        filled = np.where(measured, tmd.height_mm, level).astype(np.float32)
         if factor > 1:
             size = width, height
             filled = np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_AREA), np.float32)
-            share = cv2.resize(known.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-            known = np.asarray(share) > 0.999
-        made = cls(path.name, frame, filled[first:last], known[first:last], first, blur_px)
+            share = cv2.resize(measured.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+            measured = np.asarray(share) > HEIGHT_TARGET.full_share
+        made = cls(path.name, frame, filled[first:last], measured[first:last], first, blur_px)
         if last - first <= 2 * made.margin_px:
             raise InputError(
                 f"{path}: {last - first} rows of the image are too few to calibrate on; give more "
@@ -116,22 +144,22 @@ class HeightTarget:
 
     @property
     def margin_px(self) -> int:
-        """How near to a border slopes are not trusted: smoothing mixes in what lies beyond."""
-        return int(np.ceil(2 * self.blur_px)) + 1
+        """Width in px of the unused margin at borders, where smoothing mixes in other pixels."""
+        return int(np.ceil(HEIGHT_TARGET.margin_sigmas * self.blur_px)) + 1
 
     @cached_property
     def slopes(self) -> tuple[Float32, Float32]:
-        """∂z/∂x and ∂z/∂y of the rows, two (R, W) planes; the free tilt of the map is removed."""
+        """∂z/∂x and ∂z/∂y of the rows, two (R, W) planes, without the map's arbitrary tilt."""
         return _slopes(self.height_mm, self.frame.mm_per_px)
 
     @cached_property
     def smooth_slopes(self) -> tuple[Float32, Float32]:
-        """The same, as smooth as the images that a model sees."""
+        """The slopes, smoothed like the images that the model measures."""
         return _slopes(self._smoothed_mm, self.frame.mm_per_px)
 
     @cached_property
     def smooth_relief_mm(self) -> Float32:
-        """(R, W) heights as smooth as those images, less the map's free tilt and level."""
+        """(R, W) heights, smoothed like the images, without the map's arbitrary tilt and level."""
         height_mm = self._smoothed_mm.astype(np.float64)
         fall_y, fall_x = (np.median(g) for g in np.gradient(height_mm))
         height_mm -= fall_x * np.arange(height_mm.shape[1])
@@ -145,8 +173,8 @@ class HeightTarget:
 
     @cached_property
     def usable(self) -> Bool:
-        """(R, W) bool: far enough from a border, a hole of the map, and a marker."""
-        usable = self.known.copy()
+        """(R, W) bool: pixels away from borders, holes of the map and markers."""
+        usable = self.measured.copy()
         if self.frame.marker_mask is not None:
             usable &= ~self.frame.marker_mask[self.first_row : self.first_row + len(usable)]
         element = np.ones((2 * self.margin_px + 1,) * 2, np.uint8)
@@ -157,24 +185,24 @@ class HeightTarget:
 
 
 def _factor(tmd: Tmd, path: Path, frame: Frame) -> int:
-    """How many pixels of the map lie side by side in one of the frame."""
+    """Return how many pixels of the map one pixel of the frame is wide."""
     (rows, columns), (height, width) = tmd.height_mm.shape, frame.pixels.shape[:2]
     factor: int = max(1, round(rows / height))
     if (rows, columns) != (factor * height, factor * width):
         raise InputError(
             f"{path} is {columns} × {rows} and the image {width} × {height}; give the height map "
-            f"of this very image, at its size or a whole number of times larger"
+            f"of this image, at the same size or larger by a whole factor"
         )
     if not np.isfinite(tmd.height_mm).any():
         raise InputError(f"{path} holds no heights; export it again")
-    known = tmd.height_mm[np.isfinite(tmd.height_mm)].astype(np.float64)
-    if np.ptp(known) > tmd.mm_per_px * (rows + columns):
+    heights = tmd.height_mm[np.isfinite(tmd.height_mm)].astype(np.float64)
+    if np.ptp(heights) > tmd.mm_per_px * (rows + columns):
         raise InputError(
-            f"{path} holds heights that differ by {np.ptp(known):.4g} mm, far higher than the map "
-            f"is wide; export it again, in mm"
+            f"{path} holds heights that differ by {np.ptp(heights):.4g} mm, far higher than the "
+            f"map is wide; export it again, in mm"
         )
     scale = tmd.mm_per_px * factor
-    if abs(scale / frame.mm_per_px - 1) > SCALE_TOLERANCE:
+    if abs(scale / frame.mm_per_px - 1) > HEIGHT_TARGET.scale_tolerance:
         raise InputError(
             f"{path} has {scale:.5g} mm per pixel of the image and the profile "
             f"{frame.mm_per_px:.5g}; correct 'image.mm_per_px', or give the map of this image"
@@ -192,7 +220,7 @@ def _part(rows: slice | None, count: int, path: Path) -> slice:
 
 
 def _slopes(height_mm: NDArray[np.float32], mm_per_px: float) -> tuple[Float32, Float32]:
-    """Central differences less the commonest tilt: most of the land counts as level."""
+    """Return central differences minus their median: most of the surface counts as level."""
     gy, gx = np.gradient(height_mm.astype(np.float64), mm_per_px)
     return (
         np.asarray(gx - np.median(gx), np.float32),

@@ -1,4 +1,4 @@
-"""What is known while some surfaces are held out, told by the pixels of the others alone."""
+"""Folds of the cross-validation: nothing in a fold depends on the pixels that it holds out."""
 
 from __future__ import annotations
 
@@ -6,37 +6,38 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.presses import FoundPress, light_of, refound, relocated
+from tactile_core.calibration.target_surface import S
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference
 
 
 @dataclass(frozen=True, eq=False)
 class Fold(Generic[S]):
-    """Surfaces to fit on, and how one that was held out is found.
+    """Surfaces to fit on, and a way to locate those that are held out.
 
     Attributes
     ----------
-    surfaces : sequence of KnownSurface
-        Those that are used.
+    surfaces : sequence of TargetSurface
+        The training surfaces that are used.
     reference : Reference
-        The untouched sensor, as far as the fold may know it.
+        The undeformed sensor, derived without the held-out pixels.
     find : callable
-        A held-out surface by its number: where it lies, as what was not held out tells.
-    at_rest : tuple of Press
-        Samples of skin at rest, to fit on beside them.
+        Maps the index of a held-out surface to that surface, located with a light model that was
+        fitted to the training surfaces alone.
+    undeformed : tuple of Press
+        Additional training samples of the undeformed gel surface.
     """
 
     surfaces: Sequence[S]
     reference: Reference
     find: Callable[[int], S]
-    at_rest: tuple[Press, ...] = ()
+    undeformed: tuple[Press, ...] = ()
 
     @property
     def samples(self) -> list[Press]:
-        """All that a model is fitted on."""
-        return [*(surface.training() for surface in self.surfaces), *self.at_rest]
+        """All training samples."""
+        return [*(surface.training() for surface in self.surfaces), *self.undeformed]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +48,23 @@ class SeparatePresses:
     ----------
     presses : sequence of FoundPress
     reference : Reference
-    given : bool
-        Their circles were given, and are not searched.
+    labelled : bool
+        The circles come from labels and are not searched for.
     """
 
     presses: Sequence[FoundPress]
     reference: Reference
-    given: bool = False
+    labelled: bool = False
 
     def without(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
-        """Find the circles of the others anew, from their own starts; None if none is of use."""
+        """Search the circles of the other presses again, without the held-out ones.
+
+        Returns
+        -------
+        Fold, or None if no other press can be used
+        """
         others = [press for i, press in enumerate(self.presses) if i not in held_out]
-        if self.given:
+        if self.labelled:
             used = [press for press in others if press.used]
             return Fold(used, self.reference, self.presses.__getitem__) if used else None
         used = [press for press in refound(others) if press.used]

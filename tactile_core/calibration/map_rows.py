@@ -1,4 +1,4 @@
-"""Bands of a height map's rows: fitted on, or held out to be scored."""
+"""Bands of rows of a height map: the units that are fitted on, or held out for scoring."""
 
 from __future__ import annotations
 
@@ -14,20 +14,57 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
-MOST_BLOCKS = 5
-ROWS_PER_BLOCK = 20
 
-_MOST_PIXELS = 5_000
-_SLOPE_BIN_DEG = 2.5
-_FINE_PX = 4.0
-"""Shapes finer than this tell the light's direction: a background may have eaten larger ones."""
+@dataclass(frozen=True)
+class MapRowParameters:
+    """Parameters of sampling a height map. Nothing sets them from outside.
 
-_LEAST_INTENSITY = 0.01
+    They balance the few steep pixels of a map against the many level ones; see
+    ADR 14.
+
+    Attributes
+    ----------
+    most_bands : int, count
+        Bands into which the rows are divided, at most; each is held out once.
+        Source: chosen by hand, equal to the folds of the cross-validation (``scoring.py``).
+    rows_per_band : int, px
+        Rows that a band has at least.
+        Source: chosen by hand; no script derives it.
+    most_pixels : int, count
+        Training pixels of a band, at most.
+        Source: chosen by hand; no script derives it.
+    slope_bin_deg : float, degrees
+        Bin width of the histogram of slopes by which pixels are thinned.
+        Source: chosen by hand; no script derives it.
+    fine_px : float, px
+        Standard deviation of the high-pass filter before light directions are estimated: a
+        reference that is made from the press has lost larger shapes.
+        Source: chosen by hand; no script derives it.
+    least_intensity : float, share of full scale
+        Floor of the reference in the quotient of frame and reference.
+        Source: chosen by hand; no script derives it.
+    undeformed_pixels : int, count
+        Pixels of the reference that join the training samples. They keep the model level where the
+        rows leave the image out.
+        Source: chosen on a real grooved part (ADR 14); thousands flatten narrow grooves.
+    """
+
+    most_bands: int = 5
+    rows_per_band: int = 20
+    most_pixels: int = 5_000
+    slope_bin_deg: float = 2.5
+    fine_px: float = 4.0
+    least_intensity: float = 0.01
+    undeformed_pixels: int = 300
+
+
+MAP_ROWS = MapRowParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class MapBlock:
-    """A band of a height map's rows, as a known surface.
+    """A band of rows of a height map, as a target surface.
 
     Attributes
     ----------
@@ -42,7 +79,7 @@ class MapBlock:
 
     @property
     def file(self) -> str:
-        """The map and the rows of the image."""
+        """The map's file name and the rows of the image."""
         top = self.target.first_row
         return f"{self.target.file} {top + self.first}:{top + self.last}"
 
@@ -53,23 +90,23 @@ class MapBlock:
 
     @property
     def used(self) -> bool:
-        """Whether the map knows any height here."""
+        """Whether the map holds any height in the band."""
         return bool(self.scored().any())
 
     @property
     def why(self) -> str:
-        """Why it is not used."""
+        """Why it is not used; empty if it is."""
         return "" if self.used else "the map holds no heights here"
 
     @property
     def centre_px(self) -> tuple[float, float]:
-        """Middle of the band."""
+        """Centre of the band, x and y."""
         middle = self.target.first_row + (self.first + self.last - 1) / 2
         return (self.frame.pixels.shape[1] - 1) / 2, middle
 
     @property
     def radius_px(self) -> float:
-        """Of a circle as large as the band."""
+        """Radius of a circle of the same area."""
         return float(np.sqrt((self.last - self.first) * self.frame.pixels.shape[1] / np.pi))
 
     def area(self) -> Bool:
@@ -77,25 +114,26 @@ class MapBlock:
         return self._in_frame(self._band(0))
 
     def scored(self) -> Bool:
-        """(H, W) bool: usable pixels, away from the neighbouring bands."""
+        """(H, W) bool: usable pixels, at a distance from the neighbouring bands."""
         return self._in_frame(self.target.usable & self._band(self.target.margin_px))
 
     def training(self) -> Press:
-        """Usable pixels, thinned so that level land does not outweigh the walls.
+        """Usable pixels, thinned so that level areas do not outweigh steep ones.
 
-        A pixel's chance goes with the root of how rare its slope is: with the frequency itself the
-        few steepest pixels, which the map knows worst, would rule.
+        The probability of drawing a pixel is inversely proportional to the square root of the
+        frequency of its slope. Without the root the steepest pixels, where the map is least
+        accurate, would dominate.
         """
         rows, columns = np.nonzero(self.scored())
         gx, gy = (
             plane[rows - self.target.first_row, columns] for plane in self.target.smooth_slopes
         )
         slope_deg = np.degrees(np.arctan(np.hypot(gx, gy)))
-        bins = (slope_deg / _SLOPE_BIN_DEG).astype(int)
-        chance = np.bincount(bins).astype(np.float64)[bins] ** -0.5
-        count = min(_MOST_PIXELS, len(rows))
+        bins = (slope_deg / MAP_ROWS.slope_bin_deg).astype(int)
+        weight = np.bincount(bins).astype(np.float64)[bins] ** -0.5
+        count = min(MAP_ROWS.most_pixels, len(rows))
         pick = np.random.default_rng(0).choice(
-            len(rows), count, replace=False, p=chance / chance.sum()
+            len(rows), count, replace=False, p=weight / weight.sum()
         )
         return Press(
             frame=self.frame,
@@ -113,7 +151,7 @@ class MapBlock:
         return rows, columns, np.stack([gx, gy], axis=1)
 
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
-        """(N,) measured minus true height over a mask, up to a plane: the map's is arbitrary."""
+        """(N,) measured minus true height over a mask, less a plane: the map's is arbitrary."""
         rows, columns = np.nonzero(mask)
         true = self.target.height_mm[rows - self.target.first_row, columns]
         error = height_mm[mask].astype(np.float64) - true
@@ -121,11 +159,11 @@ class MapBlock:
         return np.asarray(error - plane @ np.linalg.lstsq(plane, error, rcond=None)[0])
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes and changes of intensity of what is fine in the relief."""
+        """Slopes and changes of intensity of the fine structure of the relief."""
         top = self.target.first_row
         band = slice(top, top + len(self.target.height_mm))
         base = reference.pixels[band]
-        floor = np.float32(_LEAST_INTENSITY * self.frame.full_scale)
+        floor = np.float32(MAP_ROWS.least_intensity * self.frame.full_scale)
         change = self.frame.pixels[band] / np.maximum(base, floor) - np.float32(1)
         at = (self.target.usable & self._band(self.target.margin_px)).nonzero()
         slopes = np.stack(self.target.slopes, axis=2)
@@ -148,9 +186,9 @@ def blocks(target: HeightTarget) -> list[MapBlock]:
     Raises
     ------
     InputError
-        None does.
+        No band does.
     """
-    count = min(MOST_BLOCKS, max(1, len(target.height_mm) // ROWS_PER_BLOCK))
+    count = min(MAP_ROWS.most_bands, max(1, len(target.height_mm) // MAP_ROWS.rows_per_band))
     edges = [round(len(target.height_mm) * i / count) for i in range(count + 1)]
     bands = [MapBlock(target, a, b) for a, b in pairwise(edges)]
     used = [band for band in bands if band.used]
@@ -160,4 +198,4 @@ def blocks(target: HeightTarget) -> list[MapBlock]:
 
 
 def _fine(planes: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.asarray(planes - cv2.GaussianBlur(planes, (0, 0), _FINE_PX), np.float32)
+    return np.asarray(planes - cv2.GaussianBlur(planes, (0, 0), MAP_ROWS.fine_px), np.float32)

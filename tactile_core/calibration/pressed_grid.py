@@ -1,4 +1,4 @@
-"""A grid of balls that is pressed in one frame: found as a whole, or a part from its own pixels."""
+"""A grid of balls in one frame: its circles are refined together, or without held-out balls."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from tactile_core.quantities import Bool, Frame
 
 @dataclass(frozen=True, eq=False)
 class PressedGrid:
-    """Balls in one frame, whose circles a target tells roughly.
+    """Balls in one frame, with approximate circles from a target file.
 
     Attributes
     ----------
     file : str
     frame : Frame
-        As it was recorded.
+        The frame as recorded.
     condition : Conditioning
     centres_px : (N, 2) float
-        As the target has them.
+        Approximate centres, x and y, from the target file.
     ball_radius_px : float
     dome_radius_px : float or None
+        Radius of an undeformed domed gel; None for a flat one.
     thickness_mm : float
-        Of the gel.
+        Thickness of the gel.
     """
 
     file: str
@@ -44,12 +45,17 @@ class PressedGrid:
     thickness_mm: float = THICKNESS_MM
 
     def found(self) -> list[FoundPress]:
-        """Refine all circles together."""
+        """Refine all circles jointly."""
         circles, _ = refine_grid(self._image(self._whole), self.centres_px, self._touching_px)
         return self._presses(self._whole, circles)
 
     def without(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
-        """Refine the others in a frame that does not show those held out."""
+        """Refine the other circles in a copy of the frame without the held-out balls.
+
+        Returns
+        -------
+        Fold, or None if no other ball can be used
+        """
         others = [i for i in range(len(self.centres_px)) if i not in held_out]
         if not others:
             return None
@@ -60,9 +66,9 @@ class PressedGrid:
         if not used:
             return None
         reference = self.condition.undeformed
-        rest = undeformed_press(used, reference)
+        undeformed = undeformed_press(used, reference)
         located = self._located(light, held_out)
-        return Fold(used, reference, located.__getitem__, (rest,))
+        return Fold(used, reference, located.__getitem__, (undeformed,))
 
     def _located(self, light: GridLight, which: Collection[int]) -> dict[int, FoundPress]:
         numbers = sorted(which)
@@ -86,7 +92,7 @@ class PressedGrid:
 
     @cached_property
     def _whole(self) -> Frame:
-        """The whole frame, ready to be measured."""
+        """The complete frame, conditioned."""
         return self.condition(self.frame)
 
     @property
@@ -97,7 +103,7 @@ class PressedGrid:
         return press_image(frame, self.condition.undeformed)
 
     def _around(self, which: Collection[int]) -> Bool:
-        """(H, W) bool: half of the way from some balls to the nearest others."""
+        """(H, W) bool: discs around some balls, half as wide as the way to the next ball."""
         height, width = self.frame.pixels.shape[:2]
         x, y = np.arange(width), np.arange(height)[:, None]
         around = np.zeros((height, width), np.bool_)

@@ -1,4 +1,4 @@
-"""From recorded presses of a known ball to pixels whose slope is known."""
+"""Presses of a ball: find the contact circles and derive pixels with ground-truth slopes."""
 
 from __future__ import annotations
 
@@ -24,41 +24,77 @@ from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
-TRUSTED_BALL_FRACTION = 0.75
-"""Nearer its equator the skin has lifted off the ball while the sphere pretends otherwise."""
 
-TRUSTED_GRID_FRACTION = 0.85
-"""Balls that stand in a grid are pressed in deep; beyond it lie attached shadows."""
+@dataclass(frozen=True)
+class PressParameters:
+    """Parameters of selecting pixels of a press. Nothing sets them from outside.
 
-TRUSTED_CONTACT_FRACTION = 0.95
-SCORED_CONTACT_FRACTION = 0.8
-REST_DISTANCE_BALLS = 3.5
-REST_SHARE = 0.25
-"""Resting pixels per pixel on the ball: with fewer, small biases at rest add up to a tilted map."""
+    They follow from the geometry of a ball on a gel, not from the sensor: all lengths are ratios.
 
-_RIM_POINTS = 32
+    Attributes
+    ----------
+    trusted_ball_share : float, ball radii
+        Largest radius of training pixels on a single ball. Closer to the equator the gel surface
+        has lifted off the ball, where the model sphere is no ground truth.
+        Source: chosen by hand on real three-colour presses; no script derives it.
+    trusted_grid_share : float, ball radii
+        The same for balls in a grid, which are pressed in deeper. Attached shadows limit it.
+        Source: chosen by hand on real grids of balls; no script derives it.
+    trusted_contact_share : float, contact radii
+        Largest radius of training pixels, in radii of the contact that was found.
+        Source: chosen by hand; no script derives it.
+    scored_contact_share : float, contact radii (ball radii in a grid)
+        Pixels within it count in a score.
+        Source: definition of the held-out score (``docs/reference/accuracy.md``).
+    scored_ball_share : float, ball radii
+        Upper limit of the scored radius of a single ball.
+        Source: chosen by hand; no script derives it.
+    undeformed_distance_balls : float, ball radii
+        Pixels farther from the centre count as undeformed.
+        Source: chosen by hand; no script derives it.
+    undeformed_share : float, ratio
+        Undeformed training pixels per pixel on the ball. With fewer, small biases of undeformed
+        pixels add up to a tilted height map.
+        Source: chosen by hand; no script derives it.
+    rim_points : int, count
+        Points of the contact's rim at which its height is averaged.
+        Source: chosen by hand; no script derives it.
+    """
+
+    trusted_ball_share: float = 0.75
+    trusted_grid_share: float = 0.85
+    trusted_contact_share: float = 0.95
+    scored_contact_share: float = 0.8
+    scored_ball_share: float = 0.9
+    undeformed_distance_balls: float = 3.5
+    undeformed_share: float = 0.25
+    rim_points: int = 32
+
+
+PRESS = PressParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class FoundPress:
-    """One ball in one frame, and the circle where it touches.
+    """One ball in one frame, with its contact circle.
 
     Attributes
     ----------
     file : str
-        The image's name, for people.
+        The image's file name, for reports.
     frame : Frame
     circle : Circle
-        Its centre is where the ball touched first: where the slope is that at rest.
+        Its centre is the point of first contact, where the slope is that of the undeformed gel.
     ball_radius_px : float
     in_grid : bool
-        One of many balls in the frame, whose place a target tells.
+        One of many balls in the frame, located by a target file.
     dome_radius_px : float or None
-        Radius of a domed gel at rest; None for a flat one.
+        Radius of an undeformed domed gel; None for a flat one.
     start : Start or None
-        What the press alone tells; None where its place is given.
+        Start of the circle search, from this press alone; None if the circle is given.
     thickness_mm : float
-        Of the gel, which says how high the surface stands at the rim of the contact.
+        Thickness of the gel, which determines the height of the contact's rim.
     """
 
     file: str
@@ -77,7 +113,7 @@ class FoundPress:
 
     @property
     def why(self) -> str:
-        """Why it is not."""
+        """Why it is not used; empty if it is."""
         return self.circle.why
 
     @property
@@ -92,11 +128,12 @@ class FoundPress:
 
     @property
     def scored_radius_px(self) -> float:
-        """Pixels within it count in a score."""
+        """Radius within which pixels count in a score."""
         if self.in_grid:
-            return SCORED_CONTACT_FRACTION * self.ball_radius_px
+            return PRESS.scored_contact_share * self.ball_radius_px
         return min(
-            SCORED_CONTACT_FRACTION * self.circle.contact_radius_px, 0.9 * self.ball_radius_px
+            PRESS.scored_contact_share * self.circle.contact_radius_px,
+            PRESS.scored_ball_share * self.ball_radius_px,
         )
 
     def disc(self, radius_px: float) -> Bool:
@@ -106,12 +143,12 @@ class FoundPress:
         return np.asarray(np.hypot(np.arange(w) - x0, np.arange(h)[:, None] - y0) < radius_px)
 
     def surface(self, radius_px: float) -> Bool:
-        """(H, W) bool: those of them that show the coating and not a marker."""
+        """(H, W) bool: the pixels of :meth:`disc` that show coating instead of a marker."""
         disc = self.disc(radius_px)
         return disc if self.frame.marker_mask is None else disc & ~self.frame.marker_mask
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows, columns and (N, 2) slopes of the skin on the ball, less those at rest."""
+        """Rows, columns and (N, 2) slopes of the ball, minus those of the undeformed gel."""
         rows, columns = np.nonzero(mask)
         slopes = np.zeros((len(rows), 2))
         for centre_px, radius_px in self._spheres():
@@ -129,16 +166,16 @@ class FoundPress:
         return self.surface(self.scored_radius_px)
 
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
-        """(N,) measured height minus that of the skin on the ball over a mask, up to a constant."""
+        """(N,) measured minus true height over a mask, less their mean difference."""
         rows, columns = np.nonzero(mask)
         error = height_mm[mask] - self._height_px(columns, rows) * self.frame.mm_per_px
         return np.asarray(error - error.mean())
 
     def true_heights_mm(self, rows: np.ndarray, columns: np.ndarray) -> Float32:
-        """(N,) height of the gel surface on the ball over the undeformed surface."""
+        """(N,) height of the gel surface on the ball above the undeformed surface."""
         (x, y), radius_px = self.circle.centre_px, self.circle.contact_radius_px
         scale = self.frame.mm_per_px
-        around = np.linspace(0, 2 * np.pi, _RIM_POINTS, endpoint=False)
+        around = np.linspace(0, 2 * np.pi, PRESS.rim_points, endpoint=False)
         rim_x, rim_y = x + radius_px * np.cos(around), y + radius_px * np.sin(around)
         rim_px = self._height_px(rim_x, rim_y).mean()
         top_px = self._height_px(np.array([x]), np.array([y]))[0]
@@ -147,13 +184,13 @@ class FoundPress:
         return np.asarray((self._height_px(columns, rows) - level_px) * scale, np.float32)
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes of the pixels to fit on, and how their intensities changed."""
+        """Slopes of the training pixels and the changes of their intensities."""
         sample = self.training()
         at = sample.rows, sample.columns
         return sample.gradients, self.frame.pixels[at].astype(np.float64) - reference.pixels[at]
 
     def _height_px(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Sum of the caps' heights at N places, up to a constant."""
+        """Sum of the heights of the spherical caps at N places, up to a constant."""
         height_px = np.zeros(len(x))
         for (x0, y0), radius_px in self._spheres():
             height_px += cap((x - x0) ** 2 + (y - y0) ** 2, radius_px)
@@ -166,31 +203,32 @@ class FoundPress:
             return [(touch, self.ball_radius_px)]
         h, w = self.frame.pixels.shape[:2]
         apex = np.array([w - 1, h - 1]) / 2
-        # both centres and the point where the spheres touch lie on one line
+        # both centres and the point of first contact are collinear
         ball = apex + (touch - apex) * (1 + self.ball_radius_px / self.dome_radius_px)
         return [(ball, self.ball_radius_px), (apex, self.dome_radius_px)]
 
     def training(self) -> Press:
-        """Pixels to fit on: those that surely lie on the ball, and some that surely rest.
+        """Pixels to fit on: reliable ones on the ball, and some undeformed ones far from it.
 
-        Nothing surely rests between the balls of a grid; see :func:`undeformed_press`.
+        Between the balls of a grid no pixel is reliably undeformed; see :func:`undeformed_press`.
         """
-        trusted = TRUSTED_GRID_FRACTION if self.in_grid else TRUSTED_BALL_FRACTION
+        trusted = PRESS.trusted_grid_share if self.in_grid else PRESS.trusted_ball_share
         radius = min(
             trusted * self.ball_radius_px,
-            TRUSTED_CONTACT_FRACTION * self.circle.contact_radius_px,
+            PRESS.trusted_contact_share * self.circle.contact_radius_px,
         )
         rows, columns, slopes = self.true_gradients(self.surface(radius))
-        rest = ~self.disc(np.inf if self.in_grid else REST_DISTANCE_BALLS * self.ball_radius_px)
+        distance_px = PRESS.undeformed_distance_balls * self.ball_radius_px
+        undeformed = ~self.disc(np.inf if self.in_grid else distance_px)
         if self.frame.marker_mask is not None:
-            rest &= ~self.frame.marker_mask
-        rest_rows, rest_columns = np.nonzero(rest)
+            undeformed &= ~self.frame.marker_mask
+        level_rows, level_columns = np.nonzero(undeformed)
         rng = np.random.default_rng(0)
-        pick = rng.permutation(len(rest_rows))[: int(REST_SHARE * len(rows))]
+        pick = rng.permutation(len(level_rows))[: int(PRESS.undeformed_share * len(rows))]
         return Press(
             frame=self.frame,
-            rows=np.concatenate([rows, rest_rows[pick]]).astype(np.int32),
-            columns=np.concatenate([columns, rest_columns[pick]]).astype(np.int32),
+            rows=np.concatenate([rows, level_rows[pick]]).astype(np.int32),
+            columns=np.concatenate([columns, level_columns[pick]]).astype(np.int32),
             gradients=np.concatenate([slopes, np.zeros((len(pick), 2), np.float32)]),
             name=self.file,
             heights_mm=np.concatenate(
@@ -206,7 +244,7 @@ class FoundPress:
 
 
 def angles_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Angle between the normals of two (N, 2) fields of slopes, degrees."""
+    """Return the angles between the normals of two (N, 2) arrays of slopes, in degrees."""
     na = np.column_stack([a, np.ones(len(a))])
     nb = np.column_stack([b, np.ones(len(b))])
     sine = np.linalg.norm(np.cross(na, nb), axis=1)
@@ -224,7 +262,28 @@ def find_presses(
     labels: Mapping[str, Circle] | None = None,
     progress: Progress | None = None,
 ) -> list[FoundPress]:
-    """Find, in each frame, the circle where the ball touches; labels overrule what is found."""
+    """Find the contact circle of the ball in each frame, or take it from labels.
+
+    Parameters
+    ----------
+    files : sequence of str
+        Name of each frame's file, for reports.
+    frames : sequence of Frame
+    reference : Reference
+    ball_radius_px : float
+    dome_radius_px : float, optional
+        Radius of an undeformed domed gel.
+    thickness_mm : float
+        Thickness of the gel.
+    labels : mapping of str to Circle, optional
+        Circles by the frame's source. With labels nothing is searched.
+    progress : Progress, optional
+
+    Returns
+    -------
+    list of FoundPress
+        One per frame, unusable ones included.
+    """
     if labels is not None:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
         return [
@@ -254,19 +313,19 @@ def find_presses(
 
 
 def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
-    """Find the circles of some presses anew, as if there were no others."""
+    """Search the circles of some presses again, as if there were no others."""
     circles = find_circles(_starts(presses))
     return [replace(press, circle=circle) for press, circle in zip(presses, circles, strict=True)]
 
 
 def undeformed_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
-    """Resting pixels for a frame full of balls: of the reference, as many as of presses alone."""
-    count = int(REST_SHARE * sum(len(press.training().rows) for press in presses))
-    return at_rest(presses[0].frame, reference, count)
+    """Sample undeformed pixels for a frame full of balls, in the usual ratio, of the reference."""
+    count = int(PRESS.undeformed_share * sum(len(press.training().rows) for press in presses))
+    return undeformed_sample(presses[0].frame, reference, count)
 
 
-def at_rest(frame: Frame, reference: Reference, count: int) -> Press:
-    """Pixels of the reference, all over the image, as a frame of skin at rest."""
+def undeformed_sample(frame: Frame, reference: Reference, count: int) -> Press:
+    """Sample pixels all over the reference, with slope and height 0."""
     height, width = reference.pixels.shape[:2]
     rng = np.random.default_rng(0)
     return Press(
@@ -291,29 +350,29 @@ def press_image(frame: Frame, reference: Reference) -> PressImage:
 
 
 def light_of(presses: Sequence[FoundPress]) -> Light:
-    """Fit the forward light of some presses."""
+    """Fit the forward light model of some presses."""
     return fit_light(_starts(presses), [press.circle for press in presses])
 
 
 def relocated(press: FoundPress, light: Light) -> FoundPress:
-    """Find a held-out press's circle anew, with a light that has never seen it."""
+    """Locate the circle of a held-out press with a light model of other presses."""
     (start,) = _starts([press])
     return replace(press, circle=locate(start, light))
 
 
 def _starts(presses: Sequence[FoundPress]) -> list[Start]:
     starts = [press.start for press in presses if press.start is not None]
-    assert len(starts) == len(presses), "a press whose place was given is not searched"
+    assert len(starts) == len(presses), "the circle of a press with a given place is not searched"
     return starts
 
 
 def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
-    """Presses that are good enough to fit on.
+    """Return the presses that are good enough to fit on.
 
     Raises
     ------
     CalibrationError
-        None is, with the most frequent reason.
+        There are none; the message has the most frequent reason.
     """
     good = [press for press in presses if press.circle.used]
     if not good:
@@ -321,6 +380,6 @@ def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
         most = max(set(reasons), key=reasons.count) if reasons else "there are no presses"
         raise CalibrationError(
             f"none of {len(presses)} presses can be used ({most}); check the ball's diameter, the "
-            f"scale in the profile and that the reference shows the untouched gel"
+            f"scale in the profile and that the reference shows the undeformed gel"
         )
     return good

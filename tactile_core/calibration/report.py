@@ -1,15 +1,16 @@
-"""The bundle's ``report.html``: what was known, coverage, measured against true pitch and yaw."""
+"""The bundle's ``report.html``: target, coverage, and measured against true pitch and yaw."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
-from tactile_core.calibration.known_surface import KnownSurface
+from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.views import html
 from tactile_core.views.drawing import Rgb
 
@@ -18,16 +19,49 @@ if TYPE_CHECKING:
     from tactile_core.calibration.scoring import Score
 
 
-_FOUND, _REFUSED, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), (40, 90, 170)
-_PLOT_PX = 320
-_MARGIN_PX = 34
-_MOST_PICTURES = 24
+_USED, _LEFT_OUT, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), (40, 90, 170)
+"""Colours of outlines and plots, RGB."""
+
+
+@dataclass(frozen=True)
+class ReportParameters:
+    """Layout of the report. Nothing sets it from outside: it changes no result.
+
+    Attributes
+    ----------
+    plot_px, margin_px : int, px
+        Side of a scatter plot, and margin around it.
+        Source: chosen by hand.
+    picture_px : int, px
+        Height of a press's picture.
+        Source: chosen by hand.
+    most_pictures : int, count
+        Presses that are shown.
+        Source: chosen by hand; limits the size of the file.
+    pitch_deg : float, degrees
+        Largest pitch in the plot.
+        Source: chosen by hand; slopes that a ball teaches end below it.
+    steep_deg : float, degrees
+        Yaw is plotted for steeper slopes only.
+        Source: chosen by hand; yaw is undefined on level gel.
+    """
+
+    plot_px: int = 320
+    margin_px: int = 34
+    picture_px: int = 240
+    most_pictures: int = 24
+    pitch_deg: float = 60
+    steep_deg: float = 5
+
+
+REPORT = ReportParameters()
+"""The values in use."""
 
 
 def write_report(
     folder: Path,
     manifest: Manifest,
-    presses: Sequence[KnownSurface],
+    presses: Sequence[TargetSurface],
     score: Score | None,
     *,
     basis: str,
@@ -38,7 +72,7 @@ def write_report(
     good = [press for press in presses if press.used]
     parts = [
         html.table(
-            ["what", "value"],
+            ["item", "value"],
             [
                 ("model", manifest.model),
                 ("serial", manifest.serial or "—"),
@@ -46,7 +80,7 @@ def write_report(
                 ("used", f"{len(good)} of {len(presses)}"),
                 *((f"coverage: {k}", v) for k, v in coverage.items()),
                 *(
-                    (f"light of {name} comes from", f"{azimuth:.0f}°")
+                    (f"light direction of {name}", f"{azimuth:.0f}°")
                     for name, azimuth in zip(
                         manifest.channels, manifest.channel_azimuth_deg, strict=True
                     )
@@ -58,15 +92,15 @@ def write_report(
         parts += [html.heading("Notes"), *map(html.paragraph, notes)]
     if score is not None:
         parts += _score_parts(score)
-    parts += [html.heading("What was covered"), html.figure(_coverage(good), "coverage")]
-    parts += [html.heading("What was known")]
+    parts += [html.heading("Coverage"), html.figure(_coverage(good), "number of presses")]
+    parts += [html.heading("Calibration target")]
     parts += [
         html.figure(_overlay(press), f"{press.file} {press.why}".strip())
-        for press in presses[:_MOST_PICTURES]
+        for press in presses[: REPORT.most_pictures]
     ]
-    refused = [(press.file, press.why) for press in presses if not press.used]
-    if refused:
-        parts += [html.heading("Left out"), html.table(["press", "why"], refused)]
+    left_out = [(press.file, press.why) for press in presses if not press.used]
+    if left_out:
+        parts += [html.heading("Presses not used"), html.table(["press", "reason"], left_out)]
     title = f"Calibration of {manifest.profile} {manifest.serial}".strip()
     (folder / "report.html").write_text(html.page(title, parts), encoding="utf-8")
 
@@ -74,12 +108,12 @@ def write_report(
 def _score_parts(score: Score) -> list[str]:
     measured, true = score.samples[:, :2], score.samples[:, 2:]
     pitch = [np.degrees(np.arctan(np.hypot(*s.T))) for s in (true, measured)]
-    steep = pitch[0] > 5
+    steep = pitch[0] > REPORT.steep_deg
     yaw = [np.degrees(np.arctan2(s[steep, 1], s[steep, 0])) for s in (true, measured)]
     return [
         html.heading("Error on held-out presses"),
         html.table(
-            ["mean", "median", "90 %", "saying 'flat'", "height RMS"],
+            ["mean", "median", "90th percentile", "baseline: flat", "height RMSE"],
             [
                 (
                     f"{score.mean_deg:.2f}°",
@@ -91,21 +125,23 @@ def _score_parts(score: Score) -> list[str]:
             ],
         ),
         html.figure(
-            _scatter(pitch[0], pitch[1], 0, 60),
-            "pitch: measured (up) against true (right), degrees",
+            _scatter(pitch[0], pitch[1], 0, REPORT.pitch_deg),
+            "pitch in degrees: measured (vertical) against true (horizontal)",
         ),
         html.figure(
-            _scatter(yaw[0], yaw[1], -180, 180), "yaw: measured (up) against true (right), degrees"
+            _scatter(yaw[0], yaw[1], -180, 180),
+            "yaw in degrees: measured (vertical) against true (horizontal)",
         ),
     ]
 
 
 def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) -> Rgb:
-    canvas = np.full((_PLOT_PX + 2 * _MARGIN_PX,) * 2 + (3,), 255, np.uint8)
-    first, last = _MARGIN_PX, _MARGIN_PX + _PLOT_PX
+    plot_px, margin_px = REPORT.plot_px, REPORT.margin_px
+    canvas = np.full((plot_px + 2 * margin_px,) * 2 + (3,), 255, np.uint8)
+    first, last = margin_px, margin_px + plot_px
 
     def place(values: np.ndarray) -> np.ndarray:
-        return np.asarray(first + (np.clip(values, low, high) - low) / (high - low) * _PLOT_PX)
+        return np.asarray(first + (np.clip(values, low, high) - low) / (high - low) * plot_px)
 
     cv2.rectangle(canvas, (first, first), (last, last), _AXIS, 1)
     cv2.line(canvas, (first, last), (last, first), _AXIS, 1, cv2.LINE_AA)
@@ -118,13 +154,13 @@ def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) ->
     return canvas
 
 
-def _overlay(press: KnownSurface) -> Rgb:
+def _overlay(press: TargetSurface) -> Rgb:
     picture = _rgb(press)
-    scale = max(1, round(240 / picture.shape[0]))
+    scale = max(1, round(REPORT.picture_px / picture.shape[0]))
     size = picture.shape[1] * scale, picture.shape[0] * scale
     picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR), np.uint8)
     x, y = ((c + 0.5) * scale - 0.5 for c in press.centre_px)
-    colour = _FOUND if press.used else _REFUSED
+    colour = _USED if press.used else _LEFT_OUT
     area = cv2.resize(press.area().view(np.uint8) * np.uint8(255), size)
     edges, _ = cv2.findContours(
         (area > 127).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
@@ -134,19 +170,19 @@ def _overlay(press: KnownSurface) -> Rgb:
     return picture
 
 
-def _coverage(presses: list[KnownSurface]) -> Rgb:
+def _coverage(presses: list[TargetSurface]) -> Rgb:
     count = np.zeros(presses[0].frame.pixels.shape[:2], np.float32)
     for press in presses:
         count += press.area()
     shades = (255 * count / max(count.max(), 1)).astype(np.uint8)
     picture = cv2.applyColorMap(shades, cv2.COLORMAP_VIRIDIS)[..., ::-1]
-    factor = 240 / picture.shape[0]
+    factor = REPORT.picture_px / picture.shape[0]
     return np.asarray(
         cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_NEAREST), np.uint8
     )
 
 
-def _rgb(press: KnownSurface) -> Rgb:
+def _rgb(press: TargetSurface) -> Rgb:
     pixels = press.frame.pixels
     scaled = (pixels.astype(np.float32) * (255 / press.frame.full_scale)).clip(0, 255)
     picture = scaled.astype(np.uint8)

@@ -1,4 +1,4 @@
-"""What a calibration came to: a bundle that is ready to save, and how it came about."""
+"""The result of a calibration: the bundle, its score and the presses behind it."""
 
 from __future__ import annotations
 
@@ -9,31 +9,46 @@ from typing import Any
 import numpy as np
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.known_surface import KnownSurface
 from tactile_core.calibration.scoring import Score
+from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.recordings.inputs import Inputs
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A bundle that is ready to save, and how it came about."""
+    """A bundle that is ready to save, with its score and the presses behind it.
+
+    Attributes
+    ----------
+    bundle : Bundle
+    presses : tuple of TargetSurface
+        All that were found, unusable ones included.
+    score : Score or None
+        None if it was not asked for, or fewer than two presses can be used.
+    notes : tuple of str
+        Warnings for the user.
+    basis : str
+        What the model was fitted on, for the report.
+    inputs : Inputs
+        Files that the calibration read.
+    """
 
     bundle: Bundle
-    presses: tuple[KnownSurface, ...]
+    presses: tuple[TargetSurface, ...]
     score: Score | None
     notes: tuple[str, ...] = ()
     basis: str = ""
     inputs: Inputs = field(default_factory=Inputs)
 
     def save(self, directory: Path) -> None:
-        """Write the bundle with its report, whole or not at all.
+        """Write the bundle and its report, completely or not at all.
 
         Raises
         ------
         InputError
-            The folder holds something of what this was made from, or anything but a bundle.
+            The folder holds an input of the calibration, or anything but a bundle.
         OSError
-            The disk is full or refuses; what was there before is still there.
+            Writing fails; the previous contents remain.
         """
         from tactile_core.calibration.report import write_report
 
@@ -52,7 +67,7 @@ class Calibrated:
         )
 
     def summary(self, directory: Path) -> dict[str, Any]:
-        """What ``tactile calibrate --json`` prints."""
+        """Return the object that ``tactile calibrate --json`` prints."""
         return {
             "bundle": str(directory),
             "model": self.bundle.manifest.model,
@@ -71,7 +86,7 @@ class Calibrated:
         }
 
     def coverage(self) -> dict[str, float]:
-        """Steepest slope that was pressed, and the share of the image that some press covered."""
+        """Return the steepest training slope and the share of the image that presses cover."""
         good = [press for press in self.presses if press.used]
         seen = np.zeros(good[0].frame.pixels.shape[:2], bool)
         steepest = 0.0

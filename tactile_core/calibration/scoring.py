@@ -1,4 +1,4 @@
-"""Honest scores: every number comes from presses that neither model nor light has seen."""
+"""Cross-validation: every score comes from presses that neither model nor light has seen."""
 
 from __future__ import annotations
 
@@ -11,15 +11,35 @@ import numpy as np
 from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.held_out import Fold
-from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.presses import angles_deg
+from tactile_core.calibration.target_surface import S
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 
-FOLDS = 5
+
+@dataclass(frozen=True)
+class ScoringParameters:
+    """Parameters of the cross-validation. Nothing sets them, so that scores stay comparable.
+
+    Attributes
+    ----------
+    folds : int, count
+        Folds of the cross-validation, at most.
+        Source: chosen by hand; the usual number of folds.
+    report_samples : int, count
+        Pixels of each surface that the report plots.
+        Source: chosen by hand; no script derives it.
+    """
+
+    folds: int = 5
+    report_samples: int = 200
+
+
+SCORING = ScoringParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,17 +49,18 @@ class Score:
     Attributes
     ----------
     presses : int
-        How many were scored.
+        Number of scored presses.
     mean_deg, median_deg, p90_deg : float
-        Angle between measured and true normals, over pixels within 0.8 of the contact radius, or
-        over all of a height map.
+        Angle between measured and true normals, in degrees, over pixels within 0.8 of the contact
+        radius, or over all of a height map.
     predict_flat_deg : float
-        The mean error of saying "flat" everywhere: what the others are to be compared with.
+        Baseline: the mean error of a prediction of level gel everywhere.
     height_rmse_mm : float
-        Of the height, integrated or as it was measured, against the true one, over the same pixels,
-        up to what no slope tells: a constant, and a height map's tilt.
+        Root-mean-square error of the height over the same pixels, integrated from slopes or as
+        measured. What slopes leave undetermined is removed: a constant, and for a height map its
+        tilt.
     samples : (N, 4) float32
-        Measured and true slope of a sample of pixels, for the report.
+        Measured and true slopes of a sample of pixels, for the report.
     """
 
     presses: int
@@ -51,7 +72,7 @@ class Score:
     samples: np.ndarray
 
     def summary(self) -> dict[str, Any]:
-        """The ``held_out`` entry of ``tactile calibrate --json``."""
+        """Return the ``held_out`` entry of ``tactile calibrate --json``."""
         return {
             "presses": self.presses,
             "normal_error_deg": {
@@ -66,7 +87,7 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """Slopes and heights of a frame, (H, W) each: one was measured, the other follows from it."""
+    """Slopes and heights of a frame, (H, W) each: one measured, the other derived from it."""
 
     gx: Float32
     gy: Float32
@@ -90,52 +111,59 @@ def cross_validate(
     *,
     progress: Progress | None = None,
 ) -> Score | None:
-    """Score a way of fitting by leaving surfaces out, fold by fold.
+    """Score a calibrator by k-fold cross-validation over surfaces.
 
-    Which are scored is decided once, for all of them: those that are used. Places, light and model
-    of a fold are found without those that it holds out.
+    The surfaces to score are selected once: those that are used. Circles, light model and
+    calibration of a fold are estimated without the surfaces that it holds out.
 
     Parameters
     ----------
-    surfaces : sequence of KnownSurface
-        All that were found, those of no use too.
+    surfaces : sequence of TargetSurface
+        All that were found, unusable ones included.
     without : callable
-        From numbers of surfaces that are held out, what the others tell by themselves; None if they
-        tell nothing.
+        Maps indices of held-out surfaces to a :class:`Fold` of the others; None if none of the
+        others can be used.
     undeformed : Reference
         Held-out surfaces are measured against it.
     fit : callable
-        Fits a calibration on some samples and a reference.
+        Fits a calibration to training samples and a reference.
+    progress : Progress, optional
 
     Returns
     -------
-    Score, or None with fewer than two surfaces that are used
+    Score, or None with fewer than two usable surfaces
+
+    References
+    ----------
+    .. [1] M. Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", Journal of
+       the Royal Statistical Society B 36(2), 1974.
     """
     if sum(surface.used for surface in surfaces) < 2:
         return None
     progress = progress or Silent()
-    folds = min(FOLDS, len(surfaces))
+    folds = min(SCORING.folds, len(surfaces))
     errors, flat, slopes, height_errors = [], [], [], []
     for fold in range(folds):
         progress.fraction(fold / folds)
         held_out = range(fold, len(surfaces), folds)
         to_score = [i for i in held_out if surfaces[i].used]
-        known = without(held_out) if to_score else None
-        if known is None:
+        training = without(held_out) if to_score else None
+        if training is None:
             continue
-        model = fit(known.samples, known.reference)
-        seen: dict[int, _Measured] = {}
-        for surface in map(known.find, to_score):
+        model = fit(training.samples, training.reference)
+        by_frame: dict[int, _Measured] = {}
+        for surface in map(training.find, to_score):
             key = id(surface.frame)
-            if key not in seen:
-                seen[key] = _Measured.of(measured_by(model, surface.frame, undeformed))
-            measured = seen[key]
+            if key not in by_frame:
+                by_frame[key] = _Measured.of(measured_by(model, surface.frame, undeformed))
+            measured = by_frame[key]
             mask = surface.scored()
             rows, columns, true = surface.true_gradients(mask)
             found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
             errors.append(angles_deg(found, true))
             flat.append(angles_deg(np.zeros_like(true), true))
-            slopes.append(np.column_stack([found, true])[:: max(1, len(true) // 200)])
+            step = max(1, len(true) // SCORING.report_samples)
+            slopes.append(np.column_stack([found, true])[::step])
             height_errors.append(surface.height_errors_mm(measured.height_mm, mask))
     progress.fraction(1.0)
     if not errors or not sum(map(len, errors)):

@@ -1,4 +1,4 @@
-"""What a calibration is fitted and scored on: balls that were found, or rows of a height map."""
+"""The ground truth of a calibration: balls located in frames, or rows of a height map."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tactile_core.algorithms.background import smooth_background
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.calibration.height_target import HeightTarget, is_height_map
 from tactile_core.calibration.held_out import Fold, SeparatePresses
-from tactile_core.calibration.known_surface import S
 from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
 from tactile_core.calibration.presses import FoundPress, find_presses, undeformed_press, used
+from tactile_core.calibration.target_surface import S
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Press
@@ -28,46 +28,67 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recording import open_recording
 
-BALL_TOLERANCE = 0.01
-LARGEST_BALL_MM = 1000.0
-WIDEST_LABEL = 1.25
-"""Radius of a circle drawn by hand, over the ball's: published ones have up to 1.18, for they
-include the dark rim around the ball. What is trusted of a press is limited by the ball itself."""
-
 _STAND_IN = (
-    "no picture of the untouched sensor is given, so the press's own large-scale light stands in "
-    "for it; shapes as large as the image cannot be told from it"
+    "no image of the undeformed sensor is given, so the large-scale light of the press itself "
+    "stands in for it; shapes as large as the image cannot be separated from that light"
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Known(Generic[S]):
-    """What a calibration is fitted and scored on.
+@dataclass(frozen=True)
+class TargetParameters:
+    """Plausibility limits of balls and labels. Nothing sets them from outside: they catch typos.
 
     Attributes
     ----------
-    surfaces : sequence of KnownSurface
-        All that were found, those of no use too.
+    ball_tolerance : float, ratio
+        ``--ball-diameter-mm`` and the target's radius may differ by this share.
+        Source: the tolerance of all scales, as for bundles (``bundles/bundle.py``).
+    largest_ball_mm : float, mm
+        Larger diameters are refused.
+        Source: chosen by hand; far beyond any tactile sensor.
+    widest_label : float, ball radii
+        Largest radius of a labelled circle. Circles drawn by hand include the dark rim around the
+        ball; the ball's own radius limits the training pixels.
+        Source: published labels have up to 1.18 (``tests/formats/test_labels.py``), plus a margin.
+    """
+
+    ball_tolerance: float = 0.01
+    largest_ball_mm: float = 1000.0
+    widest_label: float = 1.25
+
+
+TARGET = TargetParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationTarget(Generic[S]):
+    """Surfaces with ground truth that a calibration is fitted and scored on.
+
+    Attributes
+    ----------
+    surfaces : sequence of TargetSurface
+        All that were found, unusable ones included.
     basis : str
-        What they are, for people.
-    ball_diameter_mm : float or None
-    at_rest : tuple of Press
-        Samples of skin at rest, to fit on beside them.
+        A short description, for the report.
     without : callable
         As in :func:`~tactile_core.calibration.scoring.cross_validate`.
+    ball_diameter_mm : float or None
+    undeformed : tuple of Press
+        Additional training samples of the undeformed gel surface.
     """
 
     surfaces: Sequence[S]
     basis: str
     without: Callable[[Collection[int]], Fold[S] | None]
     ball_diameter_mm: float | None = None
-    at_rest: tuple[Press, ...] = ()
+    undeformed: tuple[Press, ...] = ()
 
 
 def undeformed_sensor(
     profile: Profile, frames: Sequence[Frame], reference: Path | None, target: Path | None
 ) -> tuple[Reference, tuple[str, ...]]:
-    """Return the untouched sensor, and a note where it is only a stand-in made from the press.
+    """Return the reference of the undeformed sensor, and a note if it is derived from the press.
 
     Raises
     ------
@@ -78,7 +99,8 @@ def undeformed_sensor(
     if not is_height_map(target):
         if given is None:
             raise InputError(
-                "what does the untouched sensor look like? give --reference, a recording of it"
+                "a calibration needs a reference; give --reference, a recording of the undeformed "
+                "sensor"
             )
         return given, ()
     _check_single(frames)
@@ -96,15 +118,16 @@ def rows_of_map(
     rows: slice | None,
     blur_px: float,
     *,
-    stands_in: bool,
-) -> Known[MapBlock]:
-    """Bands of a height map's rows; see :class:`HeightTarget` for what is refused."""
+    reference_from_press: bool,
+) -> CalibrationTarget[MapBlock]:
+    """Return bands of rows of a height map; :meth:`HeightTarget.read` lists the errors."""
     read = HeightTarget.read(target, condition(frame), rows=rows, blur_px=blur_px)
     part = target.name
     if rows is not None:
         part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
-    pressed = PressedMap(blocks(read), frame, condition, stands_in)
-    return Known(pressed.bands, part, pressed.without, at_rest=(pressed.at_rest(condition),))
+    pressed = PressedMap(blocks(read), frame, condition, reference_from_press)
+    undeformed = (pressed.undeformed(condition),)
+    return CalibrationTarget(pressed.bands, part, pressed.without, undeformed=undeformed)
 
 
 def balls(
@@ -117,13 +140,13 @@ def balls(
     labels: Path | None = None,
     target: Path | None = None,
     progress: Progress,
-) -> Known[FoundPress]:
-    """Presses of a ball, found in each frame, or on a target that tells where they are.
+) -> CalibrationTarget[FoundPress]:
+    """Return presses of a ball, found in each frame or located by a target file.
 
     Raises
     ------
     InputError
-        The ball's diameter is not given, or contradicts the target's.
+        The ball's diameter is missing, implausible, or contradicts the target's.
     CalibrationError
         None of the presses can be used.
     """
@@ -136,27 +159,28 @@ def balls(
         found, radius_mm = _found(
             profile, files, ready, condition.undeformed, ball_diameter_mm, labels, progress
         )
-        without = SeparatePresses(found, condition.undeformed, given=labels is not None).without
+        labelled = labels is not None
+        without = SeparatePresses(found, condition.undeformed, labelled=labelled).without
     else:
         grid, radius_mm = _on_target(
             profile, presses, files, frames, condition, ball_diameter_mm, target
         )
         found, without = grid.found(), grid.without
     good = used(found)
-    return Known(
+    return CalibrationTarget(
         found,
         f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
         without,
         ball_diameter_mm=2 * radius_mm,
-        at_rest=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
+        undeformed=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
     )
 
 
 def _check_ball(diameter_mm: float, profile: Profile) -> None:
-    if not 0 < diameter_mm <= LARGEST_BALL_MM:
+    if not 0 < diameter_mm <= TARGET.largest_ball_mm:
         raise InputError(
             f"a ball of {diameter_mm:g} mm? --ball-diameter-mm must be positive and at most "
-            f"{LARGEST_BALL_MM:g}"
+            f"{TARGET.largest_ball_mm:g}"
         )
     if diameter_mm / 2 < profile.image.mm_per_px:
         raise InputError(
@@ -168,13 +192,13 @@ def _check_ball(diameter_mm: float, profile: Profile) -> None:
 def _check_single(frames: Sequence[Frame]) -> None:
     if len(frames) != 1:
         raise InputError(
-            f"a target describes one observation and {len(frames)} were given; give --presses the "
-            f"one image or scan that shows it"
+            f"a target describes one observation, but --presses holds {len(frames)}; give the one "
+            f"image or scan that shows the target"
         )
 
 
 def _file_names(profile: Profile, path: Path, frames: Sequence[Frame]) -> list[str]:
-    """Name of each frame's image file; of its observation where that is no single file."""
+    """Return the name of each frame's image file; of its observation if it has several files."""
     count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
     single = {files.name: files.paths[0].name for files in recording.files if count == 1}
@@ -192,7 +216,7 @@ def _found(
 ) -> tuple[list[FoundPress], float]:
     scale = profile.image.mm_per_px
     if ball_diameter_mm is None:
-        raise InputError("how large is the ball? give --ball-diameter-mm (or --target)")
+        raise InputError("the ball's diameter is missing; give --ball-diameter-mm (or --target)")
     radius_mm = ball_diameter_mm / 2
     given: Mapping[str, Any] | None = None
     if labels is not None:
@@ -201,7 +225,7 @@ def _found(
         given = read_labels(
             labels,
             size_px=(profile.image.width_px, profile.image.height_px),
-            largest_radius_px=WIDEST_LABEL * radius_mm / scale,
+            largest_radius_px=TARGET.widest_label * radius_mm / scale,
         )
     found = find_presses(
         files,
@@ -232,10 +256,10 @@ def _on_target(
     _check_ball(2 * grid.radius_mm, profile)
     if ball_diameter_mm is not None:
         off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
-        if off > BALL_TOLERANCE:
+        if off > TARGET.ball_tolerance:
             raise InputError(
-                f"{target} says a ball of {2 * grid.radius_mm:g} mm and --ball-diameter-mm "
-                f"{ball_diameter_mm:g}; leave the option out or correct it"
+                f"{target} describes a ball of {2 * grid.radius_mm:g} mm, but --ball-diameter-mm "
+                f"is {ball_diameter_mm:g}; leave the option out or correct it"
             )
     _check_single(frames)
     camera_size_px = open_recording(

@@ -1,4 +1,4 @@
-"""What happens to a frame once, before anything is measured from it.
+"""Conditioning of frames before measurement: sequence check, marker mask, light drift.
 
 May import bundles, profiles, plugins, interfaces and what these may import.
 """

@@ -1,4 +1,4 @@
-"""What happens to each frame, once, before anything is measured or fitted from it."""
+"""Conditioning of each frame, once, before anything is measured or fitted."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from tactile_core.algorithms.sequence import Pattern
-from tactile_core.conditioning.light_drift import DriftFollower
+from tactile_core.conditioning.light_drift import DriftCompensator
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
 from tactile_core.interfaces.component import GelImage
@@ -18,21 +18,21 @@ from tactile_core.quantities import Bool, Frame, Reference
 
 @dataclass(frozen=True, eq=False)
 class Conditioning:
-    """Verifies a frame's sequence, masks its markers and brings its light to the reference's level.
+    """Verifies the sequence of a frame, masks its markers and compensates illumination drift.
 
-    A pipeline and the fitting of a calibration use the same, so that both see the same frame.
+    A pipeline and the fitting of a calibration share it, so that both use the same frames.
 
     Attributes
     ----------
     reference : Reference or None
-        The undeformed sensor, with its markers masked.
+        Image of the undeformed sensor, with its markers masked.
     finder : MarkerFinder or None
         None for a gel without markers.
     compensates : bool
-        Whether changes of the light are compensated; never without a reference.
+        Whether illumination drift is compensated, which takes a reference.
     known : Reference or None
-        A reference that surely shows each light of a sequence in its place, such as that of the
-        bundle; the other one is verified by it.
+        Trusted reference whose exposures are in the correct order, such as that of the bundle.
+        ``reference`` is verified against it.
     """
 
     reference: Reference | None
@@ -49,17 +49,17 @@ class Conditioning:
         compensates: bool,
         known: Reference | None = None,
     ) -> Self:
-        """Make the conditioning of a sensor build, and mask the reference's markers.
+        """Make the conditioning of a sensor build, and mask the markers of the reference.
 
         Raises
         ------
         InputError
-            ``markers: auto`` and no reference to find them in.
+            The profile has ``markers: auto``, and there is no reference to detect them in.
         """
         return cls(None, MarkerFinder.of(build, reference), compensates, known).against(reference)
 
     def against(self, reference: Reference | None) -> Self:
-        """Return the same with another reference."""
+        """Return a copy with another reference."""
         if reference is not None and reference.marker_mask is None and self.finder is not None:
             reference = replace(reference, marker_mask=self.finder.find(reference.pixels))
         return replace(self, reference=reference)
@@ -76,7 +76,7 @@ class Conditioning:
         return self.compensated(self.masked(frame))
 
     def verify(self, frame: Frame) -> None:
-        """Refuse a frame, or a reference, whose exposures do not each show their own light."""
+        """Check that each exposure of a sequential frame shows its own light."""
         if is_sequential(frame):
             verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
 
@@ -87,15 +87,20 @@ class Conditioning:
         return self.finder.marked(frame)
 
     def compensated(self, frame: Frame) -> Frame:
-        """Bring a masked frame to the light of the reference."""
+        """Compensate the illumination drift of a masked frame."""
         if self._drift is None:
             return frame
         return self._drift.compensated(frame)
 
     def without(self, frame: Frame, hidden: Bool) -> Frame:
-        """Condition a frame of which some pixels may show nothing, not even the light's level.
+        """Condition a frame without using its hidden pixels, not even for the drift.
 
-        Where it is hidden the reference shows instead, as if nothing had touched there.
+        The reference replaces them, as if nothing had touched there.
+
+        Parameters
+        ----------
+        frame : Frame
+        hidden : (H, W) bool
         """
         pixels = np.where(hidden[..., None], self.undeformed.pixels, frame.pixels)
         pixels = pixels.astype(frame.pixels.dtype)
@@ -107,7 +112,7 @@ class Conditioning:
 
     @property
     def undeformed(self) -> Reference:
-        """The reference, where there has to be one."""
+        """The reference; it is an error if there is none."""
         if self.reference is None:
             raise ValueError("there is no reference")
         return self.reference
@@ -121,7 +126,7 @@ class Conditioning:
         return known or pattern_of(self.reference)
 
     @cached_property
-    def _drift(self) -> DriftFollower | None:
+    def _drift(self) -> DriftCompensator | None:
         if self.reference is None or not self.compensates:
             return None
-        return DriftFollower(self.reference)
+        return DriftCompensator(self.reference)

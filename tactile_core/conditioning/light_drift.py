@@ -1,23 +1,38 @@
-"""Light that drifts is followed: each channel is brought back to the level of the reference."""
+"""Compensation of illumination drift: each channel is scaled back to the reference."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tactile_core.algorithms.drift import ReferenceLevels, divided
 from tactile_core.quantities import Frame, Reference
 
-LEAST_DRIFT = 0.002
-"""Changes of a channel below it are left alone."""
+
+@dataclass(frozen=True)
+class CompensationParameters:
+    """Parameters of the compensation. Nothing sets them from outside: they save time alone.
+
+    Attributes
+    ----------
+    least_drift : float, ratio
+        If no gain differs from 1 by more, the frame is not divided.
+        Source: chosen by hand (ADR 10); no script derives it.
+    """
+
+    least_drift: float = 0.002
 
 
-class DriftFollower:
-    """Brings frames to the light of one reference.
+COMPENSATION = CompensationParameters()
+"""The values in use."""
 
-    See :class:`~tactile_core.algorithms.drift.ReferenceLevels`: nothing is remembered from earlier
-    frames, so that a contact that is held for long stays.
+
+class DriftCompensator:
+    """Scales frames to the illumination of one reference.
+
+    It keeps nothing from earlier frames, so a contact that is held for long is not absorbed; see
+    :class:`~tactile_core.algorithms.drift.ReferenceLevels`.
     """
 
     def __init__(self, reference: Reference) -> None:
@@ -25,11 +40,11 @@ class DriftFollower:
         self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
 
     def compensated(self, frame: Frame) -> Frame:
-        """Return the frame as it would look in the light of the reference."""
+        """Return the frame as it would look under the illumination of the reference."""
         reference = self._reference
         if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
             return frame
         gains = self._levels.gains(frame.pixels, frame.marker_mask)
-        if np.abs(gains - 1).max() < LEAST_DRIFT:
+        if np.abs(gains - 1).max() < COMPENSATION.least_drift:
             return frame
         return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))

@@ -1,4 +1,4 @@
-"""Finds the printed markers of the profile's gel: which pixels show one, and where each is."""
+"""Printed markers of a gel: the pixels that show them, and their centres."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Refer
 
 @dataclass(frozen=True)
 class MarkerFinder:
-    """Finds dark printed markers of about ``diameter_px``, about ``pitch_px`` apart."""
+    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
 
     diameter_px: float
     pitch_px: float
 
     @classmethod
     def of(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
-        """Return the finder for a gel; None for a gel without markers.
+        """Return the finder for a gel, or None for a gel without markers.
 
         Raises
         ------
         InputError
-            ``markers: auto`` and no reference to find them in.
+            The profile has ``markers: auto``, and there is no reference to detect them in.
         """
         markers, mm_per_px = build.gel.markers, build.image.mm_per_px
         if markers is None:
@@ -42,24 +42,24 @@ class MarkerFinder:
             return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px)
         if reference is None:
             raise InputError(
-                "'gel.markers: auto' needs a picture of the untouched gel to find them in; "
+                "'gel.markers: auto' needs a reference image to detect the markers in; "
                 "give --reference"
             )
         found = find_marker_diameter(np.asarray(reference.pixels))
         return None if found is None else cls(*found)
 
     def find(self, pixels: Pixels) -> Bool:
-        """Return (H, W) bool: True on a marker and its rim."""
+        """Return the mask of the markers and their rims, (H, W) bool."""
         return marker_mask(pixels, diameter_px=self.diameter_px)
 
     def marked(self, frame: Frame) -> Frame:
-        """Return the frame with the pixels that show a marker, and the darkness that tells them."""
+        """Return the frame with its marker mask and marker contrast."""
         marker_contrast = contrast_of(frame.pixels, diameter_px=self.diameter_px)
         marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2])
         return replace(frame, marker_mask=marker_mask, marker_contrast=marker_contrast)
 
     def detect(self, frame: Frame | Reference, *, compiled: bool = False) -> MarkerDetections:
-        """Return where each marker is; a frame that went through :meth:`marked` is quicker."""
+        """Detect the centres of the markers; faster for frames from :meth:`marked`."""
         marker_contrast, timestamp_s = None, 0.0
         if isinstance(frame, Frame):
             marker_contrast, timestamp_s = frame.marker_contrast, frame.timestamp_s
@@ -74,8 +74,8 @@ class MarkerFinder:
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
 
-    def told(self, gel: Gel, mm_per_px: float) -> Gel:
-        """Return a gel that says what was found."""
+    def with_markers(self, gel: Gel, mm_per_px: float) -> Gel:
+        """Return the gel with the detected pitch and diameter of its markers."""
         markers = Markers(
             pitch_mm=self.pitch_px * mm_per_px, diameter_mm=self.diameter_px * mm_per_px
         )

@@ -1,4 +1,4 @@
-"""Exposures of lights fired in turn, verified by what they show before anything is measured."""
+"""Verification of sequential exposures from their content, before anything is measured."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from tactile_core.quantities import Frame, Reference
 
 
 def is_sequential(frame: Frame) -> bool:
-    """Whether each channel of the frame is an exposure of its own."""
+    """Whether each channel of the frame is a separate exposure."""
     return 1 < len(frame.exposure_times_s) == len(frame.channels)
 
 
 def pattern_of(observed: Frame | Reference) -> Pattern:
-    """What tells the lamps of an observation apart."""
+    """Brightness patterns that distinguish the lights of an observation."""
     return pattern(observed.pixels, observed.full_scale)
 
 
 def verify(observed: Frame | Reference, expected: Pattern | None, what: str) -> None:
-    """Refuse an observation whose exposures do not each show their own light.
+    """Check that each exposure of an observation shows its own light.
 
     Parameters
     ----------
     observed : Frame or Reference
         One exposure per channel.
     expected : Pattern, optional
-        Of the untouched sensor; without it only dark and repeated exposures are found.
+        Pattern of the undeformed sensor. Without it only dark and repeated exposures are found.
     what : str
-        The observation, for the message.
+        Name of the observation in the message.
 
     Raises
     ------
@@ -36,13 +36,13 @@ def verify(observed: Frame | Reference, expected: Pattern | None, what: str) -> 
     """
     found = faults(pattern_of(observed), expected)
     if found:
-        said = "; ".join(_words(fault, observed.channels) for fault in found)
+        messages = "; ".join(_message(fault, observed.channels) for fault in found)
         raise SequenceError(
-            f"{what}: {said}, so it is not measured; record it again with every light in its turn"
+            f"{what}: {messages}, so it is not measured; record it again with the lights in order"
         )
 
 
-def _words(fault: SequenceFault, names: tuple[str, ...]) -> str:
+def _message(fault: SequenceFault, names: tuple[str, ...]) -> str:
     name = names[fault.exposure]
     if fault.shows is None:
         return f"the exposure of light {name!r} is dark"

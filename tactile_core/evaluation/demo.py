@@ -24,7 +24,7 @@ from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
 from tactile_core.views import html
 from tactile_core.views.arrows import arrows
-from tactile_core.views.maps import Over, deviation, relief
+from tactile_core.views.maps import Overlay, deviation, relief
 
 _COLOURS = 3
 
@@ -267,11 +267,11 @@ def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
     return slice(start, start + round(length))
 
 
-def _outlined(contact: NDArray[np.bool_], near: tuple[slice, slice]) -> Over:
+def _outlined(contact: NDArray[np.bool_], near: tuple[slice, slice]) -> Overlay:
     """Outline of a contact, smoothed because a fast simulation resolves it by nodes."""
     blur_px = DEMO.outline_blur * np.sqrt(contact.sum())
     smooth = cv2.GaussianBlur(contact.astype(np.float32), (0, 0), blur_px)
-    return Over([Outline(smooth[near] > 0.5)])
+    return Overlay([Outline(smooth[near] > 0.5)])
 
 
 def _ball_mm(profile: Profile) -> float:

@@ -1,4 +1,4 @@
-"""File formats, one a module: read into plain values, written whole or not at all.
+"""File formats, one module each: read into plain values and written atomically.
 
 May import algorithms, quantities and errors.
 """

@@ -1,4 +1,4 @@
-"""What all formats share: reading with a clear word on failure, writing whole or not at all."""
+"""Shared by all formats: reading files with clear error messages, and atomic writing."""
 
 from __future__ import annotations
 
@@ -8,53 +8,53 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.formats.unfinished import beside
+from tactile_core.formats.unfinished import temporary_path
 
-MOST_BYTES = 1 << 30
-"""No file that is read whole is larger; videos are not read whole."""
+MAX_BYTES = 1 << 30
+"""Largest file that is read into memory, bytes. Videos are read frame by frame instead."""
 
-MOST_TEXT_BYTES = 10_000_000
-"""A table of 100,000 labelled presses has half of that."""
+MAX_TEXT_BYTES = 10_000_000
+"""Largest text file, bytes; twice the size of a table of 100,000 labelled presses."""
 
 
 def status(path: Path) -> os.stat_result:
-    """Return what the file system knows of a file or folder.
+    """Return the status of a file or folder, as :meth:`pathlib.Path.stat` does.
 
     Raises
     ------
     InputError
-        There is none of this name, or it may not be looked at.
+        The path does not exist or is not accessible.
     """
     try:
         return path.stat()
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(f"{path}: there is no such file or folder; check the path") from None
     except PermissionError:
-        raise InputError(f"{path} may not be read; change its permissions") from None
+        raise InputError(f"{path}: permission to read denied; change its permissions") from None
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}; check the path") from None
-    except ValueError as error:  # NUL in the name, or a character that no name can have here
-        raise InputError(f"{path} is no name of a file: {error}") from None
+    except ValueError as error:  # NUL, or a character that this system's file names cannot contain
+        raise InputError(f"{path} is not a valid file name: {error}") from None
 
 
 def regular(path: Path) -> Path:
-    """Return a path that leads to a file which has an end, unlike a pipe or a device.
+    """Return the path of a regular file; a pipe or a device could be read forever.
 
     Raises
     ------
     InputError
-        There is no such file, it is a folder, a pipe, a socket or a device, or may not be read.
+        The file does not exist, is not accessible, or is a folder, pipe, socket or device.
     """
     mode = status(path).st_mode
     if stat.S_ISDIR(mode):
-        raise InputError(f"{path} is a folder; name the file in it")
+        raise InputError(f"{path} is a folder; name a file in it")
     if not stat.S_ISREG(mode):
-        raise InputError(f"{path} is a pipe or a device, no file; copy what it gives into a file")
+        raise InputError(f"{path} is a pipe or a device, not a file; save its output as a file")
     return path
 
 
 def is_file(path: Path) -> bool:
-    """Whether a path leads to a regular file; of a name that is too long, too."""
+    """Whether a path is that of a regular file; False for an invalid or too long name."""
     try:
         return regular(path) == path
     except InputError:
@@ -67,28 +67,28 @@ def expanded(path: str | Path) -> Path:
     Raises
     ------
     InputError
-        There is no such user.
+        The user does not exist.
     """
     try:
         return Path(path).expanduser()
     except RuntimeError:
-        raise InputError(f"{path}: there is no such user's home folder; check the path") from None
+        raise InputError(f"{path}: this user has no home folder; check the path") from None
 
 
-def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
     """Return a file's content.
 
     Raises
     ------
     InputError
-        There is no such file, it is no regular file, is too large, or may not be read.
+        The file does not exist, is not a regular file, is too large or is not accessible.
     """
     size = status(regular(path)).st_size
-    if size > most_bytes:
+    if size > max_bytes:
         raise InputError(
-            f"{path} has {size / 1e6:.0f} MB, too large for what it should be; check the path"
+            f"{path} has {size / 1e6:.0f} MB, too large for a file of this kind; check the path"
         )
-    # not all that comes: some files of the system say 0 and never end
+    # never more than the reported size: some system files report 0 bytes and never end
     return read_start(path, size)
 
 
@@ -98,67 +98,68 @@ def read_start(path: Path, count: int) -> bytes:
     Raises
     ------
     InputError
-        There is no such file, it is no regular file, or may not be read.
+        The file does not exist, is not a regular file or is not accessible.
     """
     try:
         with regular(path).open("rb") as file:
             return file.read(count)
     except PermissionError:
-        raise InputError(f"{path} may not be read; change its permissions") from None
+        raise InputError(f"{path}: permission to read denied; change its permissions") from None
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}; copy it anew") from None
+        raise InputError(f"{path} cannot be read: {error.strerror}; copy it again") from None
 
 
-def read_text(path: Path, most_bytes: int = MOST_TEXT_BYTES) -> str:
-    """Return a text file's content; a byte order marker is dropped.
+def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
+    """Return a text file's content; a leading BOM is dropped.
 
     Raises
     ------
     InputError
-        As :func:`read_bytes`, or it is no text in UTF-8.
+        As :func:`read_bytes`, or the file is not UTF-8 text.
     """
     try:
-        return read_bytes(path, most_bytes).decode("utf-8-sig")
+        return read_bytes(path, max_bytes).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{path} is no text file in UTF-8") from None
+        raise InputError(f"{path} is not a text file in UTF-8") from None
 
 
 def write_atomically(path: Path, data: bytes | bytearray | memoryview) -> None:
-    """Write a file whole or not at all: beside its place first, then into it.
+    """Write a file completely or not at all: to a temporary file first, which is then renamed.
 
     Raises
     ------
     OSError
-        The disk is full or refuses; what was at ``path`` before is still there, and nothing else.
+        The disk is full or not writable. An existing file at ``path`` is kept, and no temporary
+        file remains.
     """
     write_together({Path(path): data})
 
 
 def write_together(files: Mapping[Path, bytes | bytearray | memoryview]) -> None:
-    """Write files whole, all of them or none: beside their places first, then into them.
+    """Write all files completely, or none of them: to temporary files first, which are renamed.
 
     Raises
     ------
     OSError
-        The disk is full or refuses; what was at each path before is still there, and nothing else.
+        The disk is full or not writable. Existing files are kept, and no temporary file remains.
     """
-    # not tempfile: its files are readable by their owner only, whatever the user's umask says
-    fresh = {path: beside(path) for path in files}
+    # not tempfile: only the owner can read its files, whatever the umask
+    temporary = {path: temporary_path(path) for path in files}
     try:
         for path, data in files.items():
-            with fresh[path].open("xb") as file:
+            with temporary[path].open("xb") as file:
                 file.write(data)
         for path in files:
-            fresh[path].replace(path)
+            temporary[path].replace(path)
     except BaseException:
-        for left in fresh.values():
+        for left in temporary.values():
             left.unlink(missing_ok=True)
         raise
 
 
 def plain_text(text: str) -> str:
-    r"""Return a text that any file can hold: half of a surrogate pair becomes ``\udc80``.
+    r"""Return text that can be encoded: a lone surrogate becomes its escape, e.g. ``\udc80``.
 
-    Names of files that are not UTF-8 have such halves in Python.
+    Python puts lone surrogates into file names that are not UTF-8.
     """
     return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -1,4 +1,4 @@
-"""Folders that are written beside their place and then take it in one step."""
+"""Folders that are written under a temporary name and then renamed in one step."""
 
 from __future__ import annotations
 
@@ -14,29 +14,36 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.unfinished import beside, remove_leftovers, replaced
+from tactile_core.formats.unfinished import remove_leftovers, replaced, temporary_path
 
 FilesOf = Callable[[Path], Collection[Path]]
-"""The files of a folder if all that it holds may be replaced; else an InputError.
+"""Returns the files of a folder whose whole content may be replaced; else raises an InputError.
 
-The last of them is the one by which the others are known.
+The last file lists the others, so it is deleted last.
 """
 
 _AT_FDCWD, _NOREPLACE, _EXCHANGE = -100, 1, 2
-_UNABLE = frozenset({errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM})
+"""Arguments of Linux's ``renameat2``."""
+
+_UNSUPPORTED = frozenset({errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM})
+"""Errors of a system or disk without ``renameat2``."""
+
 _OCCUPIED = frozenset({errno.ENOTEMPTY, errno.EEXIST})
+"""Errors of renaming a folder to a folder that is not empty."""
+
 _ATTEMPTS = 100
+"""Attempts to replace a folder that other processes replace at the same time, count."""
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents where they are not there.
+    """Create a folder and its parents unless they exist.
 
     Raises
     ------
     InputError
-        It, or a parent, is a file.
+        The path or a parent is a file.
     OSError
-        The disk is full or refuses.
+        The disk is full or not writable.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -45,33 +52,33 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"{file} is a file; name a folder") from None
 
 
-def led_to(path: Path) -> Path:
-    """Where a path leads if its links are followed, whether there is something or not.
+def resolved(path: Path) -> Path:
+    """Return the absolute path with all links followed; its target need not exist.
 
     Raises
     ------
     InputError
-        The links lead back to themselves.
+        The links form a loop.
     """
     place = Path(os.path.realpath(path))
     if any(part.is_symlink() for part in (place, *place.parents)):
-        raise InputError(f"{path} leads into a circle of links; name a folder")
+        raise InputError(f"{path} is a loop of links; name a folder")
     return place
 
 
 @contextmanager
 def fresh_folder(place: Path) -> Iterator[Path]:
-    """Yield a new folder beside ``place``, for the caller to fill and then to move there.
+    """Yield a new folder next to ``place``, for the caller to fill and then to move there.
 
-    On failure it is removed, with the parents that were made for it. So is what killed processes
-    left unfinished beside the place.
+    If the caller fails, the folder is removed together with the parents that were created for it.
+    Unfinished folders of killed processes are removed too.
     """
     if os.path.ismount(place):
-        raise InputError(f"{place} is where a disk is mounted; name a folder in it")
+        raise InputError(f"{place} is the mount point of a disk; name a folder in it")
     made = [folder for folder in place.parents if not folder.exists()]
     make_folder(place.parent)
     remove_leftovers(place.parent)
-    fresh = beside(place)
+    fresh = temporary_path(place)
     try:
         fresh.mkdir()
         yield fresh
@@ -84,80 +91,80 @@ def fresh_folder(place: Path) -> Iterator[Path]:
 
 
 def move_in(fresh: Path, place: Path) -> None:
-    """Move a folder to a place where there is nothing, or an empty folder.
+    """Move a folder to a path that does not exist or is an empty folder.
 
     Raises
     ------
     FileExistsError
-        There is something.
+        The path is a file or a folder that is not empty.
     """
     try:
         fresh.rename(place)
     except OSError as error:
         if error.errno in _OCCUPIED:
-            raise FileExistsError(errno.EEXIST, "there is something already", str(place)) from None
+            raise FileExistsError(errno.EEXIST, "it already exists", str(place)) from None
         raise
 
 
 def replace_folder(fresh: Path, place: Path, files_of: FilesOf) -> None:
-    """Move a folder to its place; at no moment is there neither it nor what was there before.
+    """Replace a folder by a new one; at any moment either the old or the new one is complete.
 
     Parameters
     ----------
     fresh : Path
-        Beside ``place``.
+        The new folder, in the same folder as ``place``.
     place : Path
         Absent, empty, or a folder that may be replaced.
     files_of : callable
-        Asked before the folder at ``place`` is replaced, and again before its files are deleted.
+        Called before the folder at ``place`` is replaced, and again before its files are deleted.
 
     Raises
     ------
     InputError
-        Of ``files_of``; what was there is still there.
+        From ``files_of``; the old folder is kept.
     OSError
-        A folder cannot be renamed; the message says where the former one is, if not at its place.
+        A folder cannot be renamed; the message names the old folder's path if it has changed.
     """
     for _ in range(_ATTEMPTS):
         with suppress(FileExistsError):
             move_in(fresh, place)
             break
         files_of(place)
-        with suppress(FileNotFoundError):  # another process has just taken it away
+        with suppress(FileNotFoundError):  # another process has just moved it
             _replace(fresh, place, files_of)
             break
     else:
-        raise OSError(errno.EBUSY, f"{place} is written by others all the time; try again")
+        raise OSError(errno.EBUSY, f"other processes keep writing {place}; try again")
     for former in replaced(place):
         with suppress(InputError, OSError):
             _delete(former, files_of(former))
 
 
 def _replace(fresh: Path, place: Path, files_of: FilesOf) -> None:
-    spare = beside(place, "old")
+    spare = temporary_path(place, "old")
     fresh.rename(spare)
     try:
-        _change_places(spare, place)
+        _exchange(spare, place)
     except OSError:
         spare.rename(fresh)
         raise
-    # in between, somebody may have put a file of his own into the former folder
+    # checked again: a file of the user's may have been added to the old folder meanwhile
     try:
         files = files_of(spare)
     except BaseException:
-        _change_places(spare, place)
+        _exchange(spare, place)
         spare.rename(fresh)
         raise
     try:
         _delete(spare, files)
     except KeyboardInterrupt:
-        # the new folder is in its place: only what remains of the former one is still in the way
+        # the new folder is in place: finish deleting the old one before the interrupt goes on
         _delete(spare, files)
         raise
 
 
 def _delete(folder: Path, files: Collection[Path]) -> None:
-    """Delete these files and folders that are empty then, and nothing that has come since."""
+    """Delete these files and their empty folders, but no file that was added since."""
     for file in files:
         file.unlink(missing_ok=True)
     inside = {parent for file in files for parent in file.parents if folder in parent.parents}
@@ -170,19 +177,19 @@ def _delete(folder: Path, files: Collection[Path]) -> None:
             raise
         raise OSError(
             error.errno,
-            f"a file came into a folder while it was replaced; it is kept in {folder}",
+            f"a file was added to a folder while it was replaced; the file is kept in {folder}",
         ) from None
 
 
-def _change_places(one: Path, other: Path) -> None:
-    """Exchange two folders, in one step where the system and the disk are able to."""
+def _exchange(one: Path, other: Path) -> None:
+    """Exchange two folders, in one step where the system and the disk support it."""
     try:
-        _renamed(one, other, _EXCHANGE)
+        _rename_with(one, other, _EXCHANGE)
         return
     except OSError as error:
-        if error.errno not in _UNABLE:
+        if error.errno not in _UNSUPPORTED:
             raise
-    aside = beside(other, "old")
+    aside = temporary_path(other, "old")
     other.rename(aside)
     try:
         one.rename(other)
@@ -192,32 +199,33 @@ def _change_places(one: Path, other: Path) -> None:
         except OSError:
             number = error.errno if isinstance(error, OSError) else errno.EIO
             raise OSError(
-                number, f"{other} could not be replaced; what was there is now {aside}"
+                number, f"{other} could not be replaced; the old folder is now {aside}"
             ) from error
         raise
     aside.rename(one)
 
 
 def rename_new(fresh: Path, path: Path) -> None:
-    """Rename a file to a name that nothing has.
+    """Rename a file to an unused name.
 
     Raises
     ------
     FileExistsError
-        Something has it.
+        The name is already used.
     """
     try:
-        _renamed(fresh, path, _NOREPLACE)
+        _rename_with(fresh, path, _NOREPLACE)
         return
     except OSError as error:
-        if error.errno not in _UNABLE:
+        if error.errno not in _UNSUPPORTED:
             raise
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     fresh.rename(path)
 
 
-def _renamed(one: Path, other: Path, flag: int) -> None:
+def _rename_with(one: Path, other: Path, flag: int) -> None:
+    """Rename with a flag of ``renameat2``; raise OSError ENOSYS where the call is missing."""
     rename = _renameat2()
     if rename is None:
         raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
@@ -228,7 +236,7 @@ def _renamed(one: Path, other: Path, flag: int) -> None:
 
 @cache
 def _renameat2() -> Any:
-    """Linux's rename with flags; None elsewhere and with a C library that lacks it."""
+    """Return Linux's ``renameat2``; None elsewhere and with a C library that lacks it."""
     if sys.platform != "linux":
         return None
     found = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)

@@ -1,6 +1,6 @@
-"""What the header of an image file says, so that nothing is decoded which is too large or torn.
+"""Parses the headers of image files, to reject oversized and truncated ones before decoding.
 
-Only these formats are read: PNG, JPEG, BMP, TIFF, WebP, PGM and PPM.
+Supported formats: PNG, JPEG, BMP, TIFF, WebP, PGM and PPM.
 """
 
 from __future__ import annotations
@@ -12,33 +12,51 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 
-MOST_PIXELS = 50_000_000
-"""Of one image: the cameras of such sensors have 20 megapixels at most, and measuring takes some
-fifty bytes for each."""
+MAX_PIXELS = 50_000_000
+"""Largest image, pixels. Cameras of such sensors have at most 20 megapixels, and measuring takes
+about fifty bytes per pixel."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+"""First bytes of a PNG."""
+
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 1, 6: 3}
+"""Channels by the colour type of a PNG; alpha does not count, a palette counts as RGB."""
+
 _JPEG = b"\xff\xd8\xff"
+"""First bytes of a JPEG."""
+
 _SOF = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""JPEG markers of a frame header ("start of frame")."""
+
 _SOS = 0xDA
+"""JPEG marker before the compressed data ("start of scan")."""
+
 _PNM = re.compile(rb"P[1-6](?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))")
+"""Header of a PGM or PPM, with comments: width and height."""
+
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
+"""Byte order by the first bytes of a TIFF, as :mod:`struct` writes it."""
+
 _TIFF_TYPES = {3: "H", 4: "I"}
+"""Integer types of TIFF fields, as :mod:`struct` writes them."""
+
 _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
 _TIFF_TAGS = frozenset({_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES})
+"""Tags of the TIFF fields that are read."""
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says of its image.
+    """Content of an image file's header.
 
     Attributes
     ----------
     width_px, height_px : int
     channels, bits : int
-        Of a PNG or JPEG: 1 for grey and 3 for colour, 8 or 16; 0 where only the pixels show it.
+        Of a PNG or JPEG: 1 for grey or 3 for colour, and 8 or 16 bits. 0 for other formats, whose
+        pixels must be decoded to find out.
     frames : int
-        Pictures in the file; 2 stands for any number above 1.
+        Number of images in the file; 2 means two or more.
     """
 
     width_px: int
@@ -49,7 +67,7 @@ class Header:
 
 
 def header(data: bytes) -> Header | None:
-    """Return what the header says; None where it is not that of an image, or beyond the data."""
+    """Parse a header; return None if it is not an image's header or is incomplete."""
     if data.startswith(_PNG):
         return _png(data)
     if data.startswith(_JPEG):
@@ -69,21 +87,21 @@ def header(data: bytes) -> Header | None:
     return None if pnm is None else Header(int(pnm[1]), int(pnm[2]))
 
 
-def is_whole(data: bytes) -> bool:
-    """Whether all that the header promises is there, and where there are checksums, unharmed."""
+def is_complete(data: bytes) -> bool:
+    """Whether a file is complete and, where the format has checksums, undamaged."""
     try:
         if data.startswith(_PNG):
-            return _whole_png(memoryview(data))
+            return _complete_png(memoryview(data))
         if data.startswith(_JPEG):
             scan = next((at for marker, at in _jpeg_segments(data) if marker == _SOS), None)
-            # within the coded data a true end marker cannot occur by chance: 0xFF is stuffed there
+            # compressed data cannot contain an end marker: a zero byte follows each 0xFF in it
             return scan is not None and data.find(b"\xff\xd9", scan) >= 0
         if data.startswith(b"BM"):
             return len(data) >= int.from_bytes(data[2:6], "little")
         if data.startswith(b"RIFF"):
             return len(data) >= 8 + int.from_bytes(data[4:8], "little")
         if data[:4] in _TIFF_ORDERS:
-            return _whole_tiff(data)
+            return _complete_tiff(data)
     except struct.error:
         return False
     return True
@@ -94,13 +112,13 @@ def _png(data: bytes) -> Header | None:
         return None
     width, height = struct.unpack_from(">II", data, 16)
     chunks = (name for name, _, _ in _png_chunks(memoryview(data)))
-    # an animation says so before its first picture
+    # an animation declares itself before its first image
     frames = 2 if b"acTL" in takewhile(lambda name: name != b"IDAT", chunks) else 1
     return Header(width, height, _PNG_CHANNELS.get(data[25], 3), max(8, data[24]), frames)
 
 
 def _png_chunks(data: memoryview) -> Iterator[tuple[bytes, int, int]]:
-    """Name of each chunk, where it begins and where its content ends."""
+    """Yield each chunk's name, its offset and the offset of its content's end."""
     at = len(_PNG)
     while at + 12 <= len(data):
         end = at + 8 + int.from_bytes(data[at : at + 4], "big")
@@ -108,7 +126,7 @@ def _png_chunks(data: memoryview) -> Iterator[tuple[bytes, int, int]]:
         at = end + 4
 
 
-def _whole_png(data: memoryview) -> bool:
+def _complete_png(data: memoryview) -> bool:
     for name, at, end in _png_chunks(data):
         if end + 4 > len(data) or zlib.crc32(data[at + 4 : end]) != int.from_bytes(
             data[end : end + 4], "big"
@@ -128,7 +146,7 @@ def _jpeg(data: bytes) -> Header | None:
 
 
 def _jpeg_segments(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield (marker, offset of the marker) of each segment up to the coded data."""
+    """Yield (marker, offset of the marker) of each segment up to the compressed data."""
     at = 2
     while at + 4 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]
@@ -163,7 +181,7 @@ def _tiff(data: bytes) -> Header | None:
     return Header(width[0], height[0], frames=2 if following else 1)
 
 
-def _whole_tiff(data: bytes) -> bool:
+def _complete_tiff(data: bytes) -> bool:
     fields, _ = _tiff_fields(data)
     ends = []
     for places, counts in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
@@ -173,7 +191,7 @@ def _whole_tiff(data: bytes) -> bool:
 
 
 def _tiff_fields(data: bytes) -> tuple[dict[int, tuple[int, ...]], int]:
-    """Whole numbers of the first picture's directory by tag, and where the next picture's is."""
+    """Return the integer fields of the first image by tag, and the offset of the next image."""
     order = _TIFF_ORDERS[data[:4]]
     (at,) = struct.unpack_from(f"{order}I", data, 4)
     (count,) = struct.unpack_from(f"{order}H", data, at)

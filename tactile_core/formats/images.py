@@ -1,4 +1,4 @@
-"""Single images: read without loss, refused in one sentence when they are not what they claim."""
+"""Single images, read losslessly; damaged, oversized and unsupported files are rejected."""
 
 from __future__ import annotations
 
@@ -14,25 +14,29 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, read_start, write_atomically
-from tactile_core.formats.headers import MOST_PIXELS, Header, header, is_whole
+from tactile_core.formats.headers import MAX_PIXELS, Header, header, is_complete
 
 IMAGE_SUFFIXES = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".ppm", ".tif", ".tiff", ".webp"}
 )
+"""Extensions of the image files of a folder."""
 
 _SILENT = frozenset({"OFF", "SILENT", "0"})
+"""Values of ``OPENCV_LOG_LEVEL`` that switch OpenCV's log off."""
+
 _HEADER_BYTES = 1 << 16
+"""Bytes that are read to find the header; metadata can precede it."""
 
 
 @dataclass(frozen=True)
 class ImageKind:
-    """What all images of one recording must share.
+    """The properties that all images of one recording share.
 
     Attributes
     ----------
     width_px, height_px : int
     channels : int
-        1 for grey, 3 for colour; transparency does not count.
+        1 for grey, 3 for colour; an alpha channel does not count.
     bits : int
         8 or 16.
     """
@@ -48,18 +52,20 @@ class ImageKind:
 
     @classmethod
     def of(cls, pixels: NDArray[Any]) -> ImageKind:
-        """Tell the kind of decoded pixels."""
+        """Return the kind of decoded pixels."""
         channels = 1 if pixels.ndim == 2 else pixels.shape[2]
         return cls(pixels.shape[1], pixels.shape[0], channels, 8 * pixels.dtype.itemsize)
 
 
 def image_kind(path: Path) -> ImageKind:
-    """Tell size, channels and depth, from a PNG's or JPEG's header alone.
+    """Return an image file's size, channels and bit depth.
+
+    Only the header of a PNG or JPEG is read; other formats are decoded.
 
     Raises
     ------
     InputError
-        The file is missing or no image.
+        The file is missing or not an image.
     """
     path = Path(path)
     found = header(read_start(path, _HEADER_BYTES))
@@ -70,9 +76,9 @@ def image_kind(path: Path) -> ImageKind:
 
 
 def read_image(path: Path) -> NDArray[Any]:
-    """Read an image as it was stored; 16 bits stay 16 bits.
+    """Read an image as stored; 16 bits stay 16 bits.
 
-    An orientation noted by a camera is ignored, and transparency is dropped.
+    The EXIF orientation is ignored, and an alpha channel is dropped.
 
     Returns
     -------
@@ -82,44 +88,44 @@ def read_image(path: Path) -> NDArray[Any]:
     Raises
     ------
     InputError
-        The file is missing, no image, truncated or damaged, too large, of an unsupported type, or
-        holds several pictures.
+        The file is missing, not an image, truncated or damaged, too large, of an unsupported type,
+        or contains several images.
     """
     path = Path(path)
     data = read_bytes(path)
-    # checked before decoding: that may take all memory, print to stderr or leave a grey rest
+    # checked before decoding, which may exhaust memory, print to stderr or fill gaps with grey
     found = header(data)
     if found is not None:
         _check(path, found)
-    if not is_whole(data):
+    if not is_complete(data):
         raise InputError(f"{path} is truncated or damaged; copy or record it again")
     pixels = None if found is None else _decode(data)
     if found is None or pixels is None:
         raise InputError(
-            f"{path} is no image that can be read, whatever its name says; save it as PNG, JPEG, "
-            f"BMP, TIFF, WebP, PGM or PPM"
+            f"{path} is not a readable image, whatever its extension; save it as PNG, JPEG, BMP, "
+            f"TIFF, WebP, PGM or PPM"
         )
     if pixels.dtype not in (np.uint8, np.uint16):
-        raise InputError(f"{path} holds {pixels.dtype} values; save it with 8 or 16 bits")
+        raise InputError(f"{path} contains {pixels.dtype} values; save it with 8 or 16 bits")
     if pixels.ndim == 3 and (pixels.shape[2] < 3 or found.channels == 1):
         return np.ascontiguousarray(pixels[..., 0])
     return pixels if pixels.ndim == 2 else np.ascontiguousarray(pixels[..., 2::-1])
 
 
 def write_png(path: Path, pixels: NDArray[Any]) -> None:
-    """Write a PNG, whole or not at all.
+    """Write a PNG atomically.
 
     Parameters
     ----------
     path : Path
-        The file; it is replaced when it exists.
+        An existing file is replaced.
     pixels : (H, W) or (H, W, 3) uint8 or uint16
         Grey, or colour in R, G, B order.
 
     Raises
     ------
     OSError
-        The disk is full or refuses.
+        The disk is full or not writable.
     """
     import cv2
 
@@ -129,18 +135,18 @@ def write_png(path: Path, pixels: NDArray[Any]) -> None:
 
 
 def _check(path: Path, found: Header) -> None:
-    """Refuse what must not be decoded."""
+    """Reject an image that must not be decoded."""
     if found.frames > 1:
         raise InputError(
-            f"{path} holds several pictures, and only one could be measured; save each as a file "
-            f"of its own, or all as a video"
+            f"{path} contains several images, but only one would be measured; save each image as a "
+            f"separate file, or all of them as a video"
         )
     if min(found.width_px, found.height_px) < 1:
         raise InputError(f"{path} has no pixels; record or save it again")
-    if found.width_px * found.height_px > MOST_PIXELS:
+    if found.width_px * found.height_px > MAX_PIXELS:
         raise InputError(
-            f"{path} has {found.width_px} × {found.height_px} pixels, more than the "
-            f"{MOST_PIXELS / 1e6:.0f} megapixels that are read; crop it or make it smaller"
+            f"{path} has {found.width_px} × {found.height_px} pixels, more than the limit of "
+            f"{MAX_PIXELS / 1e6:.0f} megapixels; crop it or make it smaller"
         )
 
 
@@ -159,12 +165,12 @@ def _decode(data: bytes) -> NDArray[Any] | None:
 
 @contextmanager
 def _silenced() -> Iterator[None]:
-    """Silence the libraries that decode, too, where OpenCV's own log is switched off."""
+    """Silence the decoding libraries too if OpenCV's own log is switched off."""
     try:
-        kept = os.dup(2) if os.environ.get("OPENCV_LOG_LEVEL") in _SILENT else None
-    except OSError:  # there is no such stream
-        kept = None
-    if kept is None:
+        stderr = os.dup(2) if os.environ.get("OPENCV_LOG_LEVEL") in _SILENT else None
+    except OSError:  # stderr is closed
+        stderr = None
+    if stderr is None:
         yield
         return
     try:
@@ -172,5 +178,5 @@ def _silenced() -> Iterator[None]:
             os.dup2(nowhere.fileno(), 2)
         yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(stderr, 2)
+        os.close(stderr)

@@ -1,4 +1,4 @@
-"""Plain values, as JSON knows them."""
+"""Conversion of values to strict JSON."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Return the value as strict JSON can hold it.
+    """Return a value that strict JSON can represent.
 
-    What is not finite becomes None, as JSON has no word for it; tuples become lists.
+    Infinite and NaN numbers become None, because JSON has no such numbers. Tuples become lists.
 
     Raises
     ------
     TypeError
-        Something in it is neither text, number, mapping nor sequence.
+        A value in it is not text, a number, a mapping or a sequence.
     """
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
@@ -25,4 +25,4 @@ def plain(value: Any) -> Any:
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
-    raise TypeError(f"a {type(value).__name__} is nothing that JSON can hold")
+    raise TypeError(f"JSON cannot represent a {type(value).__name__}")

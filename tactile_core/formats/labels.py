@@ -1,4 +1,4 @@
-"""Circles that somebody marked by hand: CSV ``file,centre_x_px,centre_y_px,contact_radius_px``."""
+"""Manually labelled circles: CSV with ``file,centre_x_px,centre_y_px,contact_radius_px``."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle
 
 _NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")
+"""Columns with numbers, px."""
 
 
 def read_labels(
@@ -30,20 +31,20 @@ def read_labels(
     ----------
     path : Path
     size_px : (width, height), optional
-        Of the image in which the circles lie.
+        Size of the image that contains the circles.
     largest_radius_px : float, optional
-        No circle of this ball is wider.
+        Largest radius that this ball's contact circle can have.
 
     Returns
     -------
     dict of observation name to Circle
-        The name is the observation's: an image's name without folder and ending, a scan's folder.
+        The name is an image's without folder and extension, or that of a scan's folder.
 
     Raises
     ------
     InputError
-        The file is missing, or a line cannot be used or shows no circle of this ball in this image;
-        the message names it.
+        The file is missing, or a line is invalid or its circle is impossible for this ball and
+        image; the message names the line.
     """
     from tactile_core.algorithms.circles import Circle
 
@@ -68,7 +69,7 @@ def read_labels(
                 raise InputError(f"{where}: {what}")
             if name in circles:
                 raise InputError(
-                    f"{where}: {printable(cells['file'][:80])} has a circle already; keep one line"
+                    f"{where}: {printable(cells['file'][:80])} already has a circle; keep one line"
                 )
             _check_circle(x, y, radius, size_px, largest_radius_px, where)
             circles[name] = Circle((x, y), radius, True, "", 1.0)
@@ -87,13 +88,14 @@ def _check_circle(
 ) -> None:
     if size_px is not None and not (0 <= x + 0.5 <= size_px[0] and 0 <= y + 0.5 <= size_px[1]):
         raise InputError(
-            f"{where}: the circle's centre ({x:g}, {y:g}) lies outside of the image of "
+            f"{where}: the circle's centre ({x:g}, {y:g}) is outside the image of "
             f"{size_px[0]} × {size_px[1]} px; give it in the pixels of the profile's image"
         )
     if largest_radius_px is not None and radius > largest_radius_px:
         raise InputError(
-            f"{where}: contact_radius_px {radius:g} is more than this ball's circle can have, "
-            f"{largest_radius_px:.4g} px; correct it, --ball-diameter-mm or the profile's mm_per_px"
+            f"{where}: contact_radius_px {radius:g} is more than the {largest_radius_px:.4g} px "
+            f"that this ball's circle can have; correct it, --ball-diameter-mm or the profile's "
+            f"mm_per_px"
         )
 
 

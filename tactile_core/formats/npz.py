@@ -16,24 +16,24 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
 from tactile_core.formats.printable import printable
 
-MOST_ARRAY_BYTES = 1 << 30
-"""Of one array: twice as much as three of them for each pixel of the largest image."""
+MAX_ARRAY_BYTES = 1 << 30
+"""Largest array, bytes; more than three float32 values for each pixel of the largest image."""
 
 
 def write_npz(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
-    """Write named arrays, whole or not at all.
+    """Write named arrays atomically.
 
     Raises
     ------
     ValueError
-        An array holds Python objects, which would need a pickle.
+        An array contains Python objects, which would need a pickle.
     OSError
-        The disk is full or refuses.
+        The disk is full or not writable.
     """
     plain = {name: np.asarray(array) for name, array in arrays.items()}
     for name, array in plain.items():
         if array.dtype.hasobject:
-            raise ValueError(f"{name!r} holds Python objects and cannot go into {path}")
+            raise ValueError(f"{name!r} contains Python objects and cannot be saved in {path}")
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, array in plain.items():
@@ -48,28 +48,28 @@ def read_npz(path: Path) -> dict[str, NDArray[Any]]:
     Raises
     ------
     InputError
-        The file is missing, corrupt, or holds Python objects instead of arrays.
+        The file is missing, corrupt, or contains Python objects instead of arrays.
     """
     path = Path(path)
     data = read_bytes(path)
     if not data.startswith(b"PK"):
-        raise InputError(f"{path} is no .npz file; write it again or restore it from a copy")
+        raise InputError(f"{path} is not an .npz file; write it again or restore it from a copy")
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             for entry in archive.infolist():
                 _check(archive, entry)
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
-    except Exception as error:  # numpy and zipfile raise almost anything at damaged bytes
+    except Exception as error:  # numpy and zipfile raise almost anything on damaged bytes
         raise InputError(
-            f"{path} is corrupt or holds something else than arrays ({_words(error)}); write it "
-            f"again or restore it from a copy"
+            f"{path} is corrupt or contains other values than arrays ({_first_line(error)}); write "
+            f"it again or restore it from a copy"
         ) from error
 
 
 def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
-    """Refuse an array that would take more memory than what is stored of it."""
-    if entry.file_size > MOST_ARRAY_BYTES:
+    """Reject an array whose header claims more memory than the entry stores."""
+    if entry.file_size > MAX_ARRAY_BYTES:
         raise ValueError(f"{printable(entry.filename)} has {entry.file_size / 1e9:.3g} GB")
     with archive.open(entry) as file:
         version = np.lib.format.read_magic(file)
@@ -77,8 +77,8 @@ def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
         shape, _, dtype = (read if version == (1, 0) else np.lib.format.read_array_header_2_0)(file)
         stored = entry.file_size - file.tell()
     if not dtype.hasobject and math.prod(shape) * dtype.itemsize != stored:
-        raise ValueError(f"{printable(entry.filename)} is not of the size that it says")
+        raise ValueError(f"the size of {printable(entry.filename)} contradicts its header")
 
 
-def _words(error: Exception) -> str:
+def _first_line(error: Exception) -> str:
     return printable(str(error).splitlines()[0] if str(error) else type(error).__name__)

@@ -10,31 +10,32 @@ from numpy.typing import NDArray
 from tactile_core.formats.files import write_atomically
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
+"""One triangle in the file: the number of its corners and their vertex indices."""
 
 
 def write_ply(path: Path, points_mm: NDArray[np.float32]) -> None:
-    """Write the skin as a mesh, in mm in the sensor frame.
+    """Write the gel surface as a mesh, in mm in the sensor frame.
 
-    The origin is the image centre, x right, y down, z away from the camera, so that a height is a
-    negative z. Faces are counter-clockwise as the camera sees them.
+    The origin is the image centre; x points right, y down and z away from the camera, so a height
+    is a negative z. Faces are counter-clockwise as seen from the camera.
 
     Parameters
     ----------
     path : Path
-        The file; it is replaced when it exists.
+        An existing file is replaced.
     points_mm : (H, W, 3) float32
-        :attr:`~tactile_core.quantities.HeightMap.points_mm`. Finite; at least 2 × 2.
+        :attr:`~tactile_core.quantities.HeightMap.points_mm`. Finite; at least 2 × 2 points.
 
     Raises
     ------
     ValueError
-        The map is too small to have a face.
+        The map is too small for a face.
     OSError
-        The disk is full or refuses; nothing half-written is left.
+        The disk is full or not writable; no partial file remains.
     """
     rows, columns, _ = points_mm.shape
     if min(rows, columns) < 2:
-        raise ValueError(f"a mesh needs a map of 2 × 2 points or more, not {rows} × {columns}")
+        raise ValueError(f"a mesh needs at least 2 × 2 points, not {rows} × {columns}")
     vertices, faces = points_mm.astype("<f4", copy=False).reshape(-1, 3), _faces(rows, columns)
     header = (
         "ply\n"

@@ -1,20 +1,22 @@
-"""Values and names as messages show them: short, on one line, and harmless to a terminal."""
+"""Values and names for messages: short, on one line, and safe to print to a terminal."""
 
 from __future__ import annotations
 
 import reprlib
 
-_LONGEST = 60
+_MAX_LENGTH = 60
+"""Characters of a text, of a number and of any other value in a message."""
 
 
 class _Brief(reprlib.Repr):
     def __init__(self) -> None:
         super().__init__()
-        self.maxlevel, self.maxstring, self.maxother, self.maxlong = 2, _LONGEST, _LONGEST, _LONGEST
+        self.maxlevel = 2
+        self.maxstring = self.maxother = self.maxlong = _MAX_LENGTH
 
     def repr_int(self, value: int, level: int) -> str:
-        # Python refuses to write out a number of thousands of digits
-        if value.bit_length() > 8 * _LONGEST:
+        # Python raises an error for a number with thousands of digits
+        if value.bit_length() > 8 * _MAX_LENGTH:
             return f"a number of {value.bit_length()} bits"
         return super().repr_int(value, level)
 
@@ -23,13 +25,13 @@ _BRIEF = _Brief()
 
 
 def shown(value: object) -> str:
-    """Return a value as Python writes it, shortened however large it is."""
+    """Return a value's shortened ``repr``, of limited length for any value."""
     text = printable(_BRIEF.repr(value))
-    return text if len(text) <= 2 * _LONGEST else text[: 2 * _LONGEST - 1] + "…"
+    return text if len(text) <= 2 * _MAX_LENGTH else text[: 2 * _MAX_LENGTH - 1] + "…"
 
 
 def printable(text: str) -> str:
-    """Return a text on one line: what a terminal would obey, or could not show, is escaped."""
+    """Return text on one line; control and unprintable characters are escaped."""
     return "".join(
         char if char.isprintable() else char.encode("unicode_escape").decode() for char in text
     )

@@ -1,4 +1,4 @@
-"""Several quantities as named arrays of one file, which says itself what they are."""
+"""Several quantities as named arrays of one self-describing file."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from tactile_core.quantities.fields import fields_of
 from tactile_core.quantities.quantity import Guard, unguarded
 
 DESCRIPTION = "quantities"
-"""Name of the array that describes the others: JSON, as bytes of UTF-8."""
+"""Name of the array that describes the others: JSON as UTF-8 bytes."""
 
 Arrays = Mapping[str, NDArray[Any]]
+"""Arrays by name."""
 
 
 def arrays_of(
@@ -27,9 +28,9 @@ def arrays_of(
 ) -> dict[str, NDArray[Any]]:
     """Return the arrays of several quantities, finite everywhere, and their description.
 
-    Two quantities' arrays of one name are stored once where they are equal, and otherwise told
-    apart by the second one's type: ``Type.name``. There is always a ``mm_per_px`` and, where
-    anything says what is measured and what is filled in, a ``valid``.
+    Arrays of two quantities that have the same name are stored once if they are equal. If they
+    differ, the second is named after its quantity's type: ``Type.name``. ``mm_per_px`` is always
+    included, and ``valid`` if a quantity distinguishes measured from filled-in values.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def arrays_of(
     mm_per_px : float
         Scale of the image.
     guard : callable, optional
-        Gives a context for the work on a quantity, in which its own code may fail.
+        Returns a context in which a quantity's own code runs, to attribute its errors.
     """
     merged: dict[str, NDArray[Any]] = {}
     described: dict[str, Any] = {}
@@ -68,12 +69,13 @@ def arrays_of(
 
 
 def quantities_in(arrays: Arrays, *kinds: type[Quantity]) -> dict[type[Quantity], Quantity]:
-    """Make quantities of some types again, as far as the arrays hold them.
+    """Restore quantities of the given types; types that the arrays lack are left out.
 
     Raises
     ------
     InputError
-        The arrays do not describe themselves, or an array of a quantity is missing or misshapen.
+        The description is missing or invalid, or a quantity's array is missing or has the wrong
+        shape.
     """
     try:
         described: Mapping[str, Any] = json.loads(np.asarray(arrays[DESCRIPTION]).tobytes())
@@ -90,18 +92,18 @@ def quantities_in(arrays: Arrays, *kinds: type[Quantity]) -> dict[type[Quantity]
                 found[kind] = kind.from_arrays(own)
     except (LookupError, ValueError, TypeError, AttributeError) as error:
         raise InputError(
-            f"these are not the arrays of a reading ({error}); run it again"
+            f"these are not the arrays of a reading ({error}); run the measurement again"
         ) from error
     return found
 
 
 def read_quantities(path: Path, *kinds: type[Quantity]) -> dict[type[Quantity], Quantity]:
-    """Read quantities of some types from an ``.npz`` that a run wrote.
+    """Read quantities of the given types from an ``.npz`` that a run wrote.
 
     Raises
     ------
     InputError
-        The file is missing, corrupt or of another kind.
+        The file is missing, corrupt or not written by a run.
     """
     arrays = read_npz(path)
     try:
@@ -111,8 +113,8 @@ def read_quantities(path: Path, *kinds: type[Quantity]) -> dict[type[Quantity], 
 
 
 def _place(merged: Arrays, name: str, array: NDArray[Any], quantity: Quantity) -> str:
-    there = merged.get(name)
-    if there is None or (there.dtype == array.dtype and np.array_equal(there, array)):
+    stored = merged.get(name)
+    if stored is None or (stored.dtype == array.dtype and np.array_equal(stored, array)):
         return name
     return f"{type(quantity).__name__}.{name}"
 

@@ -1,4 +1,4 @@
-"""``scan.yaml``: one observation of a GelSight bench, its images in the order of the lights."""
+"""``scan.yaml``: one observation of a GelSight bench sensor, with its images in light order."""
 
 from __future__ import annotations
 
@@ -12,34 +12,40 @@ from tactile_core.formats.printable import shown
 from tactile_core.formats.yaml import number, read_mapping
 
 SCAN_FILE = "scan.yaml"
+"""Name of the file in a scan's folder."""
+
 Crop = tuple[int, int, int, int]
+"""x, y, width and height in the camera's pixels."""
 
-_SMALLEST_MM, _LARGEST_MM = 1e-6, 100.0
-"""A pixel on the gel."""
-_MOST_PX = 100_000
+_MIN_MM_PER_PX, _MAX_MM_PER_PX = 1e-6, 100.0
+"""Limits of the size of a pixel on the gel, mm."""
 
-_OURS = frozenset({"images", "guid", "mmperpixel", "crop", "calib", "annotations", "metadata"})
+_MAX_PX = 100_000
+"""Largest coordinate or size of a crop, px."""
+
+_READ_KEYS = frozenset({"images", "guid", "mmperpixel", "crop", "calib", "annotations", "metadata"})
+"""Keys that have an attribute of their own in :class:`Scan`."""
 
 
 @dataclass(frozen=True)
 class Scan:
-    """What a ``scan.yaml`` says.
+    """Content of a ``scan.yaml``.
 
     Attributes
     ----------
     images : tuple of str
-        Files relative to the scan's folder, in order; other pictures there do not belong to it.
+        Files relative to the scan's folder, in order. Other images there are not part of the scan.
     mm_per_px : float or None
-        None where the file does not know (it says 0 then).
+        None if unknown: the file has 0 or no such key.
     crop : (x, y, width, height) or None
-        In the camera's pixels; None where the file does not know (all 0 then).
+        In the camera's pixels. None if unknown: the file has only zeros or no such key.
     guid, calib : str
     annotations : tuple of mapping
-        Shapes that somebody drew, in px; e.g. ``type: GridCircle`` with ``x, y, r``.
+        Hand-drawn shapes, in px; e.g. ``type: GridCircle`` with ``x, y, r``.
     gel_id : str
         ``metadata.gelid``.
     extra : mapping
-        All other keys, as they stand.
+        All other keys, unchanged.
     """
 
     images: tuple[str, ...]
@@ -58,7 +64,7 @@ def read_scan(path: Path) -> Scan:
     Raises
     ------
     InputError
-        The file is missing or is no scan; whether its images exist is not looked at.
+        The file is missing or not a scan. Missing images are not an error here.
     """
     path = Path(path)
     content = read_mapping(path)
@@ -69,8 +75,8 @@ def read_scan(path: Path) -> Scan:
     outside = next((image for image in images if _leaves(image)), None)
     if outside is not None:
         raise InputError(
-            f"{path}: images must lie in the scan's folder, and {shown(outside)} leads out of it; "
-            f"bring the file there"
+            f"{path}: images must be in the scan's folder, but {shown(outside)} is outside it; "
+            f"move the file there"
         )
     annotations = content.get("annotations") or []
     if not isinstance(annotations, list) or not all(isinstance(a, dict) for a in annotations):
@@ -84,12 +90,12 @@ def read_scan(path: Path) -> Scan:
         calib=str(content.get("calib") or ""),
         annotations=tuple(annotations),
         gel_id=str(metadata.get("gelid") or "") if isinstance(metadata, dict) else "",
-        extra={key: value for key, value in content.items() if key not in _OURS},
+        extra={key: value for key, value in content.items() if key not in _READ_KEYS},
     )
 
 
 def _leaves(image: str) -> bool:
-    """Whether a path leads out of the folder that it is relative to."""
+    """Whether a path leaves the folder that it is relative to."""
     return (
         PurePosixPath(image).is_absolute()
         or PureWindowsPath(image).anchor != ""
@@ -99,10 +105,10 @@ def _leaves(image: str) -> bool:
 
 def _scale(value: object, path: Path) -> float | None:
     scale = 0.0 if value is None else number(value, path, "mmperpixel")
-    if scale and not _SMALLEST_MM <= scale <= _LARGEST_MM:
+    if scale and not _MIN_MM_PER_PX <= scale <= _MAX_MM_PER_PX:
         raise InputError(
-            f"{path}: mmperpixel must be positive, from {_SMALLEST_MM:g} to {_LARGEST_MM:g}, or 0 "
-            f"for unknown, not {scale:g}"
+            f"{path}: mmperpixel must be positive, from {_MIN_MM_PER_PX:g} to "
+            f"{_MAX_MM_PER_PX:g}, or 0 for unknown, not {scale:g}"
         )
     return scale or None
 
@@ -112,7 +118,7 @@ def _crop(value: object, path: Path) -> Crop | None:
         return None
     if not isinstance(value, list) or len(value) != 4:
         raise InputError(f"{path}: crop must be [x, y, width, height], not {shown(value)}")
-    x, y, width, height = (round(number(part, path, "crop", high=_MOST_PX)) for part in value)
+    x, y, width, height = (round(number(part, path, "crop", high=_MAX_PX)) for part in value)
     if not any((x, y, width, height)):
         return None
     if min(x, y) < 0 or min(width, height) < 1:

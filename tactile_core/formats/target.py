@@ -1,4 +1,4 @@
-"""Reference objects: a grid of balls of one radius, and where each is in the image."""
+"""Calibration targets: a grid of balls of one radius, with the position of each in the image."""
 
 from __future__ import annotations
 
@@ -15,11 +15,19 @@ from tactile_core.formats.printable import shown
 from tactile_core.formats.yaml import number, read_mapping
 
 _RESOLUTION_TOLERANCE = 0.05
-_MOST_BINNED = 1e3
-_MOST_CIRCLES = 10_000
-_LARGEST_MM = 1000.0
-_FARTHEST_PX = 1e6
-"""A target may be drawn on a larger picture than the one that is measured."""
+"""Largest relative deviation of a scale from a binning factor."""
+
+_MAX_BINNING = 1e3
+"""Largest factor between the resolutions of a target and of an image."""
+
+_MAX_CIRCLES = 10_000
+"""Largest number of circles in a file, count."""
+
+_MAX_MM = 1000.0
+"""Largest radius and pitch of the balls, mm."""
+
+_MAX_PX = 1e6
+"""Largest coordinate, px. A target can be drawn on a larger image than the one that is measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +40,8 @@ class BallGrid:
     centres_px : (N, 2) float64
         x, y in the camera's pixels.
     mm_per_px : float or None
-        The scale of ``centres_px`` as the balls' pitch gives it; None where the file names no
-        pitch or no neighbours.
+        Scale of ``centres_px``, from the pitch of the balls; None if the file has no pitch or no
+        adjacent balls.
     """
 
     radius_mm: float
@@ -41,26 +49,26 @@ class BallGrid:
     mm_per_px: float | None = None
 
     def at_scale(self, mm_per_px: float) -> BallGrid:
-        """Return the grid in the pixels of an image that shows it at ``mm_per_px``.
+        """Return the grid in the pixels of an image of another resolution.
 
-        Targets are often drawn on the full picture and used with a binned one. Only a whole number
-        of times larger or smaller counts as another resolution; less than 5 % is left alone.
+        Targets are often drawn on the full image and used with a binned one. The two scales must
+        differ by an integer factor, within 5 %. A factor of 1 leaves the grid unchanged.
 
         Raises
         ------
         InputError
-            The target was drawn at a scale that fits no binning of this image.
+            The scale of the target does not match any binning of this image.
         """
         if self.mm_per_px is None:
             return self
         ratio = mm_per_px / self.mm_per_px
-        possible = 1 / _MOST_BINNED < ratio < _MOST_BINNED
+        possible = 1 / _MAX_BINNING < ratio < _MAX_BINNING
         factor = 1.0
         if possible:
             factor = float(round(ratio)) if ratio > 1 else 1 / round(1 / ratio)
         if not possible or abs(ratio / factor - 1) > _RESOLUTION_TOLERANCE:
             raise InputError(
-                f"the target's balls are drawn at {self.mm_per_px:.4g} mm per pixel and the image "
+                f"the target's balls are drawn at {self.mm_per_px:.4g} mm per pixel, but the image "
                 f"has {mm_per_px:.4g}; give the target of this image, or correct 'mm_per_px'"
             )
         if factor == 1:
@@ -72,31 +80,32 @@ class BallGrid:
 def read_target(path: Path) -> BallGrid:
     """Read a grid of balls.
 
-    Understood are a target file (``radius`` and ``pitch`` in mm, ``shapes`` with ``x, y`` in px and
-    grid indices ``gx, gy``) and a ``scan.yaml`` on whose image the circles were drawn
-    (``annotations`` of type ``GridCircle``, radius and pitch under ``target`` or as ``calibradius``
-    and ``calibspacing``).
+    The file is either a target (``radius`` and ``pitch`` in mm, ``shapes`` with ``x, y`` in px and
+    grid indices ``gx, gy``) or a ``scan.yaml`` with circles drawn on its image (``annotations`` of
+    type ``GridCircle``, radius and pitch under ``target`` or as ``calibradius`` and
+    ``calibspacing``).
 
     Raises
     ------
     InputError
-        The file is missing or describes no grid of balls.
+        The file is missing or does not describe a grid of balls.
     """
     path = Path(path)
     content = read_mapping(path)
     target = content.get("target")
-    told: Mapping[str, Any] = target if isinstance(target, dict) else {}
-    radius = told.get("radius", content.get("radius", content.get("calibradius")))
-    pitch = told.get("pitch", content.get("pitch", content.get("calibspacing")))
-    if radius is None or not number(radius, path, "radius", high=_LARGEST_MM) > 0:
+    section: Mapping[str, Any] = target if isinstance(target, dict) else {}
+    radius = section.get("radius", content.get("radius", content.get("calibradius")))
+    pitch = section.get("pitch", content.get("pitch", content.get("calibspacing")))
+    if radius is None or not number(radius, path, "radius", high=_MAX_MM) > 0:
         raise InputError(f"{path}: a ball target needs 'radius', the balls' radius in mm")
-    shapes = _circles(content.get("shapes", content.get("annotations")), told.get("circles"), path)
+    drawn = content.get("shapes", content.get("annotations"))
+    shapes = _circles(drawn, section.get("circles"), path)
     if not shapes:
-        raise InputError(f"{path} shows no circles: 'shapes' must list them with x and y in px")
-    if len(shapes) > _MOST_CIRCLES:
-        raise InputError(f"{path} has {len(shapes)} circles; {_MOST_CIRCLES} are read at most")
+        raise InputError(f"{path} has no circles: 'shapes' must list them with x and y in px")
+    if len(shapes) > _MAX_CIRCLES:
+        raise InputError(f"{path} has {len(shapes)} circles; the limit is {_MAX_CIRCLES}")
     centres = np.array([[_coordinate(shape, key, path) for key in ("x", "y")] for shape in shapes])
-    pitch_mm = number(pitch, path, "pitch", high=_LARGEST_MM) if pitch is not None else 0.0
+    pitch_mm = number(pitch, path, "pitch", high=_MAX_MM) if pitch is not None else 0.0
     return BallGrid(float(radius), centres, _scale(shapes, centres, pitch_mm))
 
 
@@ -112,13 +121,13 @@ def _circles(shapes: object, ids: object, path: Path) -> Sequence[Mapping[str, A
 def _coordinate(shape: Mapping[str, Any], key: str, path: Path) -> float:
     if key not in shape:
         raise InputError(f"{path}: circle {shown(shape.get('name', ''))} has no {key!r}")
-    return number(shape[key], path, key, low=-_FARTHEST_PX, high=_FARTHEST_PX)
+    return number(shape[key], path, key, low=-_MAX_PX, high=_MAX_PX)
 
 
 def _scale(
     shapes: Sequence[Mapping[str, Any]], centres: NDArray[np.float64], pitch_mm: float
 ) -> float | None:
-    """Millimetres per pixel, by the median distance of balls that are neighbours in the grid."""
+    """Millimetres per pixel, from the median distance of adjacent balls in the grid."""
     if not pitch_mm > 0 or not all(isinstance(s.get(k), int) for s in shapes for k in ("gx", "gy")):
         return None
     place = {

@@ -1,7 +1,7 @@
-"""GelSight's TMD height maps (TrueMap v2), read and written.
+"""Reads and writes GelSight's TMD height maps (TrueMap v2).
 
-Layout, little-endian: a 32-byte header, a comment ended by NUL, columns and rows (uint32), lengths
-along x and y and offsets along x and y in mm (float32), then the heights in mm, row by row.
+Layout, little-endian: a 32-byte header, a NUL-terminated comment, columns and rows (uint32),
+lengths along x and y and offsets along x and y in mm (float32), then the heights in mm, row by row.
 """
 
 from __future__ import annotations
@@ -15,18 +15,27 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
-from tactile_core.formats.headers import MOST_PIXELS
+from tactile_core.formats.headers import MAX_PIXELS
 
 _HEADER = b"Binary TrueMap Data File v2.0\r\n\0"
+"""First bytes of a file."""
+
 _SIZES = struct.Struct("<II4f")
-_LONGEST_COMMENT = 4096
-_SQUARENESS = 0.01
-_COARSEST_MM = 1e6
+"""Columns, rows, lengths and offsets."""
+
+_MAX_COMMENT_BYTES = 4096
+"""Length of the comment including its NUL, bytes."""
+
+_SQUARE_TOLERANCE = 0.01
+"""Largest relative difference between the pixel sizes along x and y."""
+
+_MAX_MM_PER_PX = 1e6
+"""Largest pixel size that is written, mm; float32 represents the lengths of such maps."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tmd:
-    """A height map as a TMD file holds it.
+    """Content of a TMD file.
 
     Attributes
     ----------
@@ -36,7 +45,7 @@ class Tmd:
     mm_per_px : float
         To the precision of float32.
     offset_mm : (float, float)
-        Where the first pixel lies, along x and y.
+        Position of the first pixel, x and y.
     comment : str
     """
 
@@ -52,43 +61,46 @@ def read_tmd(path: Path) -> Tmd:
     Raises
     ------
     InputError
-        The file is missing, is no TMD v2, is truncated or contradicts itself.
+        The file is missing, not a TMD v2, truncated or inconsistent.
     """
     path = Path(path)
     data = read_bytes(path)
     if not data.startswith(_HEADER):
-        raise InputError(f"{path} is no TMD height map: it does not begin with the TrueMap header")
-    end = data.find(b"\0", len(_HEADER), len(_HEADER) + _LONGEST_COMMENT)
+        raise InputError(
+            f"{path} is not a TMD height map: it does not begin with the TrueMap header"
+        )
+    end = data.find(b"\0", len(_HEADER), len(_HEADER) + _MAX_COMMENT_BYTES)
     start = end + 1 + _SIZES.size
     if end < 0 or len(data) < start:
         raise InputError(f"{path} is truncated in its header; copy or export it again")
     columns, rows, length_x, length_y, *offset = _SIZES.unpack_from(data, end + 1)
-    held = (len(data) - start) // 4
-    if columns * rows > held:
+    present = (len(data) - start) // 4
+    if columns * rows > present:
         raise InputError(
-            f"{path} is truncated: it promises {columns} × {rows} heights and holds {held}; copy "
-            f"or export it again"
+            f"{path} is truncated: its header gives {columns} × {rows} heights, but it contains "
+            f"{present}; copy or export it again"
         )
-    if columns * rows < held:
+    if columns * rows < present:
         raise InputError(
-            f"{path} is corrupt: it promises {columns} × {rows} heights and holds {held}; copy or "
-            f"export it again"
+            f"{path} is corrupt: its header gives {columns} × {rows} heights, but it contains "
+            f"{present}; copy or export it again"
         )
-    if held > MOST_PIXELS:
+    if present > MAX_PIXELS:
         raise InputError(
-            f"{path} has {columns} × {rows} heights, more than the {MOST_PIXELS / 1e6:.0f} million "
-            f"that are read; export a part of it"
+            f"{path} has {columns} × {rows} heights, more than the limit of "
+            f"{MAX_PIXELS / 1e6:.0f} million; export a part of it"
         )
     lengths = np.array([length_x, length_y, *offset])
     if columns * rows == 0 or not np.isfinite(lengths).all() or not lengths[:2].min() > 0:
         raise InputError(
-            f"{path} is corrupt: it says {columns} × {rows} heights over {length_x:g} × "
+            f"{path} is corrupt: its header gives {columns} × {rows} heights over {length_x:g} × "
             f"{length_y:g} mm; export it again"
         )
     scale_x, scale_y = length_x / columns, length_y / rows
-    if abs(scale_x / scale_y - 1) > _SQUARENESS:
+    if abs(scale_x / scale_y - 1) > _SQUARE_TOLERANCE:
         raise InputError(
-            f"{path} has oblong pixels, {scale_x:g} × {scale_y:g} mm; resample it to square ones"
+            f"{path} has non-square pixels of {scale_x:g} × {scale_y:g} mm; resample it to square "
+            f"pixels"
         )
     heights = np.frombuffer(data, "<f4", columns * rows, start).reshape(rows, columns)
     comment = data[len(_HEADER) : end].decode("utf-8", "surrogateescape")
@@ -103,35 +115,37 @@ def write_tmd(
     offset_mm: tuple[float, float] = (0.0, 0.0),
     comment: str = "",
 ) -> None:
-    """Write a TMD file, whole or not at all.
+    """Write a TMD file atomically.
 
     Parameters
     ----------
     path : Path
-        The file; it is replaced when it exists.
+        An existing file is replaced.
     height_mm : (H, W) float32
         Larger is nearer to the camera.
     mm_per_px : float
         Size of a pixel; stored to the precision of float32.
     offset_mm : (float, float)
-        Where the first pixel lies, along x and y.
+        Position of the first pixel, x and y.
     comment : str
-        Kept in the file; without NUL.
+        Stored in the file; must not contain NUL.
 
     Raises
     ------
     ValueError
-        The arrays or the comment cannot be told in this format.
+        The format cannot represent the array, the scale or the comment.
     OSError
-        The disk is full or refuses.
+        The disk is full or not writable.
     """
     if height_mm.ndim != 2 or height_mm.size == 0:
-        raise ValueError(f"a TMD holds an (H, W) height map, not shape {height_mm.shape}")
-    if not 0 < mm_per_px <= _COARSEST_MM:
-        raise ValueError(f"mm_per_px must be positive and at most {_COARSEST_MM:g}")
+        raise ValueError(f"a TMD needs an (H, W) height map, not shape {height_mm.shape}")
+    if not 0 < mm_per_px <= _MAX_MM_PER_PX:
+        raise ValueError(f"mm_per_px must be positive and at most {_MAX_MM_PER_PX:g}")
     words = comment.encode("utf-8", "surrogateescape")
-    if b"\0" in words or len(words) >= _LONGEST_COMMENT:
-        raise ValueError(f"a TMD comment is shorter than {_LONGEST_COMMENT} bytes and has no NUL")
+    if b"\0" in words or len(words) >= _MAX_COMMENT_BYTES:
+        raise ValueError(
+            f"a TMD comment must be shorter than {_MAX_COMMENT_BYTES} bytes and contain no NUL"
+        )
     rows, columns = height_mm.shape
     sizes = _SIZES.pack(columns, rows, columns * mm_per_px, rows * mm_per_px, *offset_mm)
     heights = np.ascontiguousarray(height_mm, "<f4").tobytes()

@@ -1,4 +1,4 @@
-"""Names of what is not finished yet, and what processes that were killed left under them."""
+"""Names of temporary files and folders, and the removal of those that killed processes left."""
 
 from __future__ import annotations
 
@@ -16,26 +16,29 @@ from pathlib import Path
 from typing import Literal
 
 State = Literal["new", "old"]
-"""``new`` has never been at its place; ``old`` may hold what was there before."""
+"""``new``: not yet moved to its final path. ``old``: may contain what was replaced."""
 
-_LONGEST_LABEL = 150
+_MAX_LABEL_BYTES = 150
+"""Longest file name that a temporary name includes, bytes; file systems allow 255 in all."""
+
 _NAME = re.compile(
     r"\.(?P<label>.+)\.tactile-(?P<where>[0-9a-f]{8})-(?P<pid>[0-9]{1,9})-[0-9a-f]{8}"
     r"\.(?P<state>new|old)",
     re.DOTALL,
 )
+"""A temporary name: final name, machine, process number, random digits and state."""
 
 
-def beside(path: Path, state: State = "new") -> Path:
-    """Return a fresh hidden name in the folder of ``path``, marked as this process's."""
+def temporary_path(path: Path, state: State = "new") -> Path:
+    """Return an unused hidden name in the folder of ``path`` that identifies this process."""
     owner = f"{_this_machine()}-{os.getpid()}-{secrets.token_hex(4)}"
     return path.with_name(f".{_label(path)}.tactile-{owner}.{state}")
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove the unfinished files and folders of processes of this machine that have ended.
+    """Remove the ``new`` files and folders of processes of this machine that have ended.
 
-    What is ``old``, or another machine's, or of a process that still runs, is left alone.
+    Those that are ``old``, of another machine or of a running process are kept.
     """
     for path, found in _abandoned(folder):
         if found["state"] == "new":
@@ -47,7 +50,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def replaced(place: Path) -> list[Path]:
-    """Return what processes that have ended took from this place and did not remove."""
+    """Return the replaced versions of this path that ended processes did not remove."""
     label = _label(place)
     return [
         path
@@ -68,13 +71,13 @@ def _abandoned(folder: Path) -> Iterator[tuple[Path, re.Match[str]]]:
 
 
 def _label(path: Path) -> str:
-    """The name, or a fingerprint where it leaves no room for the rest."""
+    """Return the name, or a fingerprint of a name that is too long."""
     name = os.fsencode(path.name)
-    return path.name if len(name) <= _LONGEST_LABEL else hashlib.sha256(name).hexdigest()
+    return path.name if len(name) <= _MAX_LABEL_BYTES else hashlib.sha256(name).hexdigest()
 
 
 def _runs(pid: int) -> bool:
-    if sys.platform == "win32":  # os.kill would end it
+    if sys.platform == "win32":  # os.kill would end the process
         return True
     try:
         os.kill(pid, 0)
@@ -87,7 +90,7 @@ def _runs(pid: int) -> bool:
 
 @cache
 def _this_machine() -> str:
-    """Tell hosts apart, and containers: a process number means nothing in another one."""
+    """Identify the host and container in which process numbers are valid."""
     try:
         numbered_in = Path("/proc/self/ns/pid").stat().st_ino
     except OSError:

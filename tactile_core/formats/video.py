@@ -1,4 +1,4 @@
-"""Frames of a video file, one after another, with the times that the file gives them."""
+"""Frames of a video file with their timestamps."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
-from tactile_core.formats.headers import MOST_PIXELS
+from tactile_core.formats.headers import MAX_PIXELS
 from tactile_core.formats.images import ImageKind
 
 VIDEO_SUFFIXES = frozenset({".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm"})
+"""Extensions of the video files."""
 
 NOMINAL_FPS = 30.0
-"""Assumed where a file does not say when its images were taken."""
+"""Frame rate assumed for a file without timestamps, Hz."""
 
 
 @dataclass(frozen=True)
 class Video:
-    """A video file that was found to be readable.
+    """A readable video file.
 
     Attributes
     ----------
     path : Path
     kind : ImageKind
     fps : float
-        As the file says; 0 where it does not.
+        From the file, Hz; 0 if the file does not give it.
     """
 
     path: Path
@@ -44,7 +45,7 @@ class Video:
         Raises
         ------
         InputError
-            A frame has another size than the first.
+            A frame differs in size from the first.
         """
         import cv2
 
@@ -58,24 +59,24 @@ class Video:
                     return
                 if ImageKind.of(bgr) != self.kind:
                     raise InputError(
-                        f"{self.path} begins with frames of {self.kind} and goes on with "
+                        f"{self.path} begins with frames of {self.kind}, but continues with "
                         f"{ImageKind.of(bgr)}; record or convert it again"
                     )
-                told_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-                # some containers carry no times, or repeat them
-                time_s = told_s if told_s > time_s else time_s + step_s
+                stamp_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+                # some containers have no timestamps or repeat them
+                time_s = stamp_s if stamp_s > time_s else time_s + step_s
                 yield np.ascontiguousarray(bgr[..., ::-1]), time_s
         finally:
             capture.release()
 
 
 def open_video(path: Path) -> Video:
-    """Look into a video file.
+    """Open a video file and check its first frame.
 
     Raises
     ------
     InputError
-        The file is missing, no video, has not one whole frame, or too large ones.
+        The file is missing, not a video, has no complete frame, or its frames are too large.
     """
     import cv2
 
@@ -84,29 +85,29 @@ def open_video(path: Path) -> Video:
         width, height = (
             capture.get(what) for what in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
         )
-        if width * height > MOST_PIXELS:
+        if width * height > MAX_PIXELS:
             raise InputError(
-                f"{path} has frames of {width:.0f} × {height:.0f} pixels, more than the "
-                f"{MOST_PIXELS / 1e6:.0f} megapixels that are read; crop it or make it smaller"
+                f"{path} has frames of {width:.0f} × {height:.0f} pixels, more than the limit of "
+                f"{MAX_PIXELS / 1e6:.0f} megapixels; crop it or make it smaller"
             )
         ok, bgr = capture.read()
         fps = float(capture.get(cv2.CAP_PROP_FPS))
     finally:
         capture.release()
     if not ok:
-        raise InputError(f"{path} is no video that can be read, or holds no whole frame")
+        raise InputError(f"{path} is not a readable video, or contains no complete frame")
     return Video(path, ImageKind.of(bgr), fps if np.isfinite(fps) and fps > 0 else 0.0)
 
 
 def _capture(path: Path) -> Any:
-    """Open a file with FFmpeg, and as a file: not a name with '%' in it as a pattern of names.
+    """Open a file with FFmpeg, which does not take '%' in a name for a pattern of names.
 
-    An absolute path begins with no protocol, as ``http:v.avi`` would.
+    The path is absolute, because FFmpeg takes a relative one such as ``http:v.avi`` for a URL.
     """
     import cv2
 
     try:
-        # OpenCV takes names in UTF-8, whatever the locale
+        # OpenCV expects names in UTF-8 in every locale
         name = os.fsencode(regular(path).absolute()).decode()
     except UnicodeDecodeError:
         raise InputError(f"{path}: the name of a video must be in UTF-8; rename it") from None

@@ -1,4 +1,4 @@
-"""YAML files of other programs: read leniently, refused in one sentence, written whole."""
+"""Reads YAML files of other programs leniently; invalid files get a one-sentence error."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
 from tactile_core.formats.printable import shown
 
-MOST_BYTES = 1_000_000
-"""Reading takes some 10 s for these; a scan with a thousand circles drawn in it has a tenth."""
+MAX_BYTES = 1_000_000
+"""Largest file, bytes. It takes about 10 s to read; a scan with a thousand drawn circles has a
+tenth of this size."""
 
 _HUGE = 1e30
+"""No number in such files is larger."""
 
-_MOST_EXPANDED = 10 * MOST_BYTES
-"""Characters, had every alias been written out."""
+_MAX_EXPANDED = 10 * MAX_BYTES
+"""Largest content after all aliases are expanded, characters."""
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
@@ -25,33 +27,35 @@ def read_mapping(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file is missing, too large, no text, no YAML (with line and column), nested too deeply,
-        grows by aliases, or is no mapping.
+        The file is missing, too large, not text, not YAML (with line and column), nested too
+        deeply, too large after its aliases are expanded, or not a mapping.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     path = Path(path)
-    text = read_text(path, MOST_BYTES)
+    text = read_text(path, MAX_BYTES)
     yaml = YAML(typ="safe", pure=True)
     yaml.allow_duplicate_keys = True
     try:
         constructor, _ = yaml.get_constructor_parser(text)
         tree = constructor.composer.get_single_node()
-        if _expanded(tree, {}) > _MOST_EXPANDED:
-            raise InputError(f"{path} grows without limit by its aliases (*); write the values out")
+        if _expanded(tree, {}) > _MAX_EXPANDED:
+            raise InputError(
+                f"{path} grows without limit by its aliases (*); replace them by their values"
+            )
         content = None if tree is None else constructor.construct_document(tree)
     except MarkedYAMLError as error:
         mark = error.problem_mark
         where = f":{mark.line + 1}:{mark.column + 1}" if mark is not None else ""
         raise InputError(f"{path}{where}: this is not YAML: {error.problem}") from None
     except RecursionError:
-        raise InputError(f"{path}: this is not YAML that can be read: nested too deeply") from None
+        raise InputError(f"{path}: this YAML cannot be read: it is nested too deeply") from None
     except (YAMLError, ValueError, OverflowError, TypeError) as error:
         words = (str(error) or "a value cannot be read").splitlines()[0]
         raise InputError(f"{path}: this is not YAML: {words}") from None
     if not isinstance(content, dict):
-        raise InputError(f"{path} is no mapping of keys to values")
+        raise InputError(f"{path} is not a mapping of keys to values")
     return {str(key): value for key, value in content.items()}
 
 
@@ -63,9 +67,9 @@ def number(
     Raises
     ------
     InputError
-        It is something else.
+        The value is not a finite number or is out of range.
     """
-    # the limits are far beyond any number here, and below those that float() cannot take
+    # _HUGE is below the integers for which float() overflows
     good = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _HUGE
     if not good:
         raise InputError(f"{path}: {key} must be a number, not {shown(value)}")
@@ -76,10 +80,10 @@ def number(
 
 
 def _expanded(node: Any, known: dict[int, int]) -> int:
-    """Characters of a tree of nodes, had every alias been written out."""
+    """Characters of a tree of nodes after all its aliases are expanded."""
     if id(node) in known:
         return known[id(node)]
-    known[id(node)] = _MOST_EXPANDED + 1  # should it hold itself
+    known[id(node)] = _MAX_EXPANDED + 1  # in case the node contains itself
     inside = getattr(node, "value", None) or ()
     if isinstance(inside, str):
         count = len(inside)

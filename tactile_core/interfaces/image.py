@@ -14,7 +14,7 @@ from pydantic import (
     field_validator,
 )
 
-from tactile_core.formats.headers import MOST_PIXELS
+from tactile_core.formats.headers import MAX_PIXELS
 from tactile_core.interfaces.section import Section
 
 ImagePoint = tuple[float, float]
@@ -128,20 +128,19 @@ class ImageSection(Section):
     @classmethod
     def _fits_memory(cls, height_px: int, info: ValidationInfo) -> int:
         width_px = info.data.get("width_px", 0)
-        if width_px * height_px > MOST_PIXELS:
+        if width_px * height_px > MAX_PIXELS:
             raise ValueError(
                 f"makes an image of {width_px} × {height_px}; the limit is "
-                f"{MOST_PIXELS / 1e6:.0f} megapixels"
+                f"{MAX_PIXELS / 1e6:.0f} megapixels"
             )
         return height_px
 
     @field_validator("crop")
     @classmethod
     def _is_within_an_image(cls, crop: ImageCrop | None) -> ImageCrop | None:
-        if crop is not None and (max(crop) > _MOST_PX or crop[2] * crop[3] > MOST_PIXELS):
+        if crop is not None and (max(crop) > _MOST_PX or crop[2] * crop[3] > MAX_PIXELS):
             raise ValueError(
-                f"should be within {_MOST_PX} px and have at most {MOST_PIXELS / 1e6:.0f} "
-                f"megapixels"
+                f"should be within {_MOST_PX} px and have at most {MAX_PIXELS / 1e6:.0f} megapixels"
             )
         return crop
 

@@ -293,7 +293,7 @@ class Pipeline:
         """Return the chain, and the names of the steps left out because the gel has no markers."""
         image, gel = self.profile.image, self.profile.gel
         if self.conditioning.finder is not None:
-            gel = self.conditioning.finder.told(gel, image.mm_per_px)
+            gel = self.conditioning.finder.with_markers(gel, image.mm_per_px)
         context = SensorContext(image, gel, self.compiled)
         steps = {}
         for name, component in self.profile.estimators.items():

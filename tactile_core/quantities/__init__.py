@@ -1,4 +1,4 @@
-"""What is measured: each quantity's type fixes its unit, its frame and its sign.
+"""Measured quantities. The type of a quantity fixes its unit, its coordinate frame and its sign.
 
 May import algorithms and errors.
 

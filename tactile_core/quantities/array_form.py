@@ -1,4 +1,4 @@
-"""The form that images and quantities must have: dtype, shape, and numbers that are numbers."""
+"""Checks of the form of images and quantities: dtype, shape and finite values."""
 
 from __future__ import annotations
 
@@ -13,17 +13,22 @@ from tactile_core.quantities.observation import Image
 from tactile_core.quantities.quantity import Quantity
 
 _COMPONENTS = {"xy": 2, "xyz": 3}
-"""Lengths of the axes that every quantity means alike."""
+"""Lengths of the axes that have the same meaning in every quantity."""
 
 
 def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:
-    """Say what is wrong with a quantity's form; empty where it is as its fields are described.
+    """Return what is wrong with a quantity's form; empty if it matches its annotations.
 
     Parameters
     ----------
     quantity : Quantity
     image : (rows, columns), optional
-        Of the image that it was measured in.
+        Shape of the image that it was measured in.
+
+    Returns
+    -------
+    str
+        The first fault, e.g. ``HeightMap.mm has the shape …``.
 
     Raises
     ------
@@ -45,27 +50,27 @@ def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:
 
 def _array_fault(field: Field, value: Any, lengths: dict[str, int]) -> str:
     if not isinstance(value, np.ndarray) or field.dtype not in (None, value.dtype):
-        said = getattr(value, "dtype", type(value).__name__)
-        return f"is {said} where it must be {field.dtype or 'an array'}"
+        actual = getattr(value, "dtype", type(value).__name__)
+        return f"is {actual} where it must be {field.dtype or 'an array'}"
     axes = field.spec.axes
     if axes is not None:
         if field.spec.coarse and value.ndim == len(axes) and _tiles(value.shape, axes, lengths):
             axes, found = axes[2:], value.shape[2:]
         else:
             found = value.shape
-        # the first array of N markers says how many there are
+        # the first array over an axis determines its length
         given = (*found[: len(axes)], *(0,) * (len(axes) - len(found)))
         wanted = tuple(lengths.setdefault(a, n) for a, n in zip(axes, given, strict=True))
         if found != wanted:
             whose = "image" if "y" in axes else "quantity"
             return f"has the shape {value.shape} where the {whose} has {wanted}"
     if value.dtype.kind == "f" and not _is_finite(value):
-        return "holds values that are no numbers"
+        return "holds values that are not finite"
     return ""
 
 
 def _tiles(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int]) -> bool:
-    """Whether a grid has no more rows and columns than the image."""
+    """Return whether a grid has no more rows and columns than the image."""
     return all(0 < n <= lengths.get(a, n) for a, n in zip(axes[:2], shape[:2], strict=True))
 
 
@@ -76,20 +81,20 @@ def _number_fault(field: Field, value: Any) -> str:
 
 
 def image_fault(image: object) -> str:
-    """Say what is wrong with what a camera returns; empty where it is an Image of sound form."""
+    """Return what is wrong with the object that a camera returned; empty for a valid Image."""
     if not isinstance(image, Image):
         return f"returned {type(image).__name__} instead of an Image"
     pixels = image.pixels
     if not isinstance(pixels, np.ndarray) or pixels.dtype not in (np.uint8, np.uint16):
         kind = getattr(pixels, "dtype", type(pixels).__name__)
-        return f"returned pixels that are {kind}, neither uint8 nor uint16"
+        return f"returned pixels of type {kind}, neither uint8 nor uint16"
     if not (pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] == 3)) or not pixels.size:
-        return f"returned pixels of the shape {pixels.shape}, neither (H, W) nor (H, W, 3)"
+        return f"returned pixels of shape {pixels.shape}, neither (H, W) nor (H, W, 3)"
     return ""
 
 
 def _is_finite(values: Float32) -> bool:
-    # a sum of squares is several times faster than a look at each value, and finite only if all are
+    # a sum of squares is several times faster than isfinite, and finite only if all values are
     with np.errstate(over="ignore", invalid="ignore"):
         total = np.vdot(values, values)
     return bool(np.isfinite(total) or np.isfinite(values).all())

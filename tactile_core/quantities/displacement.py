@@ -1,4 +1,4 @@
-"""How far the gel surface is dragged along its plane, at every pixel."""
+"""In-plane displacement of the gel surface, at every pixel."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from tactile_core.quantities.quantity import Quantity
 
 @dataclass(frozen=True, eq=False)
 class DisplacementField(Quantity):
-    """How far the gel surface is dragged along its plane, at every pixel.
+    """In-plane displacement of the gel surface, at every pixel.
 
-    The value at x belongs to the part of the surface that is now at x.
+    The value at x is that of the surface point that is now at x.
 
     Attributes
     ----------
     cells_mm : (h, w, 2) float32
-        Since the gel was untouched, or the load was tared: +x right, +y down; of cells of equal
-        size that tile the image, at most as many as it has pixels.
+        Displacement relative to the reference, or to the last tare: +x right, +y down. One value
+        per cell; cells of equal size tile the image, which has at least as many pixels as cells.
     valid : (H, W) bool
-        False where it is extended beyond the markers.
+        False where the field is extrapolated beyond the markers.
     """
 
     cells_mm: Annotated[
@@ -36,9 +36,9 @@ class DisplacementField(Quantity):
 
     @cached_property
     def mm(self) -> Float32:
-        """(H, W, 2) float32: the field at every pixel, linear between the middles of cells."""
+        """(H, W, 2) float32: the field at every pixel, interpolated between centres of cells."""
         return self.full("cells_mm")
 
     def layers(self) -> tuple[Layer, ...]:
-        """The magnitude, with arrows."""
+        """Return the magnitude, with arrows."""
         return (VectorMap(self.mm, self.valid, "mm", "displacement"),)

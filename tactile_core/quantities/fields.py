@@ -1,4 +1,4 @@
-"""What each field of a quantity holds: unit, axes, dtype, and the name it has in files."""
+"""Descriptions of the fields of quantities: unit, axes, dtype, and name in files."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ _SCALARS = (bool, int, float, str)
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """What an annotation says of a field beside its type.
+    """Annotation of a field that adds unit, axes and name in files to its type.
 
-    For example ``mm: Annotated[Float32, FieldSpec("mm", ("y", "x"))]``. A field without one is
+    For example ``mm: Annotated[Float32, FieldSpec("mm", ("y", "x"))]``. Without it, a field is
     described by its type alone.
 
     Attributes
     ----------
     unit : str
-        ``"mm"``, ``"N"``, ``"deg"``; empty where there is none.
+        ``"mm"``, ``"N"``, ``"deg"``; empty for dimensionless fields.
     axes : tuple of str, optional
-        What each dimension of an array runs over. ``y`` and ``x`` are the rows and columns of the
-        image, ``xy`` and ``xyz`` the components of a vector; any other name is the author's, and
-        has one length within a quantity.
+        Meaning of each dimension of an array. ``y`` and ``x`` are the rows and columns of the
+        image, ``xy`` and ``xyz`` the components of a vector. Other names are free; each has one
+        length within a quantity.
     saved_as : str
-        Name in files and in JSON; ``Type.field`` if left out. Fields of one name are stacked along
-        a last axis.
+        Name in files and in JSON; default ``Type.field``. Fields with the same name are stacked
+        along a last axis.
     std_of : str
-        The field of which this is the standard deviation.
+        Name of the field whose standard deviation this field holds.
     validity : bool
-        Whether it says where the other fields are measured, and not filled in.
+        True for the mask of measured values; elsewhere the other fields are filled in.
     coarse : bool
-        Whether ``y`` and ``x`` may be fewer than the image's rows and columns: cells of equal size
-        that tile the image. :meth:`Quantity.full` enlarges them.
+        True if the field may live on a coarser grid than the image: cells of equal size that tile
+        it. :meth:`Quantity.full` interpolates it to the image.
     shared : bool
-        Whether all quantities of a reading have the same value, such as the scale.
+        True if all quantities of a reading have the same value, such as the scale.
     if_none : float, optional
-        What files hold where the field is None, if they must hold something.
+        Value in files if the field is None. Default: the field is left out.
     """
 
     unit: str = ""
@@ -62,7 +62,7 @@ TimestampS = Annotated[float, FieldSpec("s", saved_as="timestamp_s", shared=True
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a quantity, as its annotation describes it.
+    """One field of a quantity, read from its annotation.
 
     Attributes
     ----------
@@ -70,14 +70,14 @@ class Field:
     spec : FieldSpec
         With ``saved_as`` filled in.
     form : type
-        ``numpy.ndarray``, ``tuple``, ``bool``, ``int``, ``float`` or ``str``; ``object`` for what
-        no array can hold.
+        ``numpy.ndarray``, ``tuple``, ``bool``, ``int``, ``float`` or ``str``; ``object`` for
+        everything that an array cannot hold.
     dtype : numpy.dtype or None
-        Of an array; None where the annotation leaves it open.
+        Type of an array's elements; None if the annotation leaves it open.
     optional : bool
         Whether it may be None.
     default : object
-        ``dataclasses.MISSING`` where it has to be given.
+        ``dataclasses.MISSING`` if the field is required.
     """
 
     name: str
@@ -89,13 +89,13 @@ class Field:
 
     @property
     def is_array(self) -> bool:
-        """Whether it is an array."""
+        """Whether the field is an array."""
         return self.form is np.ndarray
 
     def described(self) -> dict[str, Any]:
-        """Return what it holds, as JSON can say it: for files and for whoever streams it."""
+        """Return the description as JSON-ready values, for files and streams."""
         spec = self.spec
-        said = {
+        entries = {
             "saved_as": spec.saved_as,
             "unit": spec.unit,
             "axes": None if spec.axes is None else list(spec.axes),
@@ -103,18 +103,18 @@ class Field:
             "std_of": spec.std_of,
             "validity": spec.validity,
         }
-        return {key: value for key, value in said.items() if value not in (None, "", False)}
+        return {key: value for key, value in entries.items() if value not in (None, "", False)}
 
 
 def fields_of(kind: type[Any]) -> tuple[Field, ...]:
-    """Return the fields of a quantity's type, in order.
+    """Return the fields of a quantity's class, in order.
 
     Raises
     ------
     PluginError
         The annotations of the class cannot be read.
     """
-    # checkers do not know that a class whose instances do not hash does
+    # for type checkers: a class is hashable even if its instances are not
     hashable: Any = kind
     return _fields_of(hashable)
 
@@ -123,7 +123,7 @@ def fields_of(kind: type[Any]) -> tuple[Field, ...]:
 def _fields_of(kind: type[Any]) -> tuple[Field, ...]:
     try:
         hints = get_type_hints(kind, include_extras=True)
-    except Exception as error:  # evaluating annotations runs whatever they say
+    except Exception as error:  # evaluating annotations runs arbitrary code
         raise PluginError(
             f"the annotations of the quantity {kind.__name__} cannot be read ({error}); import "
             f"their types at run time, not only under TYPE_CHECKING"
@@ -138,8 +138,8 @@ def _described(kind: type[Any], name: str, annotation: Any, default: Any) -> Fie
     spec, optional = FieldSpec(), False
     while True:
         if hasattr(annotation, "__metadata__"):
-            said = [extra for extra in annotation.__metadata__ if isinstance(extra, FieldSpec)]
-            spec, annotation = (said or [spec])[-1], annotation.__origin__
+            specs = [extra for extra in annotation.__metadata__ if isinstance(extra, FieldSpec)]
+            spec, annotation = (specs or [spec])[-1], annotation.__origin__
         elif get_origin(annotation) in (Union, types.UnionType):
             members = [m for m in get_args(annotation) if m is not type(None)]
             optional = len(members) < len(get_args(annotation))

@@ -1,4 +1,4 @@
-"""What of a quantity can be drawn in the image, as plain arrays for whatever draws it."""
+"""Layers: the drawable parts of a quantity, as plain arrays for any viewer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Surface:
     Attributes
     ----------
     mm : (H, W) float32
-        Finite; larger is nearer to the viewer.
+        Finite; larger is nearer to the camera.
     mm_per_px : float
     title : str
     """
@@ -29,12 +29,12 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class ScalarMap:
-    """One number a pixel, drawn in colours beside a colour bar.
+    """One number per pixel, drawn in colours with a colour bar.
 
     Attributes
     ----------
     values : (H, W) of any real dtype
-        Finite.
+        Finite values.
     unit : str
     title : str
     """
@@ -46,14 +46,14 @@ class ScalarMap:
 
 @dataclass(frozen=True, eq=False)
 class VectorMap:
-    """One vector along the surface a pixel, drawn as its magnitude with arrows.
+    """One in-plane vector per pixel, drawn as its magnitude with arrows.
 
     Attributes
     ----------
     values : (H, W, 2) float32
         Finite; +x right, +y down.
     valid : (H, W) bool or None
-        The map is paler where it is False, and bears no arrows.
+        Where it is False, the map is drawn paler and without arrows.
     unit : str
         Arrows of ``mm`` are displacements, drawn to a stated scale.
     title : str
@@ -73,7 +73,7 @@ class Outline:
     ----------
     mask : (H, W) bool
     title : str
-        Its area is given beside it.
+        Drawn with the area of the region.
     """
 
     mask: Bool
@@ -82,23 +82,23 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points of the image, drawn over the maps, or over the frame where there is none.
+    """Points of the image, drawn over the maps, or over the frame if there are no maps.
 
     Attributes
     ----------
     px : (N, 2) float32
-        x and y; those that are not finite are left out.
+        x and y; points that are not finite are not drawn.
     title : str
     from_px : (N, 2) float32 or None
-        Where each was before: an arrow points from there.
-    sure : (N,) bool or None
-        The others are drawn hollow.
+        Earlier position of each point, from which an arrow is drawn.
+    reliable : (N,) bool or None
+        Points that are not reliable are drawn hollow.
     """
 
     px: Float32
     title: str = ""
     from_px: Float32 | None = None
-    sure: Bool | None = None
+    reliable: Bool | None = None
 
 
 Layer = Surface | ScalarMap | VectorMap | Outline | Points

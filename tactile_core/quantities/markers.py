@@ -1,4 +1,4 @@
-"""The printed markers: where each is, and which is which."""
+"""Printed markers: detections in one frame, and tracked positions with identities."""
 
 from __future__ import annotations
 
@@ -20,45 +20,47 @@ _EACH, _PLACES = ("marker",), ("marker", "xy")
 
 @dataclass(frozen=True, eq=False)
 class MarkerDetections(Quantity):
-    """The markers that one frame shows, in no order and without identity.
+    """The markers detected in one frame, unordered and without identities.
 
     Attributes
     ----------
     centres_px : (N, 2) float32
         x and y of each marker's centroid, in the image.
-    cut : (N,) bool
-        The image's border cuts the marker, so that its centre is an estimate, perhaps out of view.
+    truncated : (N,) bool
+        The image border truncates the marker, so that its centre is an estimate and may be outside
+        the image.
     """
 
     centres_px: Annotated[Float32, FieldSpec("px", _PLACES)]
-    cut: Annotated[Bool, FieldSpec(axes=_EACH)]
+    # files keep the name that they have had since the first version
+    truncated: Annotated[Bool, FieldSpec(axes=_EACH, saved_as="MarkerDetections.cut")]
     timestamp_s: TimestampS = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class MarkerField(Quantity):
-    """Where every marker of the untouched skin is now.
+    """Current positions of all markers of the undeformed gel surface.
 
     Attributes
     ----------
     ids : (N,) int32
-        A marker keeps its number for as long as it is followed.
+        A marker keeps its number as long as it is tracked.
     reference_px : (N, 2) float32
-        x and y of each marker on the untouched skin, or where it was when the load was tared.
+        x and y of each marker on the undeformed gel surface, or at the last tare.
     px : (N, 2) float32
-        x and y of each marker now; inferred from its neighbours where it is not seen.
+        Current x and y of each marker; interpolated from its neighbours if it is not detected.
     seen : (N,) bool
-        False where the position is inferred, or the marker's identity is not sure.
+        False if the position is interpolated, or the identity of the marker is ambiguous.
     mm_per_px : float
     started_in_contact : bool
-        The markers were away from rest when following began: the reference shows a contact, and
-        displacements tell the change since then, or the first frame did, and identities rest on
-        how the skin deforms and not on having watched it.
+        Tracking began in contact. Either the reference shows a contact, and displacements are
+        relative to that contact; or the first frame does, and identities are inferred from the
+        deformation instead of being tracked.
     notes : tuple of str
-        Sentences for the user about this frame.
+        Messages to the user about this frame.
     undeformed_px : (N, 2) float32 or None
-        x and y of each marker in the image of the reference, which a tare leaves as it is; None
-        where it is ``reference_px``.
+        x and y of each marker in the reference image, unaffected by tares; None if equal to
+        ``reference_px``.
     """
 
     ids: Annotated[Int32, FieldSpec(axes=_EACH, saved_as="marker_ids")]
@@ -75,21 +77,21 @@ class MarkerField(Quantity):
 
     @property
     def displacement_mm(self) -> Float32:
-        """(N, 2) how far each marker was dragged: +x right, +y down."""
+        """(N, 2) float32: displacement of each marker in mm, +x right, +y down."""
         return (self.px - self.reference_px) * np.float32(self.mm_per_px)
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """The fields, and ``marker_displacement_mm``."""
+        """Return the fields and ``marker_displacement_mm``."""
         return {**super().arrays(), "marker_displacement_mm": self.displacement_mm}
 
     def layers(self) -> tuple[Layer, ...]:
-        """Each marker, with an arrow from where it was; hollow where it is not seen."""
+        """Return the markers with arrows from their references; hollow if not seen."""
         return (Points(self.px, "markers", self.reference_px, self.seen),)
 
     def summary(self) -> Mapping[str, Any]:
-        """How many markers are seen, of how many."""
+        """Return the numbers of seen and expected markers."""
         return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
 
     def warnings(self) -> tuple[str, ...]:
-        """The notes."""
+        """Return the notes."""
         return self.notes

@@ -1,4 +1,4 @@
-"""What the camera gives: images, frames of K light channels, and the untouched sensor."""
+"""Observations: camera images, frames of K light channels, and the reference."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.quantities.quantity import Quantity
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ Pixels = NDArray[Any]
 """uint8, uint16 or float32 intensities."""
 
 _SHARE_ROWS = 60
-"""Shares of a frame are told from so many of its rows."""
+"""Number of rows from which the shares of saturated and dark intensities are estimated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +35,14 @@ class Image(Quantity):
     timestamp_s, wall_time_s : float
         Host monotonic and wall-clock time at mid-exposure.
     sequence : int
-        Counts the camera's images from 0.
+        Number of the camera's image, from 0.
     source : str
-        Name of the observation it belongs to (a file's stem, a scan's folder); "" when live.
+        Name of its observation (a file's stem, a scan's folder); empty for live images.
     exposure_index : int or None
-        Which exposure of the observation it is, from 0, if the camera knows.
+        Index of the exposure within the observation, from 0; None if the camera does not report
+        it.
     exposure_time_s, gain : float or None
-        How it was exposed, if the camera knows; the gain as the camera counts it.
+        Exposure time and gain in the camera's own units; None if the camera does not report them.
     """
 
     pixels: Pixels
@@ -66,22 +67,24 @@ class Frame(Quantity):
     full_scale : float
         The intensity at which a channel saturates (255 for 8 bits).
     marker_mask : (H, W) bool or None
-        Pixels that show a printed marker instead of the coating; None for a gel without any.
+        Pixels that show a printed marker instead of the coating; None for a gel without markers.
     marker_contrast : (h, w) uint8 or None
-        What tells the markers: the share of the light of its surroundings that each pixel lacks,
-        255 for all of it, shrunk by a whole factor. None where the markers are not looked for yet.
+        Bottom-hat image that markers are detected in: by which share a pixel is darker than its
+        surroundings, 255 for black, downscaled by an integer factor. None before markers are
+        detected.
     timestamp_s, wall_time_s : float
         Host monotonic and wall-clock time at mid-observation.
     exposure_times_s : tuple of float
-        Timestamp of each light's exposure, in the order of the sequence; a dark one is left out.
+        Timestamp of each light's exposure, in the order of the sequence, without the dark
+        exposure.
     raw : tuple of Image
-        The exposures as the camera sent them, where they were asked to be kept.
+        The exposures as the camera sent them; empty unless requested.
     """
 
     pixels: Pixels
     channels: tuple[str, ...]
     mm_per_px: float
-    full_scale: float = 255.0
+    full_scale: float = LEVELS.full_scale_8_bit
     marker_mask: Bool | None = None
     timestamp_s: float = 0.0
     wall_time_s: float = 0.0
@@ -93,26 +96,26 @@ class Frame(Quantity):
 
     @property
     def name(self) -> str:
-        """Name of the observation; its sequence number, six digits, when it is live."""
+        """Name of the observation; for live frames the sequence number with six digits."""
         return self.source or f"{self.sequence:06d}"
 
     @cached_property
     def saturated(self) -> Bool:
-        """(H, W, K) bool: the intensity is at the sensor's ceiling and only a lower bound."""
-        return np.asarray(self.pixels >= CEILING * self.full_scale)
+        """(H, W, K) bool: the intensity is saturated, so that it is only a lower bound."""
+        return np.asarray(self.pixels >= LEVELS.saturation_share * self.full_scale)
 
     @cached_property
     def saturated_share(self) -> float:
-        """Share of the frame's intensities at the ceiling, from some of its rows."""
-        return _share(_some(self.pixels) >= CEILING * self.full_scale)
+        """Share of saturated intensities, estimated from some rows."""
+        return _share(_some(self.pixels) >= LEVELS.saturation_share * self.full_scale)
 
     @cached_property
     def too_dark_share(self) -> float:
-        """Share of the intensities too dark to measure, from some of its rows."""
-        return _share(_some(self.pixels) <= FLOOR * self.full_scale)
+        """Share of intensities too dark to measure, estimated from some rows."""
+        return _share(_some(self.pixels) <= LEVELS.dark_share * self.full_scale)
 
     def summary(self) -> Mapping[str, Any]:
-        """Sequence number, timestamp and source."""
+        """Return sequence number, timestamp and source."""
         return {
             "sequence": self.sequence,
             "timestamp_s": self.timestamp_s,
@@ -122,29 +125,29 @@ class Frame(Quantity):
 
 @dataclass(frozen=True, eq=False)
 class Reference(Quantity):
-    """The untouched sensor: the mean of ``frames`` observations.
+    """The undeformed sensor: the mean of ``frames`` observations.
 
     Attributes
     ----------
     pixels : (H, W, K) float32
         Mean intensities, on the scale of the frames.
     noise : float
-        Standard deviation of one observation's intensities over time; 0 if only one was taken.
+        Temporal standard deviation of the intensities of one observation; 0 for a single one.
     marker_mask : (H, W) bool or None
-        Pixels that show a printed marker instead of the coating; None for a gel without any.
+        Pixels that show a printed marker instead of the coating; None for a gel without markers.
     frames : int
-        How many observations were averaged.
+        Number of averaged observations.
     relative : bool
-        True when it is merely the first frame of what is measured, so that readings tell the
-        change since then.
+        True if the reference is the first frame of the measurement itself, so that readings are
+        changes relative to it.
     detections : MarkerDetections or None
-        The markers of the untouched skin, as the profile's own detector finds them; the pipeline
-        adds them. None where no step detects markers.
+        Markers of the undeformed gel surface, found by the profile's own detector and added by the
+        pipeline. None if no step detects markers.
     """
 
     pixels: Float32
     channels: tuple[str, ...]
-    full_scale: float = 255.0
+    full_scale: float = LEVELS.full_scale_8_bit
     marker_mask: Bool | None = None
     noise: float = 0.0
     frames: int = 1
@@ -153,7 +156,7 @@ class Reference(Quantity):
 
 
 def _some(pixels: Pixels) -> Pixels:
-    """Whole rows, which are read many times faster than scattered pixels."""
+    """Return some complete rows, which are read many times faster than scattered pixels."""
     return pixels[:: max(1, len(pixels) // _SHARE_ROWS)]
 
 

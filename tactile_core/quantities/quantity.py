@@ -1,4 +1,4 @@
-"""What every measured thing has in common."""
+"""Base class of all measured quantities."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from tactile_core.quantities.layers import Layer, Outline, Points, ScalarMap, Ve
 
 Arrays = Mapping[str, NDArray[Any]]
 Guard = Callable[["Quantity"], AbstractContextManager[None]]
-"""Gives a context for the work on one quantity, in which its own code may fail."""
+"""Returns a context manager that handles errors of a quantity's own code."""
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Base of everything a :class:`~tactile_core.interfaces.estimator.Estimator` may take or give.
+    """Base of everything that an :class:`~tactile_core.interfaces.estimator.Estimator` processes.
 
-    A third party's quantity subclasses this, says what each field holds
-    (:class:`~tactile_core.quantities.FieldSpec`), and is checked, saved, read back, drawn and
-    streamed like ours.
+    A plugin's own quantity is a subclass whose fields are described by
+    :class:`~tactile_core.quantities.FieldSpec`. It is then checked, saved, loaded, drawn and
+    streamed like those of the core. Arrays become read-only views.
     """
 
     def __post_init__(self) -> None:
@@ -38,24 +38,24 @@ class Quantity:
                 object.__setattr__(self, name, view)
 
     def full(self, name: str) -> NDArray[Any]:
-        """Return a field of the size of the image, enlarged where it lives on a coarser grid.
+        """Return a field at the size of the image, interpolated if it lives on a coarser grid.
 
-        Between the middles of the cells values are linear.
+        Interpolation is bilinear between the centres of the cells.
 
         Parameters
         ----------
         name : str
-            A field over ``y`` and ``x``; another one of the quantity has the size of the image.
+            A field over ``y`` and ``x``. Another field of the quantity has the size of the image.
         """
         sizes = [getattr(self, f.name).shape[:2] for f in _images(type(self)) if not f.spec.coarse]
         values: NDArray[Any] = getattr(self, name)
         return values if not sizes else enlarged(values, sizes[0])
 
     def arrays(self) -> Arrays:
-        """Named arrays from which :meth:`from_arrays` makes it again.
+        """Return named arrays from which :meth:`from_arrays` rebuilds the quantity.
 
-        A field that is None is left out, unless files must hold something. Add what other programs
-        want to find.
+        Fields that are None are left out, unless their ``if_none`` is set. Subclasses may add
+        arrays for other programs.
         """
         parts: dict[str, list[NDArray[Any]]] = {}
         for field in fields_of(type(self)):
@@ -69,7 +69,7 @@ class Quantity:
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> Self:
-        """Make the quantity again from what :meth:`arrays` gave.
+        """Rebuild the quantity from the result of :meth:`arrays`.
 
         Raises
         ------
@@ -92,9 +92,9 @@ class Quantity:
         return cls(**values)
 
     def finite(self) -> Self:
-        """Return it with 0 where a value is no number, which its validity then says.
+        """Return a copy with 0 in place of values that are not finite, marked as not valid.
 
-        What the steps of a pipeline give is finite already.
+        Quantities from the steps of a pipeline are finite already.
         """
         fields = [f for f in fields_of(type(self)) if f.is_array]
         arrays = {f.name: a for f in fields if (a := getattr(self, f.name)) is not None}
@@ -116,7 +116,7 @@ class Quantity:
         return replace(self, **changed)
 
     def layers(self) -> tuple[Layer, ...]:
-        """What of it can be drawn in the image; by default what the fields say."""
+        """Return the layers to draw in the image; by default derived from the fields."""
         found: list[Layer] = []
         for field in fields_of(type(self)):
             value, spec = getattr(self, field.name), field.spec
@@ -134,20 +134,20 @@ class Quantity:
         return tuple(found)
 
     def summary(self) -> Mapping[str, Any]:
-        """A few JSON-ready values for a line of ``tactile run --json``; by default the scalars."""
-        said: dict[str, list[Any]] = {}
+        """Return JSON-ready values for a line of ``tactile run --json``; by default the scalars."""
+        found: dict[str, list[Any]] = {}
         for field in fields_of(type(self)):
             if field.form in (bool, int, float, str) and not field.spec.shared:
-                said.setdefault(field.spec.saved_as, []).append(getattr(self, field.name))
-        return {name: values[0] if len(values) == 1 else values for name, values in said.items()}
+                found.setdefault(field.spec.saved_as, []).append(getattr(self, field.name))
+        return {name: values[0] if len(values) == 1 else values for name, values in found.items()}
 
     def warnings(self) -> tuple[str, ...]:
-        """Plain sentences that a reading passes on to the user."""
+        """Return messages that a reading passes on to the user."""
         return ()
 
 
 def unguarded(_: Quantity) -> AbstractContextManager[None]:
-    """Let what a quantity's code raises pass."""
+    """Return a context manager that lets errors of a quantity's code pass."""
     return nullcontext()
 
 

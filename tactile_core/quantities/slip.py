@@ -1,4 +1,4 @@
-"""Whether the contact holds, and how it gives way."""
+"""Slip state of the contact."""
 
 from __future__ import annotations
 
@@ -15,24 +15,29 @@ SlipKind = Literal["translation", "rotation"]
 
 @dataclass(frozen=True, eq=False)
 class SlipState(Quantity):
-    """Whether the contact holds.
+    """Slip state of the contact.
 
     Attributes
     ----------
     state : str
-        ``none`` (nothing touches), ``stick``, ``incipient`` (the border of the contact slips) or
-        ``slip`` (all of it does).
+        ``none`` (no contact), ``stick``, ``incipient`` (the border of the contact slips) or
+        ``slip`` (gross slip of the entire contact).
     degree : float
-        0 where all of the contact sticks, 1 where all of it slips.
+        0 if the entire contact sticks, 1 if all of it slips.
     kind : str or None
-        ``translation`` or ``rotation`` while something slips.
+        ``translation`` or ``rotation`` during slip; None otherwise.
     entropy_bits : float or None
-        Of the displacement's magnitude over the contact, in bins of 1/256 mm [Yuan 2015]; None
-        where nothing touches.
+        Entropy of the displacement magnitude in the contact area, with bins of 1/256 mm [1]_; None
+        without contact.
     rotation_deg : float or None
-        How far the skin in contact is turned, positive from x towards y.
+        Rotation of the gel surface in contact, in degrees, positive from x towards y.
     onset_s : float or None
-        Time at which the present incipient or gross slip began.
+        Time at which the current incipient or gross slip began.
+
+    References
+    ----------
+    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of Shear and Slip with a
+       GelSight Tactile Sensor", ICRA, 2015.
     """
 
     state: Annotated[SlipName, FieldSpec(saved_as="slip_state")]
@@ -48,7 +53,7 @@ class SlipState(Quantity):
     timestamp_s: TimestampS = 0.0
 
     def summary(self) -> Mapping[str, Any]:
-        """The entry ``slip``."""
+        """Return the entry ``slip``."""
         return {
             "slip": {
                 "state": self.state,

@@ -1,4 +1,4 @@
-"""The shape of the skin: slopes, heights and where the object touches."""
+"""Shape of the gel surface: slopes, heights and the contact area."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ _YX = ("y", "x")
 
 @dataclass(frozen=True, eq=False)
 class Gradients(Quantity):
-    """Slope of the height map, dimensionless (mm per mm).
+    """Slopes of the height map, dimensionless (mm per mm).
 
-    Heights are measured from the rest surface, and so are slopes: on a domed gel they are those
-    of the skin less those of the dome.
+    Like heights, slopes are relative to the undeformed surface: on a domed gel the slopes of the
+    dome are subtracted.
 
     Attributes
     ----------
     x, y : (H, W) float32
         ∂z/∂x (x right) and ∂z/∂y (y down) of :class:`HeightMap`.
     valid : (H, W) bool
-        False where the value was filled in (a marker, saturation).
+        False where the value is filled in (markers, saturation).
     """
 
     x: Annotated[Float32, FieldSpec("mm/mm", _YX, saved_as="gradients")]
@@ -45,22 +45,23 @@ class Gradients(Quantity):
         return np.asarray(n / np.linalg.norm(n, axis=2, keepdims=True), np.float32)
 
     def layers(self) -> tuple[Layer, ...]:
-        """None: slopes are seen in the shade of the height map."""
+        """Return no layers: the shading of the height map shows the slopes."""
         return ()
 
 
 @dataclass(frozen=True, eq=False)
 class HeightMap(Quantity):
-    """How far the object presses the membrane towards the camera.
+    """Height of the gel surface above its undeformed shape, towards the camera.
 
     Attributes
     ----------
     mm : (H, W) float32
-        Millimetres; positive where pressed, 0 at the rest surface, be it flat or domed.
+        Height in mm; positive where the gel is indented, 0 where it is undeformed, for flat and
+        domed gels.
     valid : (H, W) bool
-        False where the gradient beneath was filled in.
+        False where the slopes were filled in.
     rest_mm : (H, W) float32 or None
-        z of the rest surface in the sensor frame, 0 at a dome's apex; None where it is flat.
+        z of the undeformed surface in the sensor frame, 0 at a dome's apex; None for a flat gel.
     """
 
     mm: Annotated[Float32, FieldSpec("mm", _YX, saved_as="height_mm")]
@@ -71,7 +72,7 @@ class HeightMap(Quantity):
 
     @property
     def points_mm(self) -> Float32:
-        """(H, W, 3) where the skin is in the sensor frame: x, y, and z = rest − height."""
+        """(H, W, 3) points of the gel surface in the sensor frame: x, y and z = rest − height."""
         y, x = (from_middle(n) * self.mm_per_px for n in self.mm.shape)
         points = np.empty((*self.mm.shape, 3), np.float32)
         points[..., 0] = x
@@ -80,25 +81,26 @@ class HeightMap(Quantity):
         return points
 
     def layers(self) -> tuple[Layer, ...]:
-        """The surface."""
+        """Return the surface."""
         return (Surface(self.mm, self.mm_per_px),)
 
     def summary(self) -> Mapping[str, Any]:
-        """The largest height."""
+        """Return the largest height."""
         return {"max_height_mm": float(self.mm.max())}
 
     def shifted(self, offset_mm: float) -> Self:
-        """Return the same map raised by ``offset_mm``."""
+        """Return a copy raised by ``offset_mm``."""
         return replace(self, mm=self.mm + np.float32(offset_mm))
 
 
 @dataclass(frozen=True, eq=False)
 class ContactMask(Quantity):
-    """Where the object touches.
+    """The contact area.
 
     Attributes
     ----------
     mask : (H, W) bool
+        True where the object touches the gel.
     """
 
     mask: Annotated[Bool, FieldSpec(axes=_YX, saved_as="contact")]
@@ -107,13 +109,13 @@ class ContactMask(Quantity):
 
     @property
     def area_mm2(self) -> float:
-        """Area in contact."""
+        """Contact area in mm²."""
         return float(np.count_nonzero(self.mask)) * self.mm_per_px**2
 
     def layers(self) -> tuple[Layer, ...]:
-        """The outline of the contact."""
+        """Return the outline of the contact."""
         return (Outline(self.mask, "contact"),)
 
     def summary(self) -> Mapping[str, Any]:
-        """The area in contact."""
+        """Return the contact area."""
         return {"contact_area_mm2": self.area_mm2}

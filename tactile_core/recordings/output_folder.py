@@ -15,7 +15,7 @@ from typing import Any
 from tactile_core.errors import InputError
 from tactile_core.formats.folders import make_folder, rename_new
 from tactile_core.formats.printable import printable
-from tactile_core.formats.unfinished import beside, remove_leftovers
+from tactile_core.formats.unfinished import remove_leftovers, temporary_path
 from tactile_core.recordings.inputs import Inputs
 
 WRITTEN = ".tactile-outputs"
@@ -119,7 +119,7 @@ class OutputFolder:
         path = self.path / name
         self._make()
         self._refuse_foreign(name, of)
-        fresh = beside(path)
+        fresh = temporary_path(path)
         try:
             writer(fresh)
             ours_is_there = self._refuse_foreign(name, of)

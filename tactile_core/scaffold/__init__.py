@@ -1,9 +1,9 @@
-"""A start for a lab's own sensor: a commented profile from one picture, and a plugin package.
+"""Templates for your own sensor: a commented profile from one image, and a plugin package.
 
 May import calibration, pipeline and what these may import.
 
-:func:`new_profile` finds what differs from a known build; :func:`new_package` puts such a profile
-into an installable plugin with a first estimator and its conformance test.
+:func:`new_profile` determines how a sensor differs from an existing profile. :func:`new_package`
+puts such a profile into an installable plugin with an estimator and its conformance test.
 """
 
 from tactile_core.scaffold.discovery import Ask, new_profile

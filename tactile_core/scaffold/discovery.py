@@ -1,4 +1,4 @@
-"""From a picture of the untouched sensor to what differs from a known build."""
+"""Determine how a sensor differs from an existing profile, from an image of the undeformed gel."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ from tactile_core.scaffold.scale import Scale, agreed, scale_finding
 from tactile_core.scaffold.view import find_view, section_of
 
 Ask = Callable[[str], str]
-"""Puts a question to somebody and returns the answer, "" where it is not known."""
+"""Asks the user a question and returns the answer; empty if unknown."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def check_name(name: str) -> None:
-    """Refuse a name that cannot name a profile, a plugin and a file alike.
+    """Check that a name is valid for a profile, a plugin and a file.
 
     Raises
     ------
     InputError
-        It has other characters than letters, digits and ``_``, or a shipped profile has it.
+        It has characters other than letters, digits and ``_``, or is that of a shipped profile.
     """
     if not _NAME.fullmatch(name) or not name.isascii():
         raise InputError(f"{name!r}: a name has letters, digits and '_', and begins with a letter")
@@ -67,46 +67,52 @@ def new_profile(
     ask: Ask | None = None,
     progress: Progress | None = None,
 ) -> NewProfile:
-    """Make a minimal profile of one's own sensor from a picture of it.
+    """Make a minimal profile of a sensor from an image of it.
 
     Parameters
     ----------
     name : str
         Letters, digits and ``_``.
     parent : str or Path
-        The profile that comes nearest, by name or path.
+        The most similar profile, by name or path.
     image : Path
-        A recording of the untouched sensor; its first observation counts.
+        A recording of the undeformed sensor; the first observation is used.
     out : Path, optional
-        Where the file is to lie; the path of a parent is written relative to it.
+        Destination of the profile; the path of a parent is written relative to it.
     mm_per_px : float, optional
         Scale of the resulting image.
     known : KnownSize, optional
-        A length on the gel, or a rectangle that also straightens the view.
+        A known length on the gel, or a rectangle that also rectifies the perspective.
     marker_pitch_mm : float, optional
-        Distance of a printed marker to its nearest neighbour, as a rule.
+        Typical distance of a printed marker to its nearest neighbour.
     target : Path, optional
-        A grid of balls with circles drawn in the camera's pixels.
+        A grid of balls with circles in the camera's pixels.
     presses : Path, optional
-        A recording of a ball pressed here and there, or of the target: tells where each colour's
-        light comes from.
+        A recording of a ball at different positions, or of the target, from which the direction of
+        each light is estimated.
     ball_diameter_mm : float, optional
-        Needed with presses, except of a target.
+        Required with presses unless a target is given.
     ask : callable, optional
-        Is asked for the scale where nothing tells it.
+        Called for the scale if no input determines it.
+    progress : Progress, optional
+
+    Returns
+    -------
+    NewProfile
 
     Raises
     ------
     InputError, ProfileError, CalibrationError
-        Something given is unusable, or two things tell different scales.
+        An input cannot be used, or two inputs give different scales.
     """
     check_name(name)
     if presses is not None and ball_diameter_mm is None and target is None:
         raise InputError(
-            "how large is the ball in --presses? give --ball-diameter-mm (or --target)"
+            "the diameter of the ball in --presses is missing; give --ball-diameter-mm "
+            "(or --target)"
         )
     if presses is None and ball_diameter_mm is not None:
-        raise InputError("--ball-diameter-mm tells of the ball in --presses; give that too")
+        raise InputError("--ball-diameter-mm is that of the ball in --presses; give both")
     base = load_profile(parent)
     picture = _Picture.first_of(image, base)
     if known is not None:
@@ -117,16 +123,16 @@ def new_profile(
     seen = [geometry.apply(exposure) for exposure in picture.exposures]
     markers = find_markers(seen, picture.name, marker_pitch_mm)
     camera = picture.size_px
-    told = [] if mm_per_px is None else [Scale.given(mm_per_px)]
+    scales = [] if mm_per_px is None else [Scale.given(mm_per_px)]
     if known is not None:
-        told.append(Scale.of_known_size(known, section, camera))
+        scales.append(Scale.of_known_size(known, section, camera))
     if target is not None:
-        told.append(Scale.of_target(target, section, camera))
+        scales.append(Scale.of_target(target, section, camera))
     if markers is not None and marker_pitch_mm is not None:
-        told.append(Scale.of_markers(markers, marker_pitch_mm))
+        scales.append(Scale.of_markers(markers, marker_pitch_mm))
     if picture.mm_per_px is not None:
-        told.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
-    scale = agreed(told) or (_asked(ask, markers) if ask is not None else None)
+        scales.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
+    scale = agreed(scales) or (_asked(ask, markers) if ask is not None else None)
     found.append(scale_finding(scale, base, section.width_px))
     printed = markers_finding(markers, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
@@ -150,14 +156,14 @@ def new_profile(
 
 
 def _inputs(parent: str | Path, given: Mapping[str, Path | None]) -> Inputs:
-    *older, file = load_source(parent).lineage
-    older_ones = {f"{path.name}, which --from extends": path for path in older}
-    return Inputs.of({"--from": file, **older_ones, **given})
+    *ancestors, file = load_source(parent).lineage
+    extended = {f"{path.name}, which --from extends": path for path in ancestors}
+    return Inputs.of({"--from": file, **extended, **given})
 
 
 @dataclass(frozen=True, eq=False)
 class _Picture:
-    """The untouched sensor as the camera sends it, and what its recording says of it."""
+    """The undeformed sensor as the camera sends it, with scale and crop from its recording."""
 
     name: str
     exposures: tuple[Pixels, ...]
@@ -171,25 +177,25 @@ class _Picture:
         recording = open_recording(path, images_per_observation=count)
         first = next(iter(recording), None)
         if first is None:
-            raise InputError(f"{path} holds no picture; give one of the untouched sensor")
+            raise InputError(f"{path} holds no image; give one of the undeformed sensor")
         exposures = tuple(image.pixels for image in first.images)
         return cls(Path(path).name, exposures, recording.mm_per_px, recording.crop)
 
     @property
     def pixels(self) -> Pixels:
-        """The mean of all lights."""
+        """The mean over all lights."""
         if len(self.exposures) == 1:
             return self.exposures[0]
         return np.asarray(np.mean(self.exposures, axis=0)).astype(self.exposures[0].dtype)
 
     @property
     def size_px(self) -> Size:
-        """Width and height."""
+        """Width and height in px."""
         return self.exposures[0].shape[1], self.exposures[0].shape[0]
 
 
 def _asked(ask: Ask, markers: FoundMarkers | None) -> Scale | None:
-    """Ask for what is easiest to know."""
+    """Ask for the marker pitch if there are markers, else for the scale."""
     question = "How many mm on the gel is one pixel wide"
     if markers is not None:
         question = f"Markers are {markers.pitch_px:.1f} px apart: how many mm is that"
@@ -201,12 +207,12 @@ def _asked(ask: Ask, markers: FoundMarkers | None) -> Scale | None:
     except ValueError:
         raise InputError(f"{answer!r} is no number of mm") from None
     if not 0 < value < np.inf:
-        raise InputError(f"{answer!r}: a length must be larger than nothing")
+        raise InputError(f"{answer!r}: a length must be positive")
     return Scale.given(value) if markers is None else Scale.of_markers(markers, value)
 
 
 def _overlaid(parent: str | Path, findings: list[Finding]) -> Profile:
-    """The parent with what was found."""
+    """Return the parent profile with the findings applied."""
     overlay: dict[str, dict[str, Any]] = {}
     for finding in findings:
         overlay.setdefault(finding.section, {}).update(finding.values)
@@ -214,7 +220,7 @@ def _overlaid(parent: str | Path, findings: list[Finding]) -> Profile:
 
 
 def _extends(parent: str | Path, out: Path | None) -> str:
-    """Name of the parent as it is written into a file at ``out``."""
+    """Return the value of ``extends`` in a file at ``out``."""
     if not isinstance(parent, Path) and not is_path(parent):
         return parent
     path = find_profile(parent)

@@ -1,4 +1,4 @@
-"""What was found out about a lab's own sensor, and how."""
+"""A property of a new sensor, and how it was determined."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Finding:
-    """Keys of one section of a profile, and where their values come from.
+    """Keys of one section of a profile, and the origin of their values.
 
     Attributes
     ----------
     section : str
         ``image`` or ``gel``, for example.
     comment : str
-        What they are and how they were found, a sentence or two.
+        Meaning and origin of the keys, in a sentence or two.
     values : mapping
-        As they go into the file; empty where the parent's stand and are only spoken of.
+        Keys and values for the file; empty if the parent's values are inherited.
     noted : bool
-        To be said aloud: not found but taken from the parent, or doubtful.
+        Also reported to the user: the values are inherited instead of measured, or doubtful.
     """
 
     section: str

@@ -1,14 +1,15 @@
-"""Where the light of each channel comes from, learned from presses of a ball."""
+"""Directions of the lights, estimated from presses of a ball."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
-from tactile_core.calibration.fitting import AZIMUTH_TOLERANCE_DEG, channel_azimuths
+from tactile_core.calibration.fitting import AZIMUTHS, channel_azimuths
 from tactile_core.calibration.targets import balls
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.progress import Progress, Silent
@@ -17,9 +18,24 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding
 
-WIDEST_CONTACT = 0.95
-"""Of the ball's radius, by the median press: at the right scale 0.73 to 0.88 on real recordings,
-and 0.97 at one that is a quarter too large."""
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """Parameters of the check of the scale. Nothing sets them from outside: it only warns.
+
+    Attributes
+    ----------
+    widest_contact : float, ball radii
+        A larger median contact radius indicates that the scale is too large.
+        Source: 0.73 to 0.88 on recordings of three real sensors, and 0.97 at a scale a quarter too
+        large (ADR 17).
+    """
+
+    widest_contact: float = 0.95
+
+
+CONTACT = ContactParameters()
+"""The values in use."""
 
 
 def find_lights(
@@ -32,12 +48,12 @@ def find_lights(
     target: Path | None = None,
     progress: Progress | None = None,
 ) -> list[Finding]:
-    """Learn the lights' azimuths from presses, and say how they lie to those of the parent.
+    """Estimate the azimuths of the lights from presses and compare them with the parent's.
 
     Parameters
     ----------
     profile : Profile
-        With the image section that was found.
+        With the ``image`` section that was found.
     parent : str
         Name of the profile that it extends, for the comments.
     presses, ball_diameter_mm, target
@@ -52,7 +68,7 @@ def find_lights(
     frames = list(read_frames(profile, presses))
     condition = Conditioning.of(profile, undeformed, compensates=False)
     undeformed = condition.undeformed
-    known = balls(
+    ground_truth = balls(
         profile,
         presses,
         frames,
@@ -61,17 +77,16 @@ def find_lights(
         target=target,
         progress=progress or Silent(),
     )
-    good = [press for press in known.surfaces if press.used]
+    good = [press for press in ground_truth.surfaces if press.used]
     learned = dict(zip(undeformed.channels, channel_azimuths(good, undeformed), strict=True))
-    basis = (
-        f"{len(good)} of {len(known.surfaces)} presses of a ball of {known.ball_diameter_mm:g} mm"
-    )
+    diameter_mm = ground_truth.ball_diameter_mm
+    basis = f"{len(good)} of {len(ground_truth.surfaces)} presses of a ball of {diameter_mm:g} mm"
     findings = [_azimuths(profile, learned, parent, basis)]
-    usual = np.median([press.radius_px / press.ball_radius_px for press in good])
-    if target is None and usual > WIDEST_CONTACT:
+    median_share = np.median([press.radius_px / press.ball_radius_px for press in good])
+    if target is None and median_share > CONTACT.widest_contact:
         text = (
-            f"At this scale the ball of {known.ball_diameter_mm:g} mm would touch as wide as it "
-            f"is, so mm_per_px is likely too large."
+            f"At this scale the contact would be as wide as the ball of {diameter_mm:g} mm, so "
+            f"mm_per_px is likely too large."
         )
         findings.append(Finding("image", text, noted=True))
     return findings
@@ -79,37 +94,39 @@ def find_lights(
 
 def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis: str) -> Finding:
     lights = lights_of(make_lights(profile))
-    found = "light comes from " + ", ".join(f"{round(a)}° ({name})" for name, a in learned.items())
+    found = "the light comes from " + ", ".join(
+        f"{round(a)}° ({name})" for name, a in learned.items()
+    )
     if {light.name for light in lights} != set(learned):
         text = (
-            f"By {basis} {found}; {parent} does not tell its lamps by channel, so "
-            f"nothing is written. Calibration learns them anyway."
+            f"According to {basis}, {found}. {parent} does not list its lights by channel, so "
+            f"nothing is written; the calibration learns the directions anyway."
         )
         return Finding("illumination", text)
-    said = np.array([light.azimuth_deg for light in lights])
-    seen = np.array([learned[light.name] for light in lights])
-    if _fit(seen, said):
-        text = f"By {basis} {found}, much as {parent} says."
+    expected = np.array([light.azimuth_deg for light in lights])
+    measured = np.array([learned[light.name] for light in lights])
+    if _match(measured, expected):
+        text = f"According to {basis}, {found}, which agrees with {parent}."
         return Finding("illumination", text)
-    text = f"By {basis} {found}; 0° is right, 90° down."
-    if len(lights) == 3 and _fit(seen[::-1], said):
+    text = f"According to {basis}, {found}; 0° is right, 90° down."
+    if len(lights) == 3 and _match(measured[::-1], expected):
         text += (
-            f" With the first and the last channel swapped it would be as {parent} says: the "
+            f" With the first and the last channel swapped it would agree with {parent}: the "
             f"recording may be BGR instead of RGB, or mirrored."
         )
     else:
-        turn = float(np.degrees(np.angle(np.exp(1j * np.radians(seen - said)).mean())))
-        if _fit(seen - turn, said):
-            text += f" All are turned by {round(turn)}° against {parent}'s."
+        turn = float(np.degrees(np.angle(np.exp(1j * np.radians(measured - expected)).mean())))
+        if _match(measured - turn, expected):
+            text += f" All are rotated by {round(turn)}° relative to {parent}'s."
         else:
-            text += f" {parent} has them elsewhere and in another order."
-    as_said = profile.illumination.options.get("lights")
-    if as_said is None:
+            text += f" {parent} has other directions in another order."
+    parents = profile.illumination.options.get("lights")
+    if parents is None:
         return Finding("illumination", text)
-    written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in as_said]
+    written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in parents]
     return Finding("illumination", text, {"lights": written})
 
 
-def _fit(seen_deg: np.ndarray, said_deg: np.ndarray) -> bool:
-    off = np.abs((seen_deg - said_deg + 180) % 360 - 180)
-    return bool((off <= AZIMUTH_TOLERANCE_DEG).all())
+def _match(measured_deg: np.ndarray, expected_deg: np.ndarray) -> bool:
+    off = np.abs((measured_deg - expected_deg + 180) % 360 - 180)
+    return bool((off <= AZIMUTHS.tolerance_deg).all())

@@ -1,4 +1,4 @@
-"""Markers printed on one's own gel."""
+"""Detection of printed markers on a new sensor."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tactile_core.scaffold.finding import Finding
 
 @dataclass(frozen=True)
 class FoundMarkers:
-    """Typical marker in the resulting image."""
+    """Typical diameter and pitch of the markers in the resulting image."""
 
     diameter_px: float
     pitch_px: float
@@ -25,34 +25,39 @@ class FoundMarkers:
 def find_markers(
     exposures: Sequence[Pixels], name: str, pitch_mm: float | None
 ) -> FoundMarkers | None:
-    """Find whether markers are printed, and how large they are.
+    """Detect whether the gel has printed markers, and their size.
 
     Parameters
     ----------
     exposures : sequence of (H, W) or (H, W, 3)
-        Of one observation, as measured in.
+        Exposures of one observation in the resulting image.
     name : str
+        The image's name, for messages.
     pitch_mm : float or None
-        What somebody knows of them.
+        The pitch that the user has given.
+
+    Returns
+    -------
+    FoundMarkers, or None without a lattice of markers
 
     Raises
     ------
     InputError
-        A pitch is given, and it is not positive or there are no markers.
+        A pitch is given, but it is not positive or there are no markers.
     """
     if pitch_mm is not None and not pitch_mm > 0:
-        raise InputError(f"--marker-pitch-mm {pitch_mm:g}: markers lie apart by more than nothing")
+        raise InputError(f"--marker-pitch-mm {pitch_mm:g}: the pitch must be positive")
     found = find_marker_diameter(_brightest(exposures))
     if found is None and pitch_mm is not None:
         raise InputError(
             f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of markers; leave it out, or "
-            f"give a sharper picture of the untouched gel"
+            f"give a sharper image of the undeformed gel"
         )
     return None if found is None else FoundMarkers(*found)
 
 
 def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
-    """The most that any light shows of each pixel: ink is dark in all, a slope bright in one."""
+    """Return each pixel's maximum over all lights: ink is dark in all, a slope bright in one."""
     planes = np.concatenate([np.atleast_3d(exposure) for exposure in exposures], axis=2)
     level = np.maximum(np.median(planes.reshape(-1, planes.shape[2]), axis=0), 1.0)
     return np.asarray((planes / level.astype(np.float32)).max(axis=2))
@@ -61,15 +66,15 @@ def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
 def markers_finding(
     markers: FoundMarkers | None, parent: Profile, mm_per_px: float, name: str
 ) -> Finding | None:
-    """Put the markers into words; None where neither gel has any."""
+    """Return the finding for the profile; None if neither gel has markers."""
     if markers is not None:
         pitch_mm, diameter_mm = markers.pitch_px * mm_per_px, markers.diameter_px * mm_per_px
         unlike = parent.gel.markers is None
         doubt = f" {parent.name}'s gel has none." if unlike else ""
         return Finding(
             "gel",
-            f"Printed markers, how far apart and how large: in {name} {markers.pitch_px:.1f} and "
-            f"{markers.diameter_px:.1f} px.{doubt}",
+            f"Pitch and diameter of the printed markers: {markers.pitch_px:.1f} and "
+            f"{markers.diameter_px:.1f} px in {name}.{doubt}",
             {
                 "markers": {
                     "pitch_mm": float(f"{pitch_mm:.3g}"),
@@ -82,8 +87,8 @@ def markers_finding(
         return None
     return Finding(
         "gel",
-        f"{name} shows no lattice of markers, though {parent.name}'s gel has one; if this one has "
-        f"markers, say {{pitch_mm: …, diameter_mm: …}}, or they will look like dents.",
+        f"{name} shows no lattice of markers, although {parent.name}'s gel has one. If this gel "
+        f"has markers, set {{pitch_mm: …, diameter_mm: …}}; otherwise they are measured as dents.",
         {"markers": None},
         noted=True,
     )

@@ -1,4 +1,4 @@
-"""A plugin package around a new profile, which installs and passes its test as it is."""
+"""Template of a plugin package around a new profile, installable and with a passing test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactile_core.scaffold.place import refuse_existing
 from tactile_core.scaffold.profile import NewProfile
 
 STEP = "deepest"
-"""The first estimator, and its step in the profile."""
+"""Name of the template's estimator, and of its step in the profile."""
 
 _PYPROJECT = """\
 [build-system]
@@ -25,7 +25,7 @@ build-backend = "hatchling.build"
 [project]
 name = "{distribution}"
 version = "0.1.0"
-description = "The tactile sensor {name}, as a plugin of tactile-core"
+description = "The tactile sensor {name} as a plugin of tactile-core"
 readme = "README.md"
 requires-python = ">=3.11"
 dependencies = ["numpy>=1.26", "pydantic>=2.7,<3", "tactile-core>=0.1"]
@@ -33,7 +33,7 @@ dependencies = ["numpy>=1.26", "pydantic>=2.7,<3", "tactile-core>=0.1"]
 [project.optional-dependencies]
 test = ["pytest>=8"]
 
-# The name on the left is the plugin's: {name}.{step} in a profile.
+# The name on the left is the plugin's name, as in {name}.{step}.
 [project.entry-points."tactile_core.v1"]
 {name} = "{module}"
 
@@ -44,23 +44,23 @@ packages = ["{module}"]
 _README = """\
 # {distribution}
 
-The sensor `{name}`, as a plugin of tactile-core: its profile
-([{name}.yaml]({module}/profiles/{name}.yaml)) and an estimator of its own,
+The sensor `{name}` as a plugin of tactile-core: its profile
+([{name}.yaml]({module}/profiles/{name}.yaml)) and an example estimator,
 [{step}]({module}/{step}.py), which finds the deepest point.
 
 ```sh
 pip install -e '.[test]'
 pytest                     # the conformance test
 tactile validate {name}
-tactile calibrate {name} --presses presses/ --reference untouched.png --ball-diameter-mm 4
+tactile calibrate {name} --presses presses/ --reference reference.png --ball-diameter-mm 4
 tactile run {name} --input recording/ --out results --json
 ```
 
-Another estimator is another module and another line in [__init__.py]({module}/__init__.py).
+To add an estimator, add a module and a line in [__init__.py]({module}/__init__.py).
 """
 
 _INIT = '''\
-"""The plugin ``{name}``: what it brings, and where. Nothing else is imported before it is named."""
+"""The plugin ``{name}``: its components and their import paths. Keep this module light."""
 
 from __future__ import annotations
 
@@ -72,18 +72,18 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_estimators() -> Mapping[str, str]:
-    """Where each estimator lives."""
+    """Return the import path of each estimator."""
     return {{"{step}": "{module}.{step}:DeepestPoint"}}
 
 
 @hookimpl
 def tactile_profiles() -> Path:
-    """Where the profiles lie."""
+    """Return the folder of the profiles."""
     return Path(__file__).parent / "profiles"
 '''
 
 _ESTIMATOR = '''\
-"""Where the skin is pressed deepest."""
+"""The point of the deepest indentation."""
 
 from __future__ import annotations
 
@@ -106,9 +106,9 @@ class Deepest(Quantity):
     Attributes
     ----------
     x_mm, y_mm : float
-        From the image centre, x right and y down; 0 where nothing touches.
+        Position relative to the image centre, x right and y down; 0 without contact.
     depth_mm : float
-        How far the skin is pressed there, 0 where nothing touches.
+        Indentation at that point; 0 without contact.
     """
 
     x_mm: Annotated[float, _DEEPEST]
@@ -118,17 +118,17 @@ class Deepest(Quantity):
 
 
 class DeepestOptions(Options):
-    """What a profile may set beside ``use: {name}.{step}``."""
+    """Options of ``{name}.{step}`` in a profile."""
 
     min_depth_mm: float = Field(
-        default=0.05, ge=0, description="Skin pressed less than this is taken for noise."
+        default=0.05, ge=0, description="Smaller indentations count as noise, mm."
     )
 
 
 class DeepestPoint(Estimator):
     """Finds the deepest point of a height map.
 
-    The annotations of ``estimate`` are all that the core needs to place this step in the chain.
+    The core places this step in the chain by the annotations of ``estimate``.
     """
 
     Options = DeepestOptions
@@ -158,16 +158,16 @@ class TestConformance(PluginConformance):
 
 @dataclass(frozen=True)
 class NewPackage:
-    """A package that was made, not written yet.
+    """A plugin package, ready to be written.
 
     Attributes
     ----------
     name : str
-        The plugin's, and the profile's.
+        Name of the plugin and of the profile.
     files : mapping of str to str
         Text of each file, by its path in the package's folder.
     inputs : Inputs
-        What it was made from, which it does not replace.
+        Files that it was made from; they are never overwritten.
     """
 
     name: str
@@ -175,13 +175,14 @@ class NewPackage:
     inputs: Inputs = field(default_factory=Inputs)
 
     def write(self, folder: Path, *, force: bool = False) -> None:
-        """Write the package, whole or not at all.
+        """Write the package, completely or not at all.
+
+        With ``force``, files of the same names in an existing folder are replaced, and no others.
 
         Raises
         ------
         InputError
-            There is such a folder, and not ``force``; with it, only files of the same names are
-            replaced.
+            The folder exists, and ``force`` is False.
         """
         folder = Path(folder)
         refuse_existing(folder, force=force, folder=True)
@@ -213,7 +214,7 @@ class NewPackage:
 
 
 def profile_path(folder: Path, name: str) -> Path:
-    """Return where the profile lies in the package's folder."""
+    """Return the path of the profile in the package's folder."""
     return folder / f"tactile_{name}" / "profiles" / f"{name}.yaml"
 
 
@@ -223,15 +224,15 @@ def new_package(profile: NewProfile) -> NewPackage:
     Raises
     ------
     InputError
-        The profile extends a file by its path, which would not travel with the package.
+        The profile extends a file by its path, which is not part of the package.
     """
     if profile.extends_path:
         raise InputError(
-            "a package cannot extend a file outside of it; give --from a profile's name, or leave "
-            "--plugin out"
+            "a package cannot extend a file outside the package; give --from a profile's name, or "
+            "leave --plugin out"
         )
     module = f"tactile_{profile.name}"
-    words = {
+    fields = {
         "name": profile.name,
         "module": module,
         "distribution": module.replace("_", "-"),
@@ -244,10 +245,10 @@ def new_package(profile: NewProfile) -> NewPackage:
         f"{module}/{STEP}.py": _ESTIMATOR,
         "tests/test_conformance.py": _TEST,
     }
-    files = {path: text.format(**words) for path, text in templates.items()}
+    files = {path: text.format(**fields) for path, text in templates.items()}
     files[f"{module}/py.typed"] = ""
     files[f"{module}/profiles/{profile.name}.yaml"] = profile.text + (
-        f"\nestimators:\n  # The package's own step; remove it with '{STEP}: null'.\n"
+        f"\nestimators:\n  # The estimator of this package; '{STEP}: null' removes it.\n"
         f"  {STEP}: {{use: {profile.name}.{STEP}}}\n"
     )
     return NewPackage(profile.name, files, profile.inputs)

@@ -1,4 +1,4 @@
-"""Where something new may be written."""
+"""Protection of existing files."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from tactile_core.errors import InputError
 
 
 def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:
-    """Refuse to write over what somebody has already.
+    """Refuse a path that exists already.
 
     Parameters
     ----------
     path : Path
     force : bool
-        A file may be replaced by a file; in a folder, files of the same names.
+        True allows to replace a file by a file, and files of the same names in a folder.
     folder : bool
-        Whether a folder is to be written.
+        True if a folder is to be written.
 
     Raises
     ------
     InputError
-        Something is there, and not ``force`` or of the other kind.
+        The path exists without ``force``, is of the other kind, or leads through a missing folder.
     """
     if not os.path.lexists(path):
         place = Path(os.path.realpath(path))
-        if os.path.lexists(place):  # as soon as the folders to it are made
+        if os.path.lexists(place):  # once the missing folders have been created
             raise InputError(f"{path} leads through a folder that is not there; give {place}")
         return
-    alike = path.is_dir() if folder else path.is_file()
-    if not alike:
+    same_kind = path.is_dir() if folder else path.is_file()
+    if not same_kind:
         raise InputError(
             f"{path} is {'no folder' if folder else 'no file'}; give another --out, the "
             f"{'folder' if folder else 'file'} to write"

@@ -1,4 +1,4 @@
-"""A profile for a lab's own sensor, as text with a comment to every line."""
+"""The text of a new profile, with a comment for every key."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.place import refuse_existing
 
 _WIDTH = 100
+"""Characters per line of the file."""
+
 _UNSEEN_GEL = (
     "shape",
     "radius_mm",
@@ -31,7 +33,7 @@ _UNSEEN_GEL = (
 
 @dataclass(frozen=True)
 class NewProfile:
-    """A profile that was made, not written yet.
+    """A profile, ready to be written.
 
     Attributes
     ----------
@@ -39,11 +41,11 @@ class NewProfile:
     text : str
         YAML.
     notes : tuple of str
-        What was not found but taken from the parent.
+        Messages to the user about values that are inherited instead of measured.
     extends_path : bool
-        Whether the parent is a file and no name.
+        True if the parent is given by its path instead of its name.
     inputs : Inputs
-        What it was made from, which it does not replace.
+        Files that it was made from; they are never overwritten.
     """
 
     name: str
@@ -53,12 +55,12 @@ class NewProfile:
     inputs: Inputs = field(default_factory=Inputs)
 
     def write(self, path: Path, *, force: bool = False) -> None:
-        """Write the file, whole or not at all.
+        """Write the file, completely or not at all.
 
         Raises
         ------
         InputError
-            There is such a file, and not ``force``; or it is one that this was made from.
+            The file exists without ``force``, or is an input of the profile.
         """
         path = Path(path)
         refuse_existing(path, force=force)
@@ -71,28 +73,28 @@ class NewProfile:
 def render_profile(
     name: str, extends: str, parent: Profile, source: str, findings: Sequence[Finding]
 ) -> str:
-    """Write what differs from the parent, each with how it was found.
+    """Return the text of a profile: the differences from the parent, with comments on their origin.
 
     Parameters
     ----------
     name, extends : str
     parent : Profile
     source : str
-        The picture's name.
+        The image's name.
     findings : sequence of Finding
     """
     lines = [
         *_comment(f"{name}: made by 'tactile new' from {parent.name} and {source}."),
         *_comment(
-            f"Only what differs from {parent.name} is said; the comments tell how it was found. "
-            f"Correct what you know better, then run 'tactile validate' on this file."
+            f"The file holds the differences from {parent.name}; comments explain their origin. "
+            f"Correct the values if necessary, then run 'tactile validate' on this file."
         ),
-        *_comment("All that is not said here is this profile's."),
+        *_comment("All other keys are inherited from this profile."),
         f"extends: {extends}",
         f"name: {name}",
-        *_comment("Your own words, to tell one build from the next."),
+        *_comment("Any text that distinguishes one build from the next."),
         'revision: "1"',
-        f"description: Made from {parent.name}; say here in a sentence what it is",
+        f"description: Made from {parent.name}; describe the sensor here in one sentence",
     ]
     for section, unseen in _unseen(parent).items():
         lines += _section(section, findings, unseen, parent.name)
@@ -101,40 +103,39 @@ def render_profile(
 
 
 def unseen_note(parent: Profile) -> str:
-    """Say what a picture does not show, and that it is the parent's."""
-    said = ", ".join(
+    """Return the message about keys that an image does not show and that are inherited."""
+    inherited = ", ".join(
         f"{section}.{key} {_flow(value)}"
         for section, values in _unseen(parent).items()
         for key, value in values.items()
     )
-    return f"a picture does not show these, so they are {parent.name}'s: {said}"
+    return f"an image does not show these values, so {parent.name}'s are used: {inherited}"
 
 
 def _unseen(parent: Profile) -> dict[str, dict[str, Any]]:
     gel = {key: getattr(parent.gel, key) for key in _UNSEEN_GEL}
-    told = {key: value for key, value in gel.items() if value is not None}
-    return {"image": {"transfer": parent.image.transfer}, "gel": told}
+    present = {key: value for key, value in gel.items() if value is not None}
+    return {"image": {"transfer": parent.image.transfer}, "gel": present}
 
 
 def _section(
     name: str, findings: Iterable[Finding], unseen: Mapping[str, Any], parent: str
 ) -> list[str]:
-    """Lines of one section: what was found, then, as comments, what a picture does not show."""
+    """Return the lines of one section: findings, then inherited keys as comments."""
     inside: list[str] = []
-    here = [finding for finding in findings if finding.section == name]
-    for finding in here:
+    own = [finding for finding in findings if finding.section == name]
+    for finding in own:
         inside += _comment(finding.comment)
         for key, value in finding.values.items():
             inside += _entry(key, value)
     if unseen:
         inside += _comment(
-            f"A picture does not show these: they are {parent}'s until you take the '#' away."
+            f"An image does not show these values: {parent}'s are used until you remove the '#'."
         )
         inside += [f"# {key}: {_flow(value)}" for key, value in unseen.items()]
     if not inside:
         return []
-    said = any(finding.values for finding in here)
-    if not said:
+    if not any(finding.values for finding in own):
         return ["", f"# {name}:", *(f"#   {line.removeprefix('# ')}" for line in inside)]
     return ["", f"{name}:", *(f"  {line}" for line in inside)]
 
@@ -158,6 +159,6 @@ def _flow(value: Any) -> str:
 
 
 def _comment(text: str) -> list[str]:
-    # a line that ends where YAML sees an end, and Python none, would be no comment any more
+    # YAML knows more line breaks than Python; after one of them the comment would end
     lines = textwrap.wrap(printable(text), _WIDTH - 4, break_on_hyphens=False)
     return [f"# {line}" for line in lines]

@@ -1,7 +1,7 @@
-"""Millimetres per pixel: from a known length, a grid of balls, printed markers or what a scan says.
+"""Millimetres per pixel, from a known length, a grid of balls, printed markers or a scan.
 
-A ball that is pressed does not give it. How wide the contact is depends on how deep the ball was
-pressed, and how much a slope changes the light is what calibration learns by means of the scale.
+A pressed ball does not determine the scale: the width of the contact depends on the indentation,
+and the relation of shading and slope is what a calibration learns with the help of the scale.
 """
 
 from __future__ import annotations
@@ -20,8 +20,24 @@ from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.markers import FoundMarkers
 
-AGREEMENT = 0.03
-"""Scales told by different things may differ so much; markers are printed no better."""
+
+@dataclass(frozen=True)
+class ScaleParameters:
+    """Parameters of the comparison of scales. Nothing sets them from outside: it catches mistakes.
+
+    Attributes
+    ----------
+    tolerance : float, ratio
+        Scales from different sources may differ by this share.
+        Source: chosen by hand as the accuracy of printed markers
+        (ADR 17).
+    """
+
+    tolerance: float = 0.03
+
+
+SCALE = ScaleParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True)
@@ -31,16 +47,16 @@ class Scale:
     Attributes
     ----------
     mm_per_px : float
-    told_by : str
-        What tells it, in words that follow "by".
+    source : str
+        Origin of the scale, for messages.
     """
 
     mm_per_px: float
-    told_by: str
+    source: str
 
     @classmethod
     def given(cls, mm_per_px: float) -> Scale:
-        """Take the user's word, of the resulting image.
+        """Return the scale that the user gives for the resulting image.
 
         Raises
         ------
@@ -48,94 +64,96 @@ class Scale:
             It is not positive.
         """
         if not 0 < mm_per_px < np.inf:
-            raise InputError(f"--mm-per-px {mm_per_px:g}: a pixel must be larger than nothing")
+            raise InputError(f"--mm-per-px {mm_per_px:g}: the scale must be positive")
         return cls(mm_per_px, "--mm-per-px")
 
     @classmethod
     def of_known_size(cls, known: KnownSize, section: ImageSection, camera: Size) -> Scale:
-        """Measure a length or a rectangle that is marked in the camera's picture."""
+        """Measure a length or a rectangle with known points in the camera's image."""
         if known.is_rectangle:
             width_mm, height_mm = known.size_mm
-            words = f"a rectangle of {width_mm:g} × {height_mm:g} mm"
-            return cls(width_mm / section.width_px, words)
+            return cls(
+                width_mm / section.width_px, f"a rectangle of {width_mm:g} × {height_mm:g} mm"
+            )
         ends = ImageGeometry(section).map_points(known.points_px, camera)
         length_px = float(np.hypot(*(ends[1] - ends[0])))
         (length_mm,) = known.size_mm
-        return cls(length_mm / length_px, f"{length_mm:g} mm that are {length_px:.1f} px long")
+        return cls(length_mm / length_px, f"a length of {length_mm:g} mm = {length_px:.1f} px")
 
     @classmethod
     def of_target(cls, path: Path, section: ImageSection, camera: Size) -> Scale:
         """Measure the pitch of a grid of balls.
 
-        Targets are often drawn on the full picture and used with a binned one: the circles are
-        taken for a whole number of times larger, as many as make them lie within the picture.
+        Targets are often drawn on the full image and used with a binned one. If circles are outside
+        the image, the target is therefore downscaled by the smallest whole factor that brings them
+        inside.
 
         Raises
         ------
         InputError
-            The file tells no pitch.
+            The file has no pitch.
         """
         grid = read_target(path)
         if grid.mm_per_px is None:
             raise InputError(
-                f"{path} tells no scale: it needs 'pitch' in mm and circles with grid places gx, gy"
+                f"{path} has no scale: it needs 'pitch' in mm and circles with grid indices gx, gy"
             )
-        finer = int(max(1.0, np.ceil((grid.centres_px.max(axis=0) / camera).max())))
-        camera_mm = grid.mm_per_px * finer
-        words = f"the pitch of the balls of {path.name}"
-        if finer > 1:
-            words += f", drawn on a picture {finer} times as large"
-        return cls(_resulting(camera_mm, section, camera), words)
+        factor = int(max(1.0, np.ceil((grid.centres_px.max(axis=0) / camera).max())))
+        camera_mm = grid.mm_per_px * factor
+        source = f"the pitch of the balls of {path.name}"
+        if factor > 1:
+            source += f", drawn on an image {factor} times as large"
+        return cls(_resulting(camera_mm, section, camera), source)
 
     @classmethod
     def of_markers(cls, markers: FoundMarkers, pitch_mm: float) -> Scale:
-        """Measure how far apart the printed markers are."""
-        words = f"markers every {pitch_mm:g} mm that are {markers.pitch_px:.1f} px apart"
-        return cls(pitch_mm / markers.pitch_px, words)
+        """Measure the pitch of the printed markers."""
+        source = f"a marker pitch of {pitch_mm:g} mm = {markers.pitch_px:.1f} px"
+        return cls(pitch_mm / markers.pitch_px, source)
 
     @classmethod
     def of_scan(
         cls, camera_mm_per_px: float, name: str, section: ImageSection, camera: Size
     ) -> Scale:
-        """Take what a scan says of the camera's pixels."""
+        """Return the scale of a scan, converted from the camera's pixels."""
         return cls(_resulting(camera_mm_per_px, section, camera), f"mmperpixel of {name}")
 
 
 def agreed(scales: list[Scale]) -> Scale | None:
-    """Return the first scale, if the others agree with it; None where there is none.
+    """Return the first scale if the others agree with it; None for an empty list.
 
     Raises
     ------
     InputError
-        Two contradict each other.
+        Two scales contradict each other.
     """
     for other in scales[1:]:
         ratio = other.mm_per_px / scales[0].mm_per_px
-        if abs(ratio - 1) > AGREEMENT:
+        if abs(ratio - 1) > SCALE.tolerance:
             raise InputError(
-                f"{scales[0].told_by} gives {scales[0].mm_per_px:.4g} mm per pixel and "
-                f"{other.told_by} {other.mm_per_px:.4g}; give only the one that is right"
+                f"{scales[0].source} gives {scales[0].mm_per_px:.4g} mm per pixel and "
+                f"{other.source} {other.mm_per_px:.4g}; give only the one that is right"
             )
     return scales[0] if scales else None
 
 
-def scale_finding(told: Scale | None, parent: Profile, width_px: int) -> Finding:
-    """Put the scale into words; the parent's view stands in where nothing tells it."""
-    if told is not None:
-        comment = f"Millimetres of gel that one pixel shows, by {told.told_by}."
-        return Finding("image", comment, {"mm_per_px": rounded(told.mm_per_px)})
+def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> Finding:
+    """Return the finding for the profile; without a scale it assumes the parent's field of view."""
+    if scale is not None:
+        comment = f"Millimetres per pixel on the gel, from {scale.source}."
+        return Finding("image", comment, {"mm_per_px": rounded(scale.mm_per_px)})
     view_mm = parent.image.mm_per_px * parent.image.width_px
     guess = rounded(view_mm / width_px)
     comment = (
-        f"NOT MEASURED: {guess:g} is right if the image is {view_mm:.3g} mm wide, as "
-        f"{parent.name}'s is. All heights and areas hang on it: measure it with something of known "
+        f"NOT MEASURED: {guess:g} is right if the image is {view_mm:.3g} mm wide like "
+        f"{parent.name}'s. All heights and areas depend on it: measure it with an object of known "
         f"size on the gel (--known-mm and --known-px, or --marker-pitch-mm)."
     )
     return Finding("image", comment, {"mm_per_px": guess}, noted=True)
 
 
 def rounded(mm_per_px: float) -> float:
-    """Five digits: no length is measured better."""
+    """Round to five significant digits, more than any length is measured to."""
     return float(f"{mm_per_px:.5g}")
 
 

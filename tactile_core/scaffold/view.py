@@ -1,8 +1,9 @@
-"""The image in which everything is measured: its size, and which part of the camera's it is."""
+"""The ``image`` section of a new profile: size, crop, perspective and bit depth."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,33 @@ from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 
-_STRAIGHT_ON = 0.88
-"""Narrow over wide end of the lit skin, at least; less is seen from aside."""
+
+@dataclass(frozen=True)
+class ViewParameters:
+    """Parameters of finding the view. Nothing sets them: options give crop and corners instead.
+
+    Attributes
+    ----------
+    least_taper : float, ratio
+        Width of the narrow end of the lit area over that of the wide end. Below it, the camera
+        counts as tilted.
+        Source: chosen by hand; no script derives it.
+    shrink_margin : float, share of a factor
+        The image is downscaled by a whole factor n if it is more than n − ``shrink_margin`` times
+        as wide as the parent's.
+        Source: chosen by hand; no script derives it.
+    least_side_px : int, px
+        Smallest side of a rectified rectangle.
+        Source: chosen by hand; smaller ones are mistakes in ``--known-px``.
+    """
+
+    least_taper: float = 0.88
+    shrink_margin: float = 0.25
+    least_side_px: int = 8
+
+
+VIEW = ViewParameters()
+"""The values in use."""
 
 _DEFAULTS: Mapping[str, Any] = {
     "crop": None,
@@ -29,38 +55,39 @@ _DEFAULTS: Mapping[str, Any] = {
     "warp": None,
 }
 _DEPTHS = (10, 12, 14, 16)
+"""Usual bit depths of cameras that send 16-bit images."""
 
 
 def find_view(
     pixels: Pixels, parent: Profile, name: str, crop: Crop | None, known: KnownSize | None
 ) -> list[Finding]:
-    """Find size, crop, perspective and depth of the image.
+    """Find size, crop, perspective and bit depth of the image.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, 3)
-        The untouched sensor as the camera sends it.
+        The undeformed sensor as the camera sends it.
     parent : Profile
     name : str
-        The picture's name, for the comments.
+        The image's name, for the comments.
     crop : (x, y, width, height) or None
-        What the recording itself says.
+        Crop from the recording.
     known : KnownSize or None
-        A rectangle straightens a view at an angle.
+        A rectangle rectifies a tilted view.
 
     Raises
     ------
     InputError
-        The picture is in colour and the parent's light wants grey, or the other way round.
+        The image is in colour and the parent needs grey images, or vice versa.
     """
     depth = _depth(pixels, parent, name)
     if known is not None and known.is_rectangle:
-        return [_straightened(parent, crop, known), *depth]
+        return [_rectified(parent, crop, known), *depth]
     return [*_upright(pixels, parent, name, crop), *depth]
 
 
 def section_of(parent: Profile, findings: list[Finding], mm_per_px: float = 1.0) -> ImageSection:
-    """Return the ``image`` section that the findings make of the parent's."""
+    """Return the parent's ``image`` section with the findings applied."""
     values = parent.image.model_dump()
     for finding in findings:
         if finding.section == "image":
@@ -73,7 +100,7 @@ def _depth(pixels: Pixels, parent: Profile, name: str) -> list[Finding]:
     if image.color == "rgb" and kind.channels == 1:
         raise InputError(
             f"{name} is grey and {parent.name!r} measures colours; give --from a profile with "
-            f"lamps in turn, or a picture in colour"
+            f"sequential lights, or a colour image"
         )
     if image.color == "grey" and kind.channels == 3 and not _is_grey(pixels):
         raise InputError(
@@ -95,22 +122,22 @@ def _is_grey(pixels: Pixels) -> bool:
     return bool((np.ptp(pixels, axis=2) == 0).all())
 
 
-def _straightened(parent: Profile, told: Crop | None, known: KnownSize) -> Finding:
-    """Perspective from the corners of a rectangle of known size."""
+def _rectified(parent: Profile, recorded: Crop | None, known: KnownSize) -> Finding:
+    """Return the perspective warp of a rectangle of known size."""
     width_mm, height_mm = known.size_mm
     xy = np.asarray(known.points_px)
     crop: dict[str, Any] = _reset(parent, ("crop",))
-    if told is not None:  # it comes before the warp, for every recording that tells it
-        crop = {"crop": list(told)}
-        xy = xy - told[:2]
+    if recorded is not None:  # the crop is applied before the warp
+        crop = {"crop": list(recorded)}
+        xy = xy - recorded[:2]
     sides = np.hypot(*(np.roll(xy, -1, axis=0) - xy).T)
     long_px = max(sides[0], sides[2], (sides[1] + sides[3]) / 2 * width_mm / height_mm)
     width = round(long_px / _shrink(long_px, parent.image.width_px))
     height = round(width * height_mm / width_mm)
-    if min(width, height) < 8:
+    if min(width, height) < VIEW.least_side_px:
         raise InputError(
-            f"the rectangle of --known-px is {width} × {height} px; mark a larger one, its corners "
-            f"in the order left above, right above, right below, left below"
+            f"the rectangle of --known-px is {width} × {height} px; give a larger one, with its "
+            f"corners in the order top left, top right, bottom right, bottom left"
         )
     values = {
         **crop,
@@ -124,14 +151,14 @@ def _straightened(parent: Profile, told: Crop | None, known: KnownSize) -> Findi
     }
     return Finding(
         "image",
-        f"The rectangle of {width_mm:g} × {height_mm:g} mm, whose four corners in the camera's "
-        f"pixels (the crop's, if there is one) are 'source', fills the image; what lies outside "
-        f"is not measured.",
+        f"The rectangle of {width_mm:g} × {height_mm:g} mm fills the image; the gel outside it is "
+        f"not measured. 'source' holds its four corners in the camera's pixels (the crop's, if "
+        f"there is one).",
         values,
     )
 
 
-def _upright(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> list[Finding]:
+def _upright(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> list[Finding]:
     image, findings = parent.image, []
     camera: Size = (pixels.shape[1], pixels.shape[0])
     changed = [
@@ -139,18 +166,18 @@ def _upright(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> l
     ]
     if changed:
         kept = ", ".join(changed)
-        text = f"{kept}: as {parent.name} has it; it must suit this camera and how it is mounted."
+        text = f"{kept}: inherited from {parent.name}; check it for this camera and its mounting."
         findings.append(Finding("image", text, noted=True))
     if image.warp is not None and _contains(camera, image.warp.source):
         text = (
-            f"Size, crop and warp are {parent.name}'s; mark a rectangle on the gel again "
-            f"(--known-mm, --known-px) for a camera that looks from elsewhere."
+            f"Size, crop and warp are inherited from {parent.name}; for another camera position, "
+            f"give a rectangle on the gel (--known-mm, --known-px)."
         )
         return [*findings, Finding("image", text, noted=True)]
     dropped = _reset(parent, ("warp",))
-    crop = _crop(pixels, parent, name, told)
+    crop = _crop(pixels, parent, name, recorded)
     size: Size = camera if crop.values.get("crop") is None else crop.values["crop"][2:]
-    if image.crop is not None and not crop.values and told is None:
+    if image.crop is not None and not crop.values and recorded is None:
         size = image.crop[2:]
     if image.rotate_deg % 180:
         size = size[1], size[0]
@@ -163,31 +190,28 @@ def _contains(camera: Size, points: Any) -> bool:
     return all(0 <= x <= camera[0] and 0 <= y <= camera[1] for x, y in points)
 
 
-def _crop(pixels: Pixels, parent: Profile, name: str, told: Crop | None) -> Finding:
+def _crop(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> Finding:
     inherited = parent.image.crop
-    if told is not None:
-        return Finding(
-            "image", "The part of the camera's image that the scan says.", {"crop": list(told)}
-        )
+    if recorded is not None:
+        return Finding("image", "The crop of the scan.", {"crop": list(recorded)})
     if inherited is not None and _holds(pixels, inherited):
-        text = f"The crop is {parent.name}'s; it must suit this camera."
+        text = f"The crop is inherited from {parent.name}; check it for this camera."
         return Finding("image", text, noted=True)
     lit = lit_area(pixels)
     if lit is not None:
         text = (
-            f"[x, y, width, height] of the lit skin in {name}: what lies around is darker than a "
-            f"fifth of it. 'crop: null' measures all of the image."
+            f"[x, y, width, height] of the lit gel in {name}; its surroundings are darker than a "
+            f"fifth of it. 'crop: null' measures the entire image."
         )
-        slanted = lit.taper < _STRAIGHT_ON
-        if slanted:
+        tilted = lit.taper < VIEW.least_taper
+        if tilted:
             text += (
-                " The skin is wider at one end, so the camera looks from aside: mark the four "
-                "corners of a rectangle of known size (--known-mm 24x32, --known-px), and the "
-                "image is straightened."
+                " The gel is wider at one end, so the camera is tilted: give the four corners of a "
+                "rectangle of known size (--known-mm 24x32, --known-px) to rectify the image."
             )
-        return Finding("image", text, {"crop": list(lit.box)}, noted=slanted)
+        return Finding("image", text, {"crop": list(lit.box)}, noted=tilted)
     if inherited is not None:
-        text = f"All of the image: {parent.name}'s crop reaches beyond it."
+        text = f"The entire image: {parent.name}'s crop reaches beyond it."
         return Finding("image", text, {"crop": None})
     return Finding("image", "")
 
@@ -199,11 +223,13 @@ def _holds(pixels: Pixels, crop: Crop) -> bool:
 def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) -> Finding:
     factor = _shrink(camera[0], parent.image.width_px)
     size = tuple(max(1, round(side / factor)) for side in camera)
-    text = f"Size of the image in which all is measured: {camera[0]} × {camera[1]} px of {name}."
+    text = f"Size of the measured image: {camera[0]} × {camera[1]} px of {name}."
     if factor > 1:
-        text += f" Shrunk {factor} times to about {parent.name}'s size: larger images cost time."
+        text += (
+            f" Downscaled {factor} times to about {parent.name}'s size: larger images take longer."
+        )
     if dropped:
-        text += f" {parent.name}'s warp reaches beyond this camera's image and is dropped."
+        text += f" {parent.name}'s warp reaches beyond this camera's image and is removed."
     values: dict[str, Any] = dict(dropped)
     if size != (parent.image.width_px, parent.image.height_px):
         values |= {"width_px": size[0], "height_px": size[1]}
@@ -211,8 +237,8 @@ def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) 
 
 
 def _shrink(width_px: float, parents_px: int) -> int:
-    """How many times an image is shrunk: 1.75 times as wide as the parent's, twice, and so on."""
-    return max(1, int(width_px / parents_px + 0.25))
+    """Return the factor of downscaling to about the parent's width: 2 from a ratio of 1.75 on."""
+    return max(1, int(width_px / parents_px + VIEW.shrink_margin))
 
 
 def _reset(parent: Profile, keys: tuple[str, ...]) -> dict[str, Any]:

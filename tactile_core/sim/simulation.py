@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.folders import fresh_folder, led_to, move_in
+from tactile_core.formats.folders import fresh_folder, move_in, resolved
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.progress import Progress, Silent
@@ -54,7 +54,7 @@ def simulate(
         Writing failed, for example because the disk is full; no files are left behind.
     """
     progress = progress or Silent()
-    folder = led_to(Path(out))
+    folder = resolved(Path(out))
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise _exists(out)
     progress.stage("simulating", 1.0)

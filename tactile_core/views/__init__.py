@@ -1,4 +1,4 @@
-"""Pictures and pages: what people look at.
+"""Pictures and HTML pages of measurements.
 
 May import formats, algorithms, quantities and errors.
 """

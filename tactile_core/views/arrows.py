@@ -1,19 +1,56 @@
-"""How the skin is dragged, as arrows over a picture."""
+"""In-plane displacement of the gel surface, drawn as arrows over a picture."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-_ACROSS = 28
-_STICKS, _SLIPS, _EDGE = (255, 220, 60), (255, 70, 40), (30, 30, 30)
-_LONGEST_SPACINGS = 1.6
-_SHORTEST_PX = 1.5
-_DIMMED = 0.75
-_WIDTH_PX = 960
+
+@dataclass(frozen=True)
+class ArrowParameters:
+    """Style of the arrows. It has no effect on measurements, so nothing sets it from outside.
+
+    Attributes
+    ----------
+    width_px : int, px
+        Width of the result. Source: chosen by hand.
+    brightness : float, ratio
+        Brightness of the picture under the arrows, relative to the original. Source: chosen by
+        hand.
+    arrows_across : int, count
+        Arrows along the width. Source: chosen by hand.
+    longest_spacings : float, ratio
+        Length of the longest arrow relative to the spacing of the arrows. Source: chosen by hand.
+    shortest_px : float, px
+        Shorter arrows are left out. Source: chosen by hand.
+    stick_rgb, slip_rgb, edge_rgb : tuple of int, grey levels
+        R, G, B of arrows in the stick region, of arrows in the slip region, and of the contour of
+        either. Source: chosen by hand.
+    line_px, edge_px : int, px
+        Line width of an arrow, without and with its contour. Source: chosen by hand.
+    tip : float, ratio
+        Length of the arrowhead relative to the arrow. Source: chosen by hand.
+    """
+
+    width_px: int = 960
+    brightness: float = 0.75
+    arrows_across: int = 28
+    longest_spacings: float = 1.6
+    shortest_px: float = 1.5
+    stick_rgb: tuple[int, int, int] = (255, 220, 60)
+    slip_rgb: tuple[int, int, int] = (255, 70, 40)
+    edge_rgb: tuple[int, int, int] = (30, 30, 30)
+    line_px: int = 2
+    edge_px: int = 4
+    tip: float = 0.3
+
+
+ARROWS = ArrowParameters()
+"""The values in use."""
 
 
 def arrows(
@@ -29,9 +66,9 @@ def arrows(
     pixels : (H, W, 3) uint8
         RGB.
     displacement_mm : (H, W, 2)
-        +x right, +y down. The longest arrow is drawn a little longer than their spacing.
+        +x right, +y down. The longest arrow is a little longer than the spacing of the arrows.
     slips : (H, W) bool, optional
-        Where the skin slides along the object; its arrows are red.
+        Slip region, where the gel surface slides along the object; its arrows are red.
 
     Returns
     -------
@@ -39,21 +76,22 @@ def arrows(
         960 px wide.
     """
     height, width = pixels.shape[:2]
-    larger = _WIDTH_PX / width
-    size = (_WIDTH_PX, round(height * larger))
-    shown = cv2.resize(pixels, size, interpolation=cv2.INTER_CUBIC) * np.float32(_DIMMED)
-    picture = np.ascontiguousarray(shown.astype(np.uint8))
-    step = max(1, width // _ACROSS)
+    zoom = ARROWS.width_px / width
+    size = (ARROWS.width_px, round(height * zoom))
+    enlarged = cv2.resize(pixels, size, interpolation=cv2.INTER_CUBIC)
+    dimmed = enlarged * np.float32(ARROWS.brightness)
+    picture = np.ascontiguousarray(dimmed.astype(np.uint8))
+    step = max(1, width // ARROWS.arrows_across)
     longest = float(np.linalg.norm(displacement_mm, axis=2).max())
-    scale = _LONGEST_SPACINGS * step * larger / longest if longest > 0 else 0.0
+    scale = ARROWS.longest_spacings * step * zoom / longest if longest > 0 else 0.0
     for y in range(step // 2, height, step):
         for x in range(step // 2, width, step):
-            along, down = scale * displacement_mm[y, x]
-            if np.hypot(along, down) < _SHORTEST_PX:
+            right, down = scale * displacement_mm[y, x]
+            if np.hypot(right, down) < ARROWS.shortest_px:
                 continue
-            colour = _SLIPS if slips is not None and slips[y, x] else _STICKS
-            start = round(larger * x), round(larger * y)
-            end = round(larger * x + along), round(larger * y + down)
-            cv2.arrowedLine(picture, start, end, _EDGE, 4, cv2.LINE_AA, tipLength=0.3)
-            cv2.arrowedLine(picture, start, end, colour, 2, cv2.LINE_AA, tipLength=0.3)
+            colour = ARROWS.slip_rgb if slips is not None and slips[y, x] else ARROWS.stick_rgb
+            start = round(zoom * x), round(zoom * y)
+            end = round(zoom * x + right), round(zoom * y + down)
+            for rgb, line in ((ARROWS.edge_rgb, ARROWS.edge_px), (colour, ARROWS.line_px)):
+                cv2.arrowedLine(picture, start, end, rgb, line, cv2.LINE_AA, tipLength=ARROWS.tip)
     return picture

@@ -1,4 +1,4 @@
-"""Words, bars and rules on a picture, all in sizes that grow with it."""
+"""Text and tick labels on a picture, in sizes proportional to it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,20 @@ Rgb = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 PAPER: Colour = (252, 252, 250)
+"""R, G, B of the background of a sheet."""
+
 INK: Colour = (38, 46, 54)
+"""R, G, B of text and of the scale bar."""
+
 FAINT: Colour = (120, 128, 136)
+"""R, G, B of secondary text and of ticks."""
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _TEXT_SCALE = 0.5
-_PLAIN = str.maketrans({"²": "^2", "×": "x", "−": "-", "°": "deg", "µ": "u"})
+"""Size of text relative to OpenCV's font, on the smallest sheet."""
+
+_ASCII = str.maketrans({"²": "^2", "×": "x", "−": "-", "°": "deg", "µ": "u"})
+"""Replacements for characters that OpenCV's stroke font lacks."""
 
 
 def blank(height_px: int, width_px: int) -> Rgb:
@@ -26,7 +34,7 @@ def blank(height_px: int, width_px: int) -> Rgb:
 
 
 def text_size(words: str, unit: float) -> tuple[int, int]:
-    """Width and height of a text, px."""
+    """Return the width and height of a text, px; ``unit`` is 1 on the smallest sheet."""
     (width, height), _ = cv2.getTextSize(_drawable(words), _FONT, _TEXT_SCALE * unit, _line(unit))
     return int(width), int(height)
 
@@ -34,42 +42,42 @@ def text_size(words: str, unit: float) -> tuple[int, int]:
 def write(
     sheet: Rgb, words: str, left_base_px: tuple[float, float], unit: float, colour: Colour = INK
 ) -> None:
-    """Write a text whose first letter stands at this point."""
+    """Write a text on a sheet; its baseline begins at ``left_base_px``."""
     place = (round(left_base_px[0]), round(left_base_px[1]))
     size, line = _TEXT_SCALE * unit, _line(unit)
     cv2.putText(sheet, _drawable(words), place, _FONT, size, colour, line, cv2.LINE_AA)
 
 
-def round_length(most: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not above ``most``."""
-    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
-    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= most * (1 + 1e-9))
+def round_length(limit: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten up to ``limit``."""
+    power = 10.0 ** math.floor(math.log10(limit) + 1e-9)
+    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= limit * (1 + 1e-9))
 
 
-def ticks(low: float, high: float, most: int = 6) -> list[float]:
-    """Round numbers from ``low`` to ``high``, at most about ``most``."""
-    step = round_length((high - low) / most * 2.5)
+def ticks(low: float, high: float, count: int = 6) -> list[float]:
+    """Return round numbers from ``low`` to ``high``, about ``count`` of them or fewer."""
+    step = round_length((high - low) / count * 2.5)
     first = math.ceil(low / step - 1e-6)
     return [i * step for i in range(first, math.floor(high / step + 1e-6) + 1)]
 
 
-def in_words(value: float, step: float) -> str:
-    """Return a number with the decimals that its step needs."""
+def tick_label(value: float, step: float) -> str:
+    """Return a number with as many decimals as the distance of the ticks needs."""
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     return f"{value + 0.0:.{decimals}f}".replace("-", "−")
 
 
 def _drawable(words: str) -> str:
-    # OpenCV ends the process where a text is no UTF-8, as a file's name may be
+    # OpenCV aborts the process on text that is not UTF-8, as file names can be
     words = words.encode("utf-8", "replace").decode("utf-8")
-    return words if _true_type() else words.translate(_PLAIN)
+    return words if _true_type() else words.translate(_ASCII)
 
 
 def _line(unit: float) -> int:
-    # a stroke font's lines must grow with it; for a true font the same number means bold
+    # the line width of a stroke font must scale with its size; for TrueType it means boldness
     return 1 if _true_type() else max(1, round(unit))
 
 
 def _true_type() -> bool:
-    """OpenCV 5 draws real letters of all alphabets; before, it drew strokes and knew ASCII."""
+    """Whether OpenCV draws TrueType letters: version 5 does, earlier ones draw ASCII strokes."""
     return int(cv2.__version__.split(".")[0]) >= 5

@@ -1,4 +1,4 @@
-"""A self-contained page: headings, tables and pictures in one file that anybody can open."""
+"""Self-contained HTML pages: headings, tables and pictures in one file."""
 
 from __future__ import annotations
 
@@ -23,12 +23,14 @@ img{max-width:100%;border:1px solid #ddd}figcaption{color:#56616b;font-size:.9re
 margin:1rem calc(50% - min(48vw,52rem))}
 .row figure{margin:0}
 """
+"""CSS of every page."""
 
 _JPEG_QUALITY = 90
+"""Quality of photos, %."""
 
 
 def page(title: str, parts: Sequence[str]) -> str:
-    """Return a whole HTML document, which UTF-8 can hold."""
+    """Return a complete HTML document that can be encoded as UTF-8."""
     return plain_text(
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}'
         f"</title><style>{_STYLE}</style></head><body><h1>{escape(title)}</h1>"
@@ -37,7 +39,7 @@ def page(title: str, parts: Sequence[str]) -> str:
 
 
 def heading(text: str) -> str:
-    """Return a section's heading."""
+    """Return the heading of a section."""
     return f"<h2>{escape(text)}</h2>"
 
 
@@ -56,12 +58,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def row(figures: Sequence[str]) -> str:
-    """Return figures side by side, four to a line as wide as the window."""
+    """Return figures side by side, four per line; a line is as wide as the window."""
     return f'<div class="row">{"".join(figures)}</div>'
 
 
 def figure(rgb: NDArray[np.uint8], caption: str, *, photo: bool = False) -> str:
-    """Return a picture with its caption, embedded as PNG, or as the much smaller JPEG."""
+    """Return a picture with its caption, embedded as PNG or, for a photo, as the smaller JPEG."""
     import cv2
 
     kind, options = ("jpeg", [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]) if photo else ("png", [])

@@ -1,4 +1,4 @@
-"""Maps of measurements: colours over the image, a scale, a colour bar, and what lies over them."""
+"""Maps of measurements in colour, with a scale bar, a colour bar and overlays."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ from numpy.typing import NDArray
 from tactile_core.quantities.layers import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
 from tactile_core.views.drawing import Rgb
-from tactile_core.views.shading import colours, painted, shaded, signed
-from tactile_core.views.sheet import SMALLEST_PX, framed
+from tactile_core.views.shading import colours, diverging_colours, sequential_colours, shaded
+from tactile_core.views.sheet import SHEET, framed
 
 _ENLARGED_BLUR_PX = 0.6
+"""Blur of an enlarged map, sigma in px of the image."""
 
 
 @dataclass(frozen=True)
-class Over:
-    """What is drawn over a map.
+class Overlay:
+    """Outlines, points and arrows that are drawn over a map.
 
     Attributes
     ----------
     outlines : sequence of Outline
     points : sequence of Points
     vectors : VectorMap or None
-        Arrows on a grid, where there are no points with arrows of their own.
+        Drawn as arrows on a grid, unless the points have arrows.
     """
 
     outlines: Sequence[Outline] = ()
@@ -35,7 +36,7 @@ class Over:
     vectors: VectorMap | None = None
 
     def draw(self, picture: Rgb, *, mm_per_px: float, scale: float) -> str:
-        """Draw it; return how arrows are enlarged."""
+        """Draw the overlay; return the magnification of its arrows as text."""
         for region in self.outlines:
             overlay.outline(picture, region)
         words = [
@@ -43,43 +44,42 @@ class Over:
         ]
         if self.vectors is not None and not any(at.from_px is not None for at in self.points):
             words.append(overlay.vectors(picture, self.vectors, mm_per_px=mm_per_px, scale=scale))
-        return listed(words)
+        return joined(words)
 
     def facts(self, mm_per_px: float) -> list[str]:
-        """The area of each region."""
+        """Return title and area of each region as text."""
         areas = [(r.title, np.count_nonzero(r.mask) * mm_per_px**2) for r in self.outlines]
         return [f"{title} {area:.2f} mm²" for title, area in areas]
 
 
 def relief(
     height: Surface,
-    over: Over | None = None,
+    over: Overlay | None = None,
     *,
     title: str = "",
     span_mm: tuple[float, float] | None = None,
 ) -> Rgb:
     """Draw a height map as shaded relief with a scale bar and a colour bar in mm.
 
-    The larger side is at least 640 px, so that small sensors' words are legible too. Noise is not
-    stretched over all colours: the bar spans at least the size of one pixel on the gel.
+    The longer side is at least 640 px, so that labels are legible for low-resolution sensors too.
+    The colour bar spans at least the size of one pixel on the gel, so that noise does not fill it.
 
     Parameters
     ----------
     height : Surface
-        All zero gives an even surface.
-    over : Over, optional
-        Drawn over it.
+        An all-zero map has a uniform colour.
+    over : Overlay, optional
     title : str
         Begins the line above the picture, e.g. the name of the observation.
     span_mm : (lowest, highest), optional
-        Heights of the first and the last colour, the same for pictures that are to be compared.
+        Heights of the first and the last colour; pass the same to pictures that are compared.
 
     Returns
     -------
     (H', W', 3) uint8
         R, G, B.
     """
-    over = over or Over()
+    over = over or Overlay()
     surface, scale = _enlarged(height.mm)
     low, high = span_mm or (min(0.0, float(height.mm.min())), float(height.mm.max()))
     high = max(high, low + height.mm_per_px)
@@ -92,21 +92,21 @@ def relief(
         bar=colours(picture.shape[0]),
         span=(low, high),
         title=title,
-        facts=listed([highest, *over.facts(height.mm_per_px), arrows]),
+        facts=joined([highest, *over.facts(height.mm_per_px), arrows]),
     )
 
 
-def magnitude(field: VectorMap, over: Over, mm_per_px: float, *, title: str = "") -> Rgb:
-    """Draw a field of vectors as a map of the magnitude, with arrows for the direction.
+def magnitude(field: VectorMap, over: Overlay, mm_per_px: float, *, title: str = "") -> Rgb:
+    """Draw a vector field as a map of the magnitude, with arrows for the direction.
 
-    Where the field is not valid the map is paler. In mm, the bar spans at least the size of one
-    pixel on the gel.
+    Invalid parts of the map are paler. For a field in mm, the colour bar spans at least the size
+    of one pixel on the gel.
 
     Parameters
     ----------
     field : VectorMap
-    over : Over
-        Drawn over it. Arrows stand at its points, else on a grid.
+    over : Overlay
+        Arrows begin at its points if these have arrows, else on a grid.
     mm_per_px : float
     title : str
         Begins the line above the picture.
@@ -120,11 +120,12 @@ def magnitude(field: VectorMap, over: Over, mm_per_px: float, *, title: str = ""
     surface, scale = _enlarged(size)
     least = mm_per_px if field.unit == "mm" else np.finfo(np.float32).tiny
     high = max(float(size.max()), float(least))
-    picture = painted(surface / np.float32(high))
+    picture = sequential_colours(surface / np.float32(high))
     if field.valid is not None:
-        sure = cv2.resize(field.valid.view(np.uint8), surface.shape[::-1])[..., None] > 0
-        picture = np.where(sure, picture, picture // 2 + 127).astype(np.uint8)
-    arrows = Over(over.outlines, over.points, field).draw(picture, mm_per_px=mm_per_px, scale=scale)
+        valid = cv2.resize(field.valid.view(np.uint8), surface.shape[::-1])[..., None] > 0
+        picture = np.where(valid, picture, picture // 2 + 127).astype(np.uint8)
+    both = Overlay(over.outlines, over.points, field)
+    arrows = both.draw(picture, mm_per_px=mm_per_px, scale=scale)
     return framed(
         picture,
         mm_per_px=mm_per_px / scale,
@@ -132,18 +133,17 @@ def magnitude(field: VectorMap, over: Over, mm_per_px: float, *, title: str = ""
         span=(0.0, high),
         unit=field.unit,
         title=title,
-        facts=listed([f"max {size.max():.3f} {field.unit}".rstrip(), arrows]),
+        facts=joined([f"max {size.max():.3f} {field.unit}".rstrip(), arrows]),
     )
 
 
-def coloured(field: ScalarMap, over: Over, mm_per_px: float, *, title: str = "") -> Rgb:
-    """Draw a number for each pixel as a colour, beside a bar from the smallest to the largest.
+def coloured(field: ScalarMap, over: Overlay, mm_per_px: float, *, title: str = "") -> Rgb:
+    """Draw a scalar field in colour; the colour bar spans its values.
 
     Parameters
     ----------
     field : ScalarMap
-    over : Over
-        Drawn over it.
+    over : Overlay
     mm_per_px : float
     title : str
         Begins the line above the picture.
@@ -158,7 +158,7 @@ def coloured(field: ScalarMap, over: Over, mm_per_px: float, *, title: str = "")
     if not high > low:
         high = low + (abs(low) or 1.0)
     surface, scale = _enlarged(values)
-    picture = painted((surface - np.float32(low)) / np.float32(high - low))
+    picture = sequential_colours((surface - np.float32(low)) / np.float32(high - low))
     arrows = over.draw(picture, mm_per_px=mm_per_px, scale=scale)
     return framed(
         picture,
@@ -167,19 +167,19 @@ def coloured(field: ScalarMap, over: Over, mm_per_px: float, *, title: str = "")
         span=(low, high),
         unit=field.unit,
         title=title,
-        facts=listed([f"{low:.4g} to {high:.4g} {field.unit}".rstrip(), arrows]),
+        facts=joined([f"{low:.4g} to {high:.4g} {field.unit}".rstrip(), arrows]),
     )
 
 
 def deviation(measured: Surface, truth: Surface, *, most_mm: float, title: str = "") -> Rgb:
-    """Draw measured less true height: red where too high, blue where too low, white where right.
+    """Draw the error of a height map: red is too high, blue too low, white correct.
 
     Parameters
     ----------
     measured, truth : Surface
-        Of one size and scale.
+        Of the same size and scale.
     most_mm : float
-        Deviation that gets the strongest colour; the same for pictures that are to be compared.
+        Error with the strongest colour; pass the same to pictures that are compared.
     title : str
         Begins the line above the picture.
 
@@ -192,11 +192,11 @@ def deviation(measured: Surface, truth: Surface, *, most_mm: float, title: str =
     most = max(most_mm, 1e-6)
     surface, scale = _enlarged(error_mm)
     rms = float(np.sqrt(np.mean(np.square(error_mm))))
-    picture = signed(surface / np.float32(most))
+    picture = diverging_colours(surface / np.float32(most))
     return framed(
         picture,
         mm_per_px=measured.mm_per_px / scale,
-        bar=signed(np.linspace(-1, 1, picture.shape[0], dtype=np.float32)),
+        bar=diverging_colours(np.linspace(-1, 1, picture.shape[0], dtype=np.float32)),
         span=(-most, most),
         title=title,
         facts=f"RMS {rms:.4f} mm",
@@ -205,15 +205,15 @@ def deviation(measured: Surface, truth: Surface, *, most_mm: float, title: str =
 
 def _enlarged(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
     h, w = values.shape
-    scale = max(1.0, SMALLEST_PX / max(h, w))
+    scale = max(1.0, SHEET.min_side_px / max(h, w))
     if scale == 1.0:
         return values, scale
     size = (max(1, round(w * scale)), max(1, round(h * scale)))
     large = cv2.resize(values, size, interpolation=cv2.INTER_CUBIC)
-    # the slopes of an interpolated surface show the pixels' grid; half a pixel of blur hides it
+    # the slopes of an interpolated surface show the pixel grid; a blur of half a pixel hides it
     return np.asarray(cv2.GaussianBlur(large, (0, 0), _ENLARGED_BLUR_PX * scale)), scale
 
 
-def listed(words: Sequence[str]) -> str:
-    """Return the words that are not empty, as a list."""
+def joined(words: Sequence[str]) -> str:
+    """Return the texts that are not empty, separated by commas."""
     return ", ".join(part for part in words if part)

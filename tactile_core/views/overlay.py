@@ -1,6 +1,8 @@
-"""What is drawn over a picture of the skin: the contact's outline, markers, and how they moved."""
+"""Overlays on a picture of the gel surface: contact outline, markers and their displacements."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -10,15 +12,63 @@ from tactile_core.quantities.layers import Outline, Points, VectorMap
 from tactile_core.views.drawing import Colour, Rgb, round_length
 from tactile_core.views.sheet import unit_of
 
-_OUTLINE_BLUR_PX = 1.0
-_OUTLINE, _HALO = (255, 255, 255), (45, 52, 62)
-_ARROW: Colour = (196, 62, 40)
-_MARKER: Colour = (38, 46, 54)
-_MARKER_PX, _TIP_PX, _SHORTEST_PX = 2.2, 5.0, 5.0
-_ACROSS = 20
-_LONGEST_SPACINGS, _MOST_MAGNIFIED = 1.8, 10.0
-_FINE = 4
+_FRACTION_BITS = 4
 """Fractional bits of OpenCV's coordinates."""
+
+
+@dataclass(frozen=True)
+class OverlayParameters:
+    """Style of overlays. It has no effect on measurements, so nothing sets it from outside.
+
+    Lengths in sheet px are px on the smallest sheet and grow with the picture.
+
+    Attributes
+    ----------
+    outline_blur_px : float, px
+        Sigma that smooths the outline of an enlarged mask, in px of the image. Source: chosen by
+        hand.
+    outline_rgb, halo_rgb : tuple of int, grey levels
+        R, G, B of outlines and of the dark border around them. Source: chosen by hand.
+    marker_rgb, arrow_rgb : tuple of int, grey levels
+        R, G, B of markers and arrows. Source: chosen by hand.
+    marker_radius : float, sheet px
+        Source: chosen by hand.
+    arrow_line, arrow_halo : float, sheet px
+        Line width of an arrow, without and with its light border. Source: chosen by hand.
+    arrow_tip : float, sheet px
+        Length of the arrowhead. Source: chosen by hand.
+    shortest_arrow : float, sheet px
+        Shorter arrows are left out. Source: chosen by hand.
+    smallest_mm : float, mm
+        A field whose largest displacement is smaller has no arrows. Source: chosen by hand, to
+        avoid a division by zero.
+    arrows_across : int, count
+        Arrows along the width of a field. Source: chosen by hand.
+    longest_spacings : float, ratio
+        Limit of the longest magnified arrow relative to the spacing of the arrows. Source: chosen
+        by hand.
+    max_magnification : float, ratio
+        Limit of the magnification of displacements. Source: chosen by hand.
+    """
+
+    outline_blur_px: float = 1.0
+    outline_rgb: Colour = (255, 255, 255)
+    halo_rgb: Colour = (45, 52, 62)
+    marker_rgb: Colour = (38, 46, 54)
+    arrow_rgb: Colour = (196, 62, 40)
+    marker_radius: float = 2.2
+    arrow_line: float = 1.6
+    arrow_halo: float = 3.2
+    arrow_tip: float = 5.0
+    shortest_arrow: float = 5.0
+    smallest_mm: float = 1e-6
+    arrows_across: int = 20
+    longest_spacings: float = 1.8
+    max_magnification: float = 10.0
+
+
+OVERLAY = OverlayParameters()
+"""The values in use."""
 
 
 def outline(picture: Rgb, region: Outline) -> None:
@@ -27,61 +77,61 @@ def outline(picture: Rgb, region: Outline) -> None:
     smooth = cv2.resize(region.mask.astype(np.float32), (w, h), interpolation=cv2.INTER_LINEAR)
     scale = w / region.mask.shape[1]
     if scale > 1:
-        smooth = cv2.GaussianBlur(smooth, (0, 0), _OUTLINE_BLUR_PX * scale)
+        smooth = cv2.GaussianBlur(smooth, (0, 0), OVERLAY.outline_blur_px * scale)
     curves, _ = cv2.findContours(
         (smooth > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
     )
     line = max(2, round(unit_of(picture)))
-    for colour, width in ((_HALO, line + 2), (_OUTLINE, line)):
+    for colour, width in ((OVERLAY.halo_rgb, line + 2), (OVERLAY.outline_rgb, line)):
         cv2.drawContours(picture, curves, -1, colour, width, cv2.LINE_AA)
 
 
 def points(picture: Rgb, at: Points, *, mm_per_px: float, scale: float = 1.0) -> str:
-    """Draw points as dots, hollow where they are not sure, with arrows from where they were.
+    """Draw points as dots, with arrows from their previous positions; unreliable ones are hollow.
 
     Parameters
     ----------
     picture : (H, W, 3) uint8
-        Drawn upon.
+        Modified in place.
     at : Points
-        In the image of which ``picture`` is an enlargement.
+        In the coordinates of the image, which ``picture`` shows enlarged.
     mm_per_px : float
-        Of that image.
+        Scale of the image.
     scale : float
-        Size of a pixel of the image in the picture.
+        Enlargement: px of the picture per px of the image.
 
     Returns
     -------
     str
-        How the arrows are enlarged: "arrows ×5"; empty where none are drawn.
+        The magnification of the arrows, e.g. "arrows ×5"; empty if none are drawn.
     """
     keep = np.isfinite(at.px).all(axis=1)
     now, words = at.px[keep], ""
     if at.from_px is not None:
-        was, spacing = at.from_px[keep], _spacing(at.from_px)
-        words = _arrows(picture, was, now - was, spacing, mm_per_px, scale)
-    radius = _MARKER_PX * unit_of(picture)
-    sure = np.ones(len(now), bool) if at.sure is None else at.sure[keep]
-    for place, is_sure in zip(_pixels(now, scale), sure, strict=True):
-        _dot(picture, place, radius, hollow=not is_sure)
+        before, spacing = at.from_px[keep], _spacing(at.from_px)
+        words = _arrows(picture, before, now - before, spacing, mm_per_px, scale)
+    radius = OVERLAY.marker_radius * unit_of(picture)
+    reliable = np.ones(len(now), bool) if at.reliable is None else at.reliable[keep]
+    for centre, is_reliable in zip(_pixels(now, scale), reliable, strict=True):
+        _dot(picture, centre, radius, hollow=not is_reliable)
     return words
 
 
 def vectors(picture: Rgb, field: VectorMap, *, mm_per_px: float, scale: float = 1.0) -> str:
-    """Draw arrows on a grid where a field is valid.
+    """Draw arrows on a grid in the valid part of a field.
 
-    Parameters and the result are those of :func:`points`. Arrows of another unit than mm are
-    drawn as long as fits, and no scale is given.
+    Parameters and result are those of :func:`points`. Arrows of a field that is not in mm are
+    scaled to the grid, and the result is empty.
     """
     height, width = field.values.shape[:2]
-    step = max(1, width // _ACROSS)
+    step = max(1, width // OVERLAY.arrows_across)
     y, x = np.mgrid[step // 2 : height : step, step // 2 : width : step]
     kept = np.ones(y.shape, bool) if field.valid is None else field.valid[y, x]
     values = field.values[y, x][kept]
     is_length = field.unit == "mm"
     if not is_length:
         longest = float(np.linalg.norm(values, axis=1).max(initial=0.0)) or 1.0
-        values = values * (mm_per_px * step * _LONGEST_SPACINGS / longest)
+        values = values * (mm_per_px * step * OVERLAY.longest_spacings / longest)
     at = np.stack([x, y], -1)[kept]
     words = _arrows(picture, at, values / mm_per_px, float(step), mm_per_px, scale)
     return words if is_length else ""
@@ -90,53 +140,58 @@ def vectors(picture: Rgb, field: VectorMap, *, mm_per_px: float, scale: float = 
 def _arrows(
     picture: Rgb, at: Array, moved: Array, spacing: float, mm_per_px: float, scale: float
 ) -> str:
-    """Draw arrows, the longest somewhat longer than their spacing; say how magnified they are."""
+    """Draw arrows, magnified by a round number if they are small; return the magnification."""
     longest = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
-    if longest * mm_per_px < 1e-6:
+    if longest * mm_per_px < OVERLAY.smallest_mm:
         return ""
-    wanted = _LONGEST_SPACINGS * spacing / longest
-    times = round_length(wanted) if wanted > 1 else 1.0
-    times = min(times, _MOST_MAGNIFIED)
+    fitting = OVERLAY.longest_spacings * spacing / longest
+    magnification = round_length(fitting) if fitting > 1 else 1.0
+    magnification = min(magnification, OVERLAY.max_magnification)
     unit = unit_of(picture)
-    starts, ends = _pixels(at, scale), _pixels(at + times * moved, scale)
-    long = np.linalg.norm(ends - starts, axis=1) > _SHORTEST_PX * unit
+    starts, ends = _pixels(at, scale), _pixels(at + magnification * moved, scale)
+    long = np.linalg.norm(ends - starts, axis=1) > OVERLAY.shortest_arrow * unit
     if not long.any():
         return ""
-    for colour, width in ((_OUTLINE, 3.2), (_ARROW, 1.6)):
+    halo, line = (
+        (OVERLAY.outline_rgb, OVERLAY.arrow_halo),
+        (OVERLAY.arrow_rgb, OVERLAY.arrow_line),
+    )
+    for colour, width in (halo, line):
         for start, end in zip(starts[long], ends[long], strict=True):
             _arrow(picture, start, end, colour, max(1, round(width * unit)), unit)
-    return f"arrows ×{times:g}"
+    return f"arrows ×{magnification:g}"
 
 
 def _arrow(picture: Rgb, start: Array, end: Array, colour: Colour, width: int, unit: float) -> None:
     length = float(np.hypot(*(end - start)))
-    tip = min(0.5, _TIP_PX * unit / length)
-    ((x0, y0), (x1, y1)) = (_fine(point) for point in (start, end))
-    cv2.arrowedLine(picture, (x0, y0), (x1, y1), colour, width, cv2.LINE_AA, _FINE, tip)
+    tip = min(0.5, OVERLAY.arrow_tip * unit / length)
+    ((x0, y0), (x1, y1)) = (_fixed_point(point) for point in (start, end))
+    cv2.arrowedLine(picture, (x0, y0), (x1, y1), colour, width, cv2.LINE_AA, _FRACTION_BITS, tip)
 
 
-def _dot(picture: Rgb, place: Array, radius: float, *, hollow: bool) -> None:
-    size = round(radius * 2**_FINE)
+def _dot(picture: Rgb, centre: Array, radius: float, *, hollow: bool) -> None:
+    size = round(radius * 2**_FRACTION_BITS)
     line = max(1, round(radius / 2))
-    middle = _fine(place)
-    cv2.circle(picture, middle, size, _OUTLINE if hollow else _MARKER, -1, cv2.LINE_AA, _FINE)
+    at = _fixed_point(centre)
+    fill = OVERLAY.outline_rgb if hollow else OVERLAY.marker_rgb
+    cv2.circle(picture, at, size, fill, -1, cv2.LINE_AA, _FRACTION_BITS)
     if hollow:
-        cv2.circle(picture, middle, size, _MARKER, line, cv2.LINE_AA, _FINE)
+        cv2.circle(picture, at, size, OVERLAY.marker_rgb, line, cv2.LINE_AA, _FRACTION_BITS)
 
 
-def _fine(point: Array) -> tuple[int, int]:
-    x, y = np.rint(point * 2**_FINE).astype(int)
+def _fixed_point(point: Array) -> tuple[int, int]:
+    x, y = np.rint(point * 2**_FRACTION_BITS).astype(int)
     return int(x), int(y)
 
 
 def _pixels(points: Array, scale: float) -> Array:
-    """Points of the image in its enlargement."""
+    """Convert image coordinates to those of the enlarged picture."""
     return np.asarray((points + 0.5) * scale - 0.5)
 
 
 def _spacing(points: Array) -> float:
-    """Typical distance of neighbours, from how many there are on how much area."""
+    """Mean distance of adjacent points, px, from their number and bounding box."""
     if len(points) < 2:
-        return float(_ACROSS)
+        return float(OVERLAY.arrows_across)
     sides = np.maximum(np.ptp(points, axis=0), 1.0)
     return float(np.sqrt(np.prod(sides) / len(points)))

@@ -1,4 +1,4 @@
-"""Pictures of what was measured, side by side on one sheet."""
+"""Pictures of a frame's measurements, side by side on one sheet."""
 
 from __future__ import annotations
 
@@ -17,31 +17,32 @@ from tactile_core.quantities.layers import (
     VectorMap,
 )
 from tactile_core.views.drawing import Rgb, blank, text_size, write
-from tactile_core.views.maps import Over, coloured, listed, magnitude, relief
-from tactile_core.views.sheet import FOOT, GAP, SMALLEST_PX
+from tactile_core.views.maps import Overlay, coloured, joined, magnitude, relief
+from tactile_core.views.sheet import SHEET
 
-_DIMMED = 0.55
+_CONTRAST = 0.55
+"""Contrast of a frame under points, relative to the original."""
 
 
 def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb | None:
-    """Draw what a frame's quantities have to show, side by side.
+    """Draw the layers of a frame's quantities side by side.
 
     Parameters
     ----------
     frame : Frame
-        Shown beneath points where nothing else is drawn.
+        Background of points if there are no maps.
     layers : sequence of Layer
-        What the quantities' ``layers()`` gave.
+        From the quantities' ``layers()``.
     title : str
         Begins the line above the picture, e.g. the name of the observation.
 
     Returns
     -------
     (H', W', 3) uint8 or None
-        R, G, B; None where there is nothing to show.
+        R, G, B; None if there is nothing to draw.
     """
     fields = [layer for layer in layers if isinstance(layer, VectorMap)]
-    over = Over(
+    over = Overlay(
         [layer for layer in layers if isinstance(layer, Outline)],
         [layer for layer in layers if isinstance(layer, Points)],
         fields[0] if fields else None,
@@ -58,72 +59,73 @@ def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb
     if len(sheets) > 1:
         return side_by_side([sheet for _, sheet in sheets], [name for name, _ in sheets])
     if not sheets and over.points:
-        return marked(frame, over.points, title=title)
+        return points_on_frame(frame, over.points, title=title)
     return sheets[0][1] if sheets else None
 
 
-def marked(frame: Frame, points: Sequence[Points], *, title: str = "") -> Rgb:
-    """Draw points, and where they went, over the frame that shows them.
+def points_on_frame(frame: Frame, points: Sequence[Points], *, title: str = "") -> Rgb:
+    """Draw points and their displacements over their frame.
 
     Parameters
     ----------
     frame : Frame
-        Of any number of channels.
+        With any number of channels.
     points : sequence of Points
-        Those that are not sure are hollow.
+        Unreliable points are hollow.
     title : str
-        Written beneath, e.g. the name of the observation.
+        Begins the line below the picture, e.g. the name of the observation.
 
     Returns
     -------
     (H', W', 3) uint8
         R, G, B.
     """
-    seen = frame.pixels[..., :3] if frame.pixels.shape[2] >= 3 else frame.pixels[..., :1]
-    light = np.clip(seen.astype(np.float32) * (255 / frame.full_scale), 0, 255)
-    shown = np.broadcast_to(_DIMMED * light, (*light.shape[:2], 3)) + 255 * (1 - _DIMMED) / 2
-    height, width = light.shape[:2]
-    scale = max(1.0, SMALLEST_PX / max(height, width))
+    pixels = frame.pixels[..., :3] if frame.pixels.shape[2] >= 3 else frame.pixels[..., :1]
+    levels = np.clip(pixels.astype(np.float32) * (255 / frame.full_scale), 0, 255)
+    pale = np.broadcast_to(_CONTRAST * levels, (*levels.shape[:2], 3)) + 255 * (1 - _CONTRAST) / 2
+    height, width = levels.shape[:2]
+    scale = max(1.0, SHEET.min_side_px / max(height, width))
     large = round(width * scale), round(height * scale)
     picture = np.asarray(
-        cv2.resize(shown.astype(np.uint8), large, interpolation=cv2.INTER_LINEAR), np.uint8
+        cv2.resize(pale.astype(np.uint8), large, interpolation=cv2.INTER_LINEAR), np.uint8
     )
-    arrows = Over(points=points).draw(picture, mm_per_px=frame.mm_per_px, scale=scale)
+    arrows = Overlay(points=points).draw(picture, mm_per_px=frame.mm_per_px, scale=scale)
     counts = [
-        f"{len(at.px) if at.sure is None else int(at.sure.sum())} of {len(at.px)} {at.title} seen"
+        f"{len(at.px) if at.reliable is None else int(at.reliable.sum())} of {len(at.px)} "
+        f"{at.title} seen"
         for at in points
     ]
-    return side_by_side([picture], [listed([title, *counts, arrows])])
+    return side_by_side([picture], [joined([title, *counts, arrows])])
 
 
 def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
-    """Put pictures in a row, each with its caption beneath.
+    """Put pictures in a row, each with its caption below.
 
     Parameters
     ----------
     images : sequence of (H, W, 3) uint8
-        R, G, B; made equally high, that of the highest.
+        R, G, B; scaled to the height of the tallest.
     captions : sequence of str
-        As many; may be empty strings.
+        One per image; can be empty.
 
     Returns
     -------
     (H', W', 3) uint8
         R, G, B.
     """
-    high = max(image.shape[0] for image in images)
-    unit = max(1.0, high / SMALLEST_PX)
-    gap, foot = round(GAP * unit), round(FOOT * unit)
-    fitted = [_of_height(image, high) for image in images]
-    wide = [
+    height = max(image.shape[0] for image in images)
+    unit = max(1.0, height / SHEET.min_side_px)
+    gap, footer = round(SHEET.gap * unit), round(SHEET.footer * unit)
+    fitted = [_of_height(image, height) for image in images]
+    widths = [
         max(image.shape[1], text_size(caption, unit)[0])
         for image, caption in zip(fitted, captions, strict=True)
     ]
-    sheet = blank(gap + high + foot, sum(wide) + gap * (len(wide) + 1))
+    sheet = blank(gap + height + footer, sum(widths) + gap * (len(widths) + 1))
     left = gap
-    for image, caption, width in zip(fitted, captions, wide, strict=True):
-        sheet[gap : gap + high, left : left + image.shape[1]] = image
-        write(sheet, caption, (left, gap + high + 0.6 * foot), unit)
+    for image, caption, width in zip(fitted, captions, widths, strict=True):
+        sheet[gap : gap + height, left : left + image.shape[1]] = image
+        write(sheet, caption, (left, gap + height + 0.6 * footer), unit)
         left += width + gap
     return sheet
 

@@ -1,32 +1,79 @@
-"""From heights to shaded colours, in a colour space where equal steps look equal."""
+"""Colour maps and relief shading in OKLab, a perceptually uniform colour space."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.views.drawing import Rgb
 
-_LEVELS, _SHADES = 256, 128
-_LIGHT = np.array([-0.45, -0.55, 0.7])
-"""Direction towards the lamp: from the upper left, as readers of maps expect."""
 
-_SHADE_STRENGTH = 0.42
-_STEEPEST_EXAGGERATION = 6.0
-_CLEAR_SLOPE = 0.7
-"""Slope, after exaggeration, of the steep parts of a map."""
+@dataclass(frozen=True)
+class ShadingParameters:
+    """Colours of maps. They have no effect on measurements, so nothing sets them from outside.
 
-# lightness, chroma and hue (degrees) of the lowest and the highest point: slate to warm ivory
-_LOW, _HIGH = (0.47, 0.060, 268.0), (0.93, 0.115, 90.0)
-_MIDDLE_CHROMA = 0.012
-_COLD_DEG, _WARM_DEG = 255.0, 30.0
-"""Hues of negative and positive deviations."""
+    Lightness is from 0 to 1. Lightness, chroma and hue are those of OKLab [1]_.
+
+    Attributes
+    ----------
+    levels, shades : int, count
+        Heights and brightnesses that the table of colours distinguishes. Source: 8-bit images have
+        256 levels; the number of shades is chosen by hand.
+    light : tuple of float, ratio
+        Direction towards the light, x right, y down and z towards the viewer; normalised before
+        use. Source: maps are shaded from the upper left by convention; chosen by hand.
+    shade_strength : float, ratio
+        Largest change of lightness by shading. Source: chosen by hand.
+    shaded_lightness : tuple of float, ratio
+        Limits of the lightness after shading. Source: chosen by hand.
+    max_exaggeration : float, ratio
+        Limit of the factor by which shading exaggerates slopes. Source: chosen by hand.
+    clear_slope : float, ratio
+        Slope to which the 99th percentile of a map's slopes is exaggerated. Source: chosen by hand.
+    low, high : tuple of float, ratio, ratio and degrees
+        Lightness, chroma and hue of the lowest height (slate) and of the highest (ivory). Source:
+        chosen by hand.
+    middle_chroma : float, ratio
+        Chroma that is added halfway between the two. Source: chosen by hand.
+    negative_hue_deg, positive_hue_deg : float, degrees
+        Hues of diverging colours: blue and red. Source: chosen by hand.
+    white, dark : float, ratio
+        Lightness of diverging colours at 0, and its decrease at ±1. Source: chosen by hand.
+    diverging_chroma : float, ratio
+        Chroma of diverging colours at ±1. Source: chosen by hand.
+
+    References
+    ----------
+    .. [1] B. Ottosson, "A perceptual color space for image processing", 2020.
+    """
+
+    levels: int = 256
+    shades: int = 128
+    light: tuple[float, float, float] = (-0.45, -0.55, 0.7)
+    shade_strength: float = 0.42
+    shaded_lightness: tuple[float, float] = (0.08, 0.99)
+    max_exaggeration: float = 6.0
+    clear_slope: float = 0.7
+    low: tuple[float, float, float] = (0.47, 0.060, 268.0)
+    high: tuple[float, float, float] = (0.93, 0.115, 90.0)
+    middle_chroma: float = 0.012
+    negative_hue_deg: float = 255.0
+    positive_hue_deg: float = 30.0
+    white: float = 0.98
+    dark: float = 0.45
+    diverging_chroma: float = 0.17
+
+
+SHADING = ShadingParameters()
+"""The values in use."""
 
 
 def shaded(height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high_mm: float) -> Rgb:
     """Colour a height map by its height and shade it by its slope.
 
-    Faint relief is exaggerated, up to eight times, for the shading alone.
+    The shading exaggerates faint relief, up to six times.
 
     Parameters
     ----------
@@ -35,88 +82,91 @@ def shaded(height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high
     mm_per_px : float
         Size of a pixel.
     low_mm, high_mm : float
-        Heights that get the first and the last colour.
+        Heights of the first and the last colour.
 
     Returns
     -------
     (H, W, 3) uint8
         R, G, B.
     """
-    level = (height_mm - low_mm) * ((_LEVELS - 1) / (high_mm - low_mm))
+    level = (height_mm - low_mm) * ((SHADING.levels - 1) / (high_mm - low_mm))
     row, column = np.gradient(height_mm, mm_per_px) if min(height_mm.shape) > 1 else (0.0, 0.0)
-    light = _LIGHT / np.linalg.norm(_LIGHT)
+    light = np.array(SHADING.light) / np.linalg.norm(SHADING.light)
     slope = np.hypot(row, column)
     steep = float(np.percentile(slope[::3, ::3], 99)) if np.ndim(slope) else 0.0
-    factor = np.clip(_CLEAR_SLOPE / max(steep, 1e-9), 1.0, _STEEPEST_EXAGGERATION)
+    factor = np.clip(SHADING.clear_slope / max(steep, 1e-9), 1.0, SHADING.max_exaggeration)
     facing = light[2] - factor * (light[0] * column + light[1] * row)
     shade = facing / np.sqrt(1 + (factor * slope) ** 2) - light[2]
     table = _table()
-    rows = np.clip(level, 0, _LEVELS - 1).astype(np.intp)
-    columns = np.clip((shade + 1) * (_SHADES / 2), 0, _SHADES - 1).astype(np.intp)
+    rows = np.clip(level, 0, SHADING.levels - 1).astype(np.intp)
+    columns = np.clip((shade + 1) * (SHADING.shades / 2), 0, SHADING.shades - 1).astype(np.intp)
     return np.asarray(table[rows, columns])
 
 
 def colours(count: int) -> Rgb:
-    """(count, 3) uint8 unshaded colours from the lowest to the highest height."""
+    """Return (count, 3) uint8 unshaded colours from the lowest to the highest height."""
     return _to_srgb(*_path(np.linspace(0, 1, count)))
 
 
-def painted(level: NDArray[np.float32]) -> Rgb:
-    """Colour numbers from 0 to 1 as :func:`colours` does, without shade.
+def sequential_colours(level: NDArray[np.float32]) -> Rgb:
+    """Map numbers from 0 to 1 to the unshaded colours of heights.
 
     Parameters
     ----------
     level : (…) float32
-        Beyond, as at the end.
+        Clipped to 0 … 1.
 
     Returns
     -------
     (…, 3) uint8
         R, G, B.
     """
-    table = colours(_LEVELS)
-    return np.asarray(table[np.rint(np.clip(level, 0, 1) * (_LEVELS - 1)).astype(np.intp)])
+    table = colours(SHADING.levels)
+    return np.asarray(table[np.rint(np.clip(level, 0, 1) * (SHADING.levels - 1)).astype(np.intp)])
 
 
-def signed(level: NDArray[np.float32]) -> Rgb:
-    """Colour numbers of either sign: blue at −1, white at 0, red at 1; beyond, as at the end.
+def diverging_colours(level: NDArray[np.float32]) -> Rgb:
+    """Map numbers from −1 to 1 to colours from blue through white to red.
 
     Parameters
     ----------
     level : (…) float32
+        Clipped to −1 … 1.
 
     Returns
     -------
     (…, 3) uint8
         R, G, B; equal steps look equally large on both sides.
     """
-    t = np.linspace(-1, 1, 2 * _LEVELS + 1)
-    hue = np.radians(np.where(t < 0, _COLD_DEG, _WARM_DEG))
-    lightness, chroma = 0.98 - 0.45 * np.abs(t), 0.17 * np.abs(t)
+    t = np.linspace(-1, 1, 2 * SHADING.levels + 1)
+    hue = np.radians(np.where(t < 0, SHADING.negative_hue_deg, SHADING.positive_hue_deg))
+    lightness = SHADING.white - SHADING.dark * np.abs(t)
+    chroma = SHADING.diverging_chroma * np.abs(t)
     table = _to_srgb(lightness, chroma * np.cos(hue), chroma * np.sin(hue))
-    return np.asarray(table[np.rint((np.clip(level, -1, 1) + 1) * _LEVELS).astype(np.intp)])
+    return np.asarray(table[np.rint((np.clip(level, -1, 1) + 1) * SHADING.levels).astype(np.intp)])
 
 
 def _table() -> Rgb:
-    """(levels, shades, 3) colours: each height's colour, from darkest to brightest shade."""
-    lightness, a, b = (part[:, None] for part in _path(np.linspace(0, 1, _LEVELS)))
-    shade = np.linspace(-1, 1, _SHADES, endpoint=False) * _SHADE_STRENGTH
-    dimmed = np.clip(lightness + shade, 0.08, 0.99)
-    # a colour that is darkened keeps its look when its chroma shrinks with its lightness
-    keep = np.minimum(dimmed / lightness, 1.0)
-    return _to_srgb(dimmed, a * keep, b * keep)
+    """Return (levels, shades, 3) colours: for each height from the darkest to the brightest."""
+    lightness, a, b = (part[:, None] for part in _path(np.linspace(0, 1, SHADING.levels)))
+    shade = np.linspace(-1, 1, SHADING.shades, endpoint=False) * SHADING.shade_strength
+    shaded_lightness = np.clip(lightness + shade, *SHADING.shaded_lightness)
+    # chroma decreases with lightness, so that a darker colour looks equally saturated
+    keep = np.minimum(shaded_lightness / lightness, 1.0)
+    return _to_srgb(shaded_lightness, a * keep, b * keep)
 
 
 def _path(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """OKLab coordinates along the colour bar; lightness rises evenly."""
-    lightness = _LOW[0] + (_HIGH[0] - _LOW[0]) * t
-    chroma = _LOW[1] + (_HIGH[1] - _LOW[1]) * t + 4 * t * (1 - t) * _MIDDLE_CHROMA
-    hue = np.radians(_LOW[2] + (_HIGH[2] - _LOW[2]) * t)
+    """OKLab coordinates along the colour bar; lightness increases linearly."""
+    low, high = SHADING.low, SHADING.high
+    lightness = low[0] + (high[0] - low[0]) * t
+    chroma = low[1] + (high[1] - low[1]) * t + 4 * t * (1 - t) * SHADING.middle_chroma
+    hue = np.radians(low[2] + (high[2] - low[2]) * t)
     return lightness, chroma * np.cos(hue), chroma * np.sin(hue)
 
 
 def _to_srgb(lightness: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> Rgb:
-    """OKLab (Ottosson 2020) to 8-bit sRGB."""
+    """Convert OKLab to 8-bit sRGB."""
     long = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3
     medium = (lightness - 0.1055613458 * a - 0.0638541728 * b) ** 3
     short = (lightness - 0.0894841775 * a - 1.2914855480 * b) ** 3

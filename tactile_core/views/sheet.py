@@ -1,6 +1,8 @@
-"""What frames a picture of the skin: a line above it, a scale bar beneath, a colour bar beside."""
+"""Sheets: a picture with a title line above, a scale bar below and a colour bar on the right."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 
@@ -9,21 +11,48 @@ from tactile_core.views.drawing import (
     INK,
     Rgb,
     blank,
-    in_words,
     round_length,
     text_size,
+    tick_label,
     ticks,
     write,
 )
 
-SMALLEST_PX = 640
-FOOT, GAP = 46, 18
-_MARGIN, _TITLE, _BAR, _LABELS = 22, 46, 16, 72
+
+@dataclass(frozen=True)
+class SheetParameters:
+    """Layout of sheets. It has no effect on measurements, so nothing sets it from outside.
+
+    Lengths in sheet px are px on the smallest sheet and grow with the picture.
+
+    Attributes
+    ----------
+    min_side_px : int, px
+        Longer side of the smallest picture; smaller images are enlarged. Source: chosen by hand.
+    margin, header, footer : int, sheet px
+        Space on the left, above and below the picture. Source: chosen by hand.
+    gap : int, sheet px
+        Space between pictures and next to the colour bar. Source: chosen by hand.
+    bar, labels : int, sheet px
+        Width of the colour bar and of its labels. Source: chosen by hand.
+    """
+
+    min_side_px: int = 640
+    margin: int = 22
+    header: int = 46
+    footer: int = 46
+    gap: int = 18
+    bar: int = 16
+    labels: int = 72
+
+
+SHEET = SheetParameters()
+"""The values in use."""
 
 
 def unit_of(picture: Rgb) -> float:
-    """How much larger than on the smallest sheet words and lines are drawn."""
-    return int(max(picture.shape[:2])) / SMALLEST_PX
+    """Return the scale of text and lines: 1 on the smallest sheet, proportional to the picture."""
+    return int(max(picture.shape[:2])) / SHEET.min_side_px
 
 
 def framed(
@@ -36,22 +65,22 @@ def framed(
     title: str,
     facts: str,
 ) -> Rgb:
-    """Put a picture on a sheet that says what its colours and lengths mean.
+    """Put a picture on a sheet with a title line, a scale bar and a colour bar.
 
     Parameters
     ----------
     picture : (H, W, 3) uint8
-        Its larger side is at least 640 px.
+        Its longer side is at least 640 px.
     mm_per_px : float
-        Size of one of its pixels on the gel.
+        Size of a pixel of the picture on the gel.
     bar : (H, 3) uint8
         Colours from the lowest to the highest value.
     span : (lowest, highest)
-        The values of the first and the last colour.
+        Values of the first and the last colour.
     unit : str
-        Of these values.
+        Unit of these values.
     title, facts : str
-        The line above the picture, left and right.
+        Text above the picture, on the left and on the right.
 
     Returns
     -------
@@ -60,16 +89,15 @@ def framed(
     """
     h, w = picture.shape[:2]
     size = unit_of(picture)
-    margin, head, foot, gap, wide, labels = (
-        round(part * size) for part in (_MARGIN, _TITLE, FOOT, GAP, _BAR, _LABELS)
-    )
-    sheet = blank(head + h + foot, margin + w + gap + wide + labels)
-    sheet[head : head + h, margin : margin + w] = picture
-    _title(sheet, (margin, head), size, title, facts, w)
-    _scale_bar(sheet, (margin, head + h), size, mm_per_px, w)
+    lengths = (SHEET.margin, SHEET.header, SHEET.footer, SHEET.gap, SHEET.bar, SHEET.labels)
+    margin, header, footer, gap, bar_width, labels = (round(part * size) for part in lengths)
+    sheet = blank(header + h + footer, margin + w + gap + bar_width + labels)
+    sheet[header : header + h, margin : margin + w] = picture
+    _title(sheet, (margin, header), size, title, facts, w)
+    _scale_bar(sheet, (margin, header + h), size, mm_per_px, w)
     left = margin + w + gap
-    sheet[head : head + h, left : left + wide] = bar[::-1, None]
-    _bar_labels(sheet, (left + wide, head, h), size, span, unit)
+    sheet[header : header + h, left : left + bar_width] = bar[::-1, None]
+    _bar_labels(sheet, (left + bar_width, header, h), size, span, unit)
     return sheet
 
 
@@ -78,12 +106,13 @@ def _title(
 ) -> None:
     left, top = left_top
     base = top - 16 * unit
-    wide = text_size(facts, unit)[0]
+    facts_width = text_size(facts, unit)[0]
     if title:
-        while text_size(title, unit)[0] > max(width - wide - 20 * unit, 0) and len(title) > 4:
+        room = max(width - facts_width - 20 * unit, 0)
+        while text_size(title, unit)[0] > room and len(title) > 4:
             title = title[:-4] + "..."
         write(sheet, title, (left, base), unit)
-    write(sheet, facts, (left + width - wide if title else left, base), unit, FAINT)
+    write(sheet, facts, (left + width - facts_width if title else left, base), unit, FAINT)
 
 
 def _scale_bar(
@@ -105,11 +134,11 @@ def _bar_labels(
 ) -> None:
     left, top, length = place
     low, high = span
-    markers = ticks(low, high)
-    step = markers[1] - markers[0] if len(markers) > 1 else high - low
+    values = ticks(low, high)
+    step = values[1] - values[0] if len(values) > 1 else high - low
     line = max(1, round(size))
-    for value in markers:
+    for value in values:
         y = round(top + (length - 1) * (high - value) / (high - low))
         cv2.line(sheet, (left, y), (round(left + 5 * size), y), FAINT, line)
-        write(sheet, in_words(value, step), (left + 10 * size, y + 5 * size), size)
+        write(sheet, tick_label(value, step), (left + 10 * size, y + 5 * size), size)
     write(sheet, unit, (left + 10 * size, top - 16 * size), size, FAINT)

@@ -1,3 +1,7 @@
+"""References from averaged frames, and the frames of a recording."""
+
+from __future__ import annotations
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -21,7 +25,7 @@ def test_a_reference_is_the_mean_of_its_frames(levels: list[float]) -> None:
     assert reference.frames == len(levels)
 
 
-def test_several_frames_tell_the_noise() -> None:
+def test_the_noise_is_estimated_from_several_frames() -> None:
     rng = np.random.default_rng(0)
     frames = [
         Frame((100 + rng.normal(0, 2, (60, 80, 3))).astype(np.float32), ("r", "g", "b"), 0.1)
@@ -30,17 +34,17 @@ def test_several_frames_tell_the_noise() -> None:
     assert average(frames).noise == pytest.approx(2, rel=0.1)
 
 
-def test_no_frame_is_no_reference() -> None:
+def test_a_reference_needs_at_least_one_frame() -> None:
     with pytest.raises(InputError, match="at least one"):
         average([])
 
 
-def test_frames_of_two_sizes_are_no_reference() -> None:
+def test_frames_of_different_sizes_are_rejected() -> None:
     with pytest.raises(InputError, match="differ in size"):
         average([frame(1), frame(1, (5, 4, 3))])
 
 
-def test_frames_come_in_the_images_order_with_their_names(lab: VirtualLab) -> None:
+def test_frames_are_in_file_order_with_their_names(lab: VirtualLab) -> None:
     frames = list(read_frames(lab.profile, lab.presses))
     assert [f.source for f in frames] == [f"press_{i}" for i in range(10)]
     assert [f.sequence for f in frames] == list(range(10))

@@ -1,4 +1,4 @@
-"""The image's geometry agrees with OpenCV's conventions, and points follow the pixels."""
+"""Image geometry follows OpenCV's conventions, and points are mapped like the pixels."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def noise(height: int, width: int, seed: int = 0) -> np.ndarray:
 
 
 def ramps(width: int, height: int) -> np.ndarray:
-    """Pixels that tell where they are: 200 x, 150 y and 0."""
+    """Return an image whose pixels encode their position: 200 x, 150 y and 0."""
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     return np.dstack([200 * x, 150 * y, 0 * x]).astype(np.uint16)
 
 
-def test_with_nothing_to_do_the_input_comes_back_itself() -> None:
+def test_an_identity_geometry_returns_the_input() -> None:
     pixels = noise(12, 16)
     assert geometry(16, 12).apply(pixels) is pixels
 
@@ -51,7 +51,7 @@ def test_a_crop_is_x_y_width_height() -> None:
     assert out.flags.c_contiguous
 
 
-def test_flips_and_turns_are_numpy_s() -> None:
+def test_flips_and_rotations_match_numpy() -> None:
     pixels = noise(12, 16)
     for flip, expected in (
         ("horizontal", pixels[:, ::-1]),
@@ -67,13 +67,13 @@ def test_flips_and_turns_are_numpy_s() -> None:
     )
 
 
-def test_a_flip_comes_before_a_turn() -> None:
+def test_a_flip_precedes_a_rotation() -> None:
     pixels = noise(12, 16)
     out = geometry(12, 16, flip="horizontal", rotate_deg=90).apply(pixels)
     np.testing.assert_array_equal(out, np.rot90(pixels[:, ::-1], -1))
 
 
-def test_a_warp_is_opencv_s() -> None:
+def test_a_warp_matches_opencv() -> None:
     pixels = noise(320, 240)
     matrix = cv2.getPerspectiveTransform(np.float32(SOURCE), np.float32(TARGET))
     expected = cv2.warpPerspective(pixels, matrix, (240, 320))
@@ -81,7 +81,7 @@ def test_a_warp_is_opencv_s() -> None:
     assert np.abs(out.astype(int) - expected).max() <= 1
 
 
-def test_a_lens_is_undistorted_as_by_opencv() -> None:
+def test_lens_undistortion_matches_opencv() -> None:
     pixels = noise(320, 240)
     expected = cv2.undistort(pixels, np.array(LENS["matrix"]), np.array(LENS["distortion"]))
     out = geometry(240, 320, lens=LENS).apply(pixels)
@@ -102,7 +102,7 @@ def test_sixteen_bits_stay_sixteen_bits() -> None:
     assert out.max() > 255
 
 
-def test_halving_maps_x_to_half_of_x_less_a_half() -> None:
+def test_halving_maps_points_relative_to_pixel_centres() -> None:
     points = np.array([[0.5, 0.5], [10.0, 7.0]])
     mapped = geometry(8, 6).map_points(points, camera_size_px=(16, 12))
     np.testing.assert_allclose(mapped, (points - 0.5) / 2)
@@ -123,13 +123,13 @@ def test_halving_maps_x_to_half_of_x_less_a_half() -> None:
     ],
     ids=str,
 )
-def test_a_point_goes_where_its_pixels_go(more: dict[str, Any]) -> None:
+def test_points_are_mapped_like_their_pixels(more: dict[str, Any]) -> None:
     for size in ((240, 320), (120, 160)):
-        made = geometry(*size, bit_depth=16, **more)
-        seen = made.apply(ramps(240, 320))
+        tested = geometry(*size, bit_depth=16, **more)
+        image = tested.apply(ramps(240, 320))
         for at in ((60, 70), (45, 90), (80, 55)):
-            came_from = seen[at[1], at[0], :2] / (200, 150)
-            (mapped,) = made.map_points([came_from], camera_size_px=(240, 320))
+            source = image[at[1], at[0], :2] / (200, 150)
+            (mapped,) = tested.map_points([source], camera_size_px=(240, 320))
             np.testing.assert_allclose(mapped, at, atol=0.08)
 
 
@@ -140,7 +140,9 @@ def test_a_point_goes_where_its_pixels_go(more: dict[str, Any]) -> None:
     st.integers(0, 11),
     st.integers(0, 15),
 )
-def test_points_follow_every_flip_and_turn_exactly(flip: str, turn: int, y: int, x: int) -> None:
+def test_points_are_mapped_exactly_by_flips_and_rotations(
+    flip: str, turn: int, y: int, x: int
+) -> None:
     size = (12, 16) if turn % 180 else (16, 12)
     made = geometry(*size, flip=flip, rotate_deg=turn)
     pixels = np.zeros((12, 16, 3), np.uint8)
@@ -149,11 +151,11 @@ def test_points_follow_every_flip_and_turn_exactly(flip: str, turn: int, y: int,
     assert made.apply(pixels)[int(row), int(column), 0] == 9
 
 
-def test_no_points_stay_no_points() -> None:
+def test_mapping_no_points_returns_an_empty_array() -> None:
     assert geometry(240, 320, lens=LENS, warp=WARP).map_points([]).shape == (0, 2)
 
 
-def test_the_camera_s_own_scale_follows_from_the_image_s() -> None:
+def test_the_camera_scale_is_derived_from_the_image_scale() -> None:
     assert geometry(8, 6).camera_mm_per_px((16, 12)) == pytest.approx(0.05)
     assert geometry(8, 6, crop=(0, 0, 4, 3)).camera_mm_per_px() == pytest.approx(0.2)
     assert geometry(6, 8, rotate_deg=90).camera_mm_per_px() == pytest.approx(0.1)
@@ -165,7 +167,7 @@ def refusal(pixels: np.ndarray, **more: Any) -> str:
     return str(caught.value)
 
 
-def test_an_image_that_is_not_what_the_profile_says_is_refused() -> None:
+def test_an_image_that_contradicts_the_profile_is_rejected() -> None:
     colour = noise(12, 16)
     assert "16-bit values, but the profile specifies bit_depth: 8" in refusal(
         colour.astype(np.uint16)
@@ -177,21 +179,21 @@ def test_an_image_that_is_not_what_the_profile_says_is_refused() -> None:
     assert "reaches beyond the camera's 16 × 12" in refusal(colour, crop=(10, 0, 7, 12))
 
 
-def test_a_grey_image_stored_as_colour_is_grey() -> None:
+def test_a_grey_image_stored_as_rgb_becomes_grey() -> None:
     grey = noise(12, 16)[..., 0]
     out = geometry(16, 12, color="grey").apply(np.repeat(grey[..., None], 3, axis=2))
     np.testing.assert_array_equal(out, grey)
     assert out.flags.c_contiguous
 
 
-def test_it_pickles() -> None:
+def test_a_pickled_geometry_gives_the_same_image() -> None:
     made = geometry(240, 320, warp=WARP)
     pixels = noise(320, 240)
     expected = made.apply(pixels)
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(made)).apply(pixels), expected)
 
 
-def test_an_image_of_another_shape_is_stretched() -> None:
+def test_the_stretch_is_the_ratio_of_the_resize_factors() -> None:
     section = ImageSection(width_px=160, height_px=120, mm_per_px=0.1)
     assert ImageGeometry(section).stretch((320, 240)) == 1
     assert ImageGeometry(section).stretch((200, 100)) == pytest.approx(2 / 3)

@@ -1,4 +1,4 @@
-"""USB cameras are found by what they say of themselves."""
+"""Listing of USB cameras by their descriptors."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ CAMERA = {
 MACHINE_VISION = {"ids": (0x1E10, 0x4000), "interfaces": ((0xEF, 5),), "ports": (1,)}
 MOUSE = {"ids": (0x046D, 0xC077), "interfaces": ((3, 1),), "ports": (3,)}
 HUB = {"ids": (0x1D6B, 2), "interfaces": ((9, 0),), "ports": ()}
-SHY = {**CAMERA, "ports": (9,), "refuses": True}
+PROTECTED = {**CAMERA, "ports": (9,), "refuses": True}
 
 
 class Bus(IBackend):
-    """A backend with these devices plugged in."""
+    """A fake backend with these devices plugged in."""
 
     def __init__(self, *devices: dict[str, Any]) -> None:
         self.devices = devices
@@ -85,7 +85,7 @@ class Bus(IBackend):
         return len(answer)
 
 
-def test_cameras_are_listed_by_their_ports_and_nothing_else_is() -> None:
+def test_only_cameras_are_listed_sorted_by_port() -> None:
     bus = Bus(MOUSE, CAMERA, HUB, MACHINE_VISION)
     first, second = usb_cameras(bus)
     assert (first.usb_id, first.port_path) == ("1e10:4000", "1-1")
@@ -93,16 +93,16 @@ def test_cameras_are_listed_by_their_ports_and_nothing_else_is() -> None:
     assert bus.opened == 0
 
 
-def test_one_that_may_not_be_opened_is_listed_without_its_names() -> None:
-    (device,) = usb_cameras(Bus(SHY))
+def test_a_device_without_access_is_listed_without_its_strings() -> None:
+    (device,) = usb_cameras(Bus(PROTECTED))
     assert (device.usb_id, device.product, device.serial) == ("2833:0209", None, None)
 
 
-def test_no_device_is_an_empty_list() -> None:
+def test_without_cameras_the_list_is_empty() -> None:
     assert usb_cameras(Bus(MOUSE)) == []
 
 
-def test_without_libusb_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_libusb_is_reported_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     def no_backend(**_: Any) -> Any:
         raise usb.core.NoBackendError("No backend available")
 
@@ -111,7 +111,7 @@ def test_without_libusb_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
         usb_cameras()
 
 
-def test_a_libusb_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_libusb_error_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(**_: Any) -> Any:
         raise usb.core.USBError("Other error")
 
@@ -120,24 +120,24 @@ def test_a_libusb_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
         usb_cameras()
 
 
-def listed(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[object, str, str]:
-    with pytest.raises(SystemExit) as ended:
-        main(["devices", *words])
-    return ended.value.code, *capsys.readouterr()
+def run_devices(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[object, str, str]:
+    with pytest.raises(SystemExit) as caught:
+        main(["devices", *options])
+    return caught.value.code, *capsys.readouterr()
 
 
-def test_the_command_prints_them(
+def test_the_command_prints_the_devices(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plugged: list[UsbDevice] = []
     monkeypatch.setattr(usb_devices, "usb_cameras", lambda: plugged)
-    assert listed(capsys) == (0, "", "")
-    assert listed(capsys, "--json") == (0, '{"devices": []}\n', "")
+    assert run_devices(capsys) == (0, "", "")
+    assert run_devices(capsys, "--json") == (0, '{"devices": []}\n', "")
     plugged.append(UsbDevice(0x2833, 0x0209, "DIGIT", "D20025", "1-2.4"))
-    code, out, _ = listed(capsys)
+    code, out, _ = run_devices(capsys)
     assert code == 0
     assert out.splitlines()[1].split() == ["2833:0209", "1-2.4", "D20025", "DIGIT"]
-    _, out, _ = listed(capsys, "--json")
+    _, out, _ = run_devices(capsys, "--json")
     assert json.loads(out)["devices"] == [
         {
             "usb_id": "2833:0209",
@@ -150,11 +150,11 @@ def test_the_command_prints_them(
     ]
 
 
-def test_the_command_ends_with_1_where_there_is_no_libusb(
+def test_the_command_exits_with_1_without_libusb(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(usb_devices, "usb_cameras", _without_libusb)
-    assert listed(capsys) == (1, "", "tactile: no libusb\n")
+    assert run_devices(capsys) == (1, "", "tactile: no libusb\n")
 
 
 def _without_libusb() -> list[UsbDevice]:

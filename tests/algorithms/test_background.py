@@ -1,4 +1,4 @@
-"""A stand-in for the untouched sensor: it keeps the light and loses the relief."""
+"""The estimated reference keeps the illumination and loses the relief."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ COEFFICIENT = st.floats(-0.3, 0.3)
 
 
 def light(a: float, b: float, c: float) -> NDArray[np.float64]:
-    """A lamp that fades across the gel, brightest at some place."""
+    """Return the illumination of a light that fades across the gel."""
     x = np.linspace(-1, 1, SHAPE[1])
     y = np.linspace(-1, 1, SHAPE[0])[:, None]
     return 100 * np.exp(a * x + b * y - 0.4 * x**2 + c * x**2 * y**2 + 0 * y)
 
 
 @given(COEFFICIENT, COEFFICIENT, COEFFICIENT)
-def test_level_gel_is_its_own_background(a: float, b: float, c: float) -> None:
+def test_a_flat_gel_is_its_own_background(a: float, b: float, c: float) -> None:
     undeformed = np.stack([light(a, b, c), light(b, c, a)], axis=2)
     np.testing.assert_allclose(smooth_background(undeformed), undeformed, rtol=1e-4)
 
@@ -42,7 +42,7 @@ def test_markers_do_not_count() -> None:
     np.testing.assert_allclose(smooth_background(marked, marker_mask), undeformed, rtol=1e-4)
 
 
-def test_black_pixels_and_bytes_are_fine() -> None:
+def test_black_pixels_and_bytes_are_accepted() -> None:
     image = np.rint(light(0.1, 0.1, 0.0)).astype(np.uint8)[..., None]
     image[10:14, 20:30] = 0
     background = smooth_background(image)

@@ -1,4 +1,4 @@
-"""Circles of rendered presses, whose true places are known."""
+"""Circles of rendered presses against the ground truth."""
 
 from dataclasses import dataclass
 
@@ -65,13 +65,15 @@ def circles(bench: Bench) -> list[Circle]:
     return bench.find(bench.presses())
 
 
-def test_every_press_is_found_to_a_fraction_of_a_pixel(bench: Bench, circles: list[Circle]) -> None:
+def test_every_press_is_located_to_a_fraction_of_a_pixel(
+    bench: Bench, circles: list[Circle]
+) -> None:
     assert all(circle.used for circle in circles)
     assert np.median(bench.off_px(circles)) < 0.15
     assert bench.off_px(circles).max() < 0.5
 
 
-def test_the_contacts_border_is_found_to_a_pixel(bench: Bench, circles: list[Circle]) -> None:
+def test_the_contact_radius_is_found_to_a_pixel(bench: Bench, circles: list[Circle]) -> None:
     assert np.median(bench.radius_off_px(circles)) < 1.0
 
 
@@ -91,7 +93,7 @@ def test_a_larger_image_gives_the_same_circles(bench: Bench, circles: list[Circl
     assert np.abs(centres - [c.centre_px for c in circles]).max() < 0.2
 
 
-def test_a_press_left_out_is_found_by_the_light_of_the_others(
+def test_a_held_out_press_is_located_with_the_light_of_the_others(
     bench: Bench, circles: list[Circle]
 ) -> None:
     left_out, *others = bench.starts(bench.presses())
@@ -120,7 +122,7 @@ def changed(bench: Bench, pixels: np.ndarray) -> PressImage:
     ],
     ids=["undeformed", "the reference itself", "a flash", "moved and brighter", "two balls"],
 )
-def test_what_is_no_press_of_one_ball_is_left_out_with_a_reason(
+def test_frames_that_are_no_press_of_one_ball_are_excluded_with_a_reason(
     bench: Bench, spoil, circles: list[Circle]
 ) -> None:
     *good, bad = bench.find([*bench.presses(), spoil(bench)])
@@ -129,7 +131,7 @@ def test_what_is_no_press_of_one_ball_is_left_out_with_a_reason(
     assert all(circle.used for circle in good)
 
 
-def test_nothing_but_undeformed_frames_gives_no_circle(bench: Bench) -> None:
+def test_undeformed_frames_give_no_circle(bench: Bench) -> None:
     assert not any(circle.used for circle in bench.find([bench.image(None, s) for s in range(4)]))
 
 
@@ -146,7 +148,7 @@ def grid_of(bench: Bench, spots: np.ndarray, ball_mm: float) -> PressImage:
     [(3, 2, BALL_MM, 1.5, 0.5), (6, 5, 0.55 * BALL_MM, 1.0, 0.5)],
     ids=["a few balls", "many balls"],
 )
-def test_a_grid_is_refined_from_rough_centres(
+def test_a_grid_is_refined_from_approximate_centres(
     bench: Bench, columns: int, rows: int, ball_mm: float, wrong_px: float, left_px: float
 ) -> None:
     x, y = np.meshgrid(np.linspace(25, 135, columns), np.linspace(25, 95, rows))
@@ -162,11 +164,11 @@ def test_a_grid_is_refined_from_rough_centres(
     assert abs(circles[0].contact_radius_px / true_px - 1) < 0.15
 
 
-def test_a_ball_that_is_not_in_the_frame_is_left_out_of_the_grid(bench: Bench) -> None:
+def test_a_ball_outside_the_frame_is_excluded_from_the_grid(bench: Bench) -> None:
     spots = np.array([(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 60.0, 90.0, 120.0)])
     frame = grid_of(bench, spots, 0.5 * BALL_MM)
-    told = np.concatenate([spots, [(400.0, 50.0)]])
-    (*circles, absent), _ = refine_grid(frame, told, 0.5 * bench.ball_px)
+    given = np.concatenate([spots, [(400.0, 50.0)]])
+    (*circles, absent), _ = refine_grid(frame, given, 0.5 * bench.ball_px)
     assert all(circle.used for circle in circles)
     assert not absent.used
     assert "outside" in absent.why

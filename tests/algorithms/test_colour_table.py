@@ -7,12 +7,12 @@ from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
 
 
 def linear_model(features: np.ndarray) -> np.ndarray:
-    """Sines that are a tenth of the first two changes."""
+    """Return normals whose components are a tenth of the first two changes."""
     return np.asarray(0.1 * features[:, :2], np.float32)
 
 
 @given(st.floats(-0.9, 0.0), st.floats(0.1, 3.0), st.integers(8, 80))
-def test_an_axis_covers_the_changes_that_it_was_made_for(low: float, high: float, n: int) -> None:
+def test_an_axis_covers_the_given_changes(low: float, high: float, n: int) -> None:
     axis = Axis.spanning(np.linspace(low, high, 3000, dtype=np.float32).reshape(-1, 3), n)
     values = axis.values()
     step = 1 / axis.per_unit
@@ -43,7 +43,7 @@ def test_baking_gives_the_model_at_every_entry(count: int) -> None:
     assert table.normal_xy.shape == (count, count, count)
 
 
-def test_a_bend_between_entries_is_lost_by_less_than_it_matters() -> None:
+def test_interpolation_between_entries_loses_little_curvature() -> None:
     def bent(features: np.ndarray) -> np.ndarray:
         return np.asarray(np.tanh(2 * features[:, :2]) * (1 + features[:, 2:3]), np.float32)
 

@@ -1,4 +1,4 @@
-"""The mask covers what touches, and nothing when nothing does."""
+"""The contact mask covers the contact area, and is empty when nothing touches."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def grid(shape: tuple[int, int], mm_per_px: float) -> tuple[Array, Array]:
 
 
 def hertz(x: Array, y: Array, radius_mm: float, depth_mm: float) -> tuple[Array, float]:
-    """Surface of a half-space under a ball (Johnson, Contact Mechanics, 3.41–42); its contact."""
+    """Surface of a half-space under a ball (Johnson 1985, eq. 3.41–42), and its contact radius."""
     a = np.sqrt(radius_mm * depth_mm)
     r = np.maximum(np.hypot(x, y), 1e-9)
     inside = depth_mm - r**2 / (2 * radius_mm)
@@ -41,7 +41,7 @@ def hertz(x: Array, y: Array, radius_mm: float, depth_mm: float) -> tuple[Array,
 
 
 def punch(x: Array, y: Array, radius_mm: float, depth_mm: float) -> Array:
-    """A flat-ended cylinder on a soft layer."""
+    """Height of a soft layer under a flat-ended cylinder."""
     return depth_mm * np.exp(-np.maximum(np.hypot(x, y) - radius_mm, 0) / 0.2)
 
 
@@ -97,7 +97,7 @@ def test_a_contact_on_two_fifths_of_the_image_is_masked() -> None:
     assert overlap(mask, np.hypot(x + 3, y) < 5.1) > 0.95
 
 
-def test_the_bulge_beside_a_wide_contact_is_no_noise() -> None:
+def test_the_bulge_next_to_a_wide_contact_is_no_noise() -> None:
     x, y = grid((120, 160), 0.1)
     outside_mm = np.maximum(np.hypot(x, y) - 4.4, 0)
     bulge = 0.035 * np.exp(-outside_mm / 3) * (outside_mm > 0)
@@ -105,7 +105,7 @@ def test_the_bulge_beside_a_wide_contact_is_no_noise() -> None:
     assert overlap(mask, np.hypot(x, y) < 4.1) > 0.94
 
 
-def test_a_contact_cut_by_the_image_border_is_masked_up_to_it() -> None:
+def test_a_contact_truncated_by_the_image_border_is_masked_up_to_it() -> None:
     x, y = grid((240, 320), 0.06)
     height = punch(x - 9, y - 6.5, 2, 0.5)
     mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
@@ -122,12 +122,12 @@ def test_two_contacts_of_different_depth_are_both_masked() -> None:
 
 
 def ball(x_mm: float, y_mm: float, diameter_mm: float, depth_mm: float) -> NDArray[np.float32]:
-    """Height of a ball's press, at 0.1 mm a pixel."""
+    """Height map of a ball pressed into the gel, 0.1 mm per pixel."""
     press = BallPress((10 * x_mm, 10 * y_mm), diameter_mm, depth_mm)
     return press.height_mm((120, 160), 0.1).astype(np.float32)
 
 
-def test_each_contact_is_masked_as_if_it_were_alone() -> None:
+def test_each_contact_is_masked_independently() -> None:
     deep, shallow = ball(4.5, 6.0, 4.0, 0.5), ball(12.0, 6.0, 4.0, 0.12)
     alone = [contact_mask(height, mm_per_px=0.1) for height in (deep, shallow)]
     assert all(mask.any() for mask in alone)
@@ -136,8 +136,8 @@ def test_each_contact_is_masked_as_if_it_were_alone() -> None:
 
 
 @pytest.mark.parametrize("turned", [np.fliplr, np.flipud, np.transpose])
-def test_a_mask_is_mirrored_and_turned_with_its_map(turned: Callable[[Any], Any]) -> None:
-    # large enough to be looked at in a shrunk map
+def test_the_mask_is_mirrored_and_rotated_with_the_height_map(turned: Callable[[Any], Any]) -> None:
+    # large enough to be reduced first
     small = ball(5.3, 4.1, 4.0, 0.4) + ball(11.9, 7.4, 3.0, 0.5)
     height = cv2.resize(small, None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC)
     mask = contact_mask(height, mm_per_px=0.1 / 3)
@@ -153,7 +153,7 @@ def test_a_contact_of_a_fifth_of_a_square_millimetre_is_found_in_a_large_image()
     assert not contact_mask(height, mm_per_px=0.02, min_area_mm2=0.5).any()
 
 
-def test_what_hardly_stands_out_of_the_noise_beside_a_contact_is_none() -> None:
+def test_a_faint_region_next_to_a_contact_is_missed_in_noise() -> None:
     y, x = np.mgrid[:120, :160]
     noise = 0.03 * np.sin(2 * np.pi * x / 63) * np.sin(2 * np.pi * y / 57)
     faint = ball(12.5, 6.2, 1.5, 0.02)
@@ -165,17 +165,17 @@ def test_what_hardly_stands_out_of_the_noise_beside_a_contact_is_none() -> None:
         assert mask[62, 125] == found
 
 
-def test_the_radius_of_a_balls_contact_is_reported_to_seven_per_cent() -> None:
+def test_the_contact_radius_of_a_ball_is_within_seven_per_cent() -> None:
     x, y = grid((240, 320), 0.06)
-    wider = []
+    ratios = []
     for radius_mm, depth_mm in ((4, 0.2), (6, 0.3), (5, 0.15)):
         height, a = hertz(x, y, radius_mm, depth_mm)
         mask = contact_mask(height.astype(np.float32), mm_per_px=0.06)
-        wider.append(np.sqrt(mask.sum() * 0.06**2 / np.pi) / a)
-    assert np.mean(wider) == pytest.approx(1, abs=0.07)
+        ratios.append(np.sqrt(mask.sum() * 0.06**2 / np.pi) / a)
+    assert np.mean(ratios) == pytest.approx(1, abs=0.07)
 
 
-def test_an_undeformed_gel_hardly_ever_has_a_contact_however_it_drifts() -> None:
+def test_an_undeformed_gel_with_drift_rarely_has_a_contact() -> None:
     rng = np.random.default_rng(0)
     seen = []
     for seed in range(300):
@@ -198,7 +198,7 @@ def test_specks_are_left_out() -> None:
     assert mask.any()
 
 
-def test_what_is_shallower_than_the_least_indentation_is_no_contact() -> None:
+def test_a_region_below_the_least_indentation_is_no_contact() -> None:
     x, y = grid((240, 320), 0.06)
     height = punch(x, y, 2, 0.05).astype(np.float32)
     assert contact_mask(height, mm_per_px=0.06).any()
@@ -213,7 +213,7 @@ def test_a_slope_without_a_flank_is_no_contact() -> None:
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (3, 2)])
-def test_tiny_images_are_no_accident(shape: tuple[int, int]) -> None:
+def test_tiny_images_are_accepted(shape: tuple[int, int]) -> None:
     height = np.random.default_rng(0).random(shape).astype(np.float32)
     assert contact_mask(height, mm_per_px=0.1).shape == shape
 

@@ -1,4 +1,4 @@
-"""How high a gel stands at the rim of a contact."""
+"""Height of the gel surface at the rim of a contact."""
 
 from __future__ import annotations
 
@@ -10,22 +10,24 @@ from tactile_core.algorithms.contact_rim import rim_share
 from tactile_core.sim import VirtualStage
 
 
-def test_on_a_half_space_the_rim_stands_as_high_as_the_ball_presses_above_it() -> None:
+def test_on_a_half_space_the_rim_is_at_half_the_depth() -> None:
     assert rim_share(0.01, 2.0) == pytest.approx(1.0, abs=0.02)
 
 
-def test_a_thinner_gel_sinks_nearer_to_its_rest() -> None:
+def test_the_rim_is_lower_on_a_thinner_gel() -> None:
     shares = [rim_share(1.0, thickness_mm) for thickness_mm in (8.0, 4.0, 2.0, 1.0)]
     assert shares == sorted(shares, reverse=True)
     assert 0 < shares[-1] < 0.25
 
 
 @pytest.mark.parametrize("thickness_mm", [1e-9, 1e-3, 0.1, 1e3, 1e9])
-def test_no_rim_is_lower_than_at_rest_or_higher_than_on_a_half_space(thickness_mm: float) -> None:
+def test_the_rim_is_between_the_undeformed_surface_and_that_of_a_half_space(
+    thickness_mm: float,
+) -> None:
     assert 0 <= rim_share(1.0, thickness_mm) <= 1
 
 
-def test_only_the_contact_over_the_thickness_matters() -> None:
+def test_only_the_ratio_of_contact_radius_and_thickness_matters() -> None:
     assert rim_share(1.0, 2.0) == pytest.approx(rim_share(3.0, 6.0))
 
 

@@ -1,4 +1,4 @@
-"""The shape of a domed gel at rest."""
+"""Shape of an undeformed domed gel."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactile_core.algorithms.dome import flat_equivalent, rest_height
 
 
 @given(st.floats(8, 1000), st.integers(2, 40), st.integers(2, 40))
-def test_every_point_at_rest_lies_on_the_sphere(radius: float, rows: int, columns: int) -> None:
+def test_every_undeformed_point_is_on_the_sphere(radius: float, rows: int, columns: int) -> None:
     z = rest_height((rows, columns), mm_per_px=0.2, radius_mm=radius).astype(float)
     y, x = np.mgrid[:rows, :columns] * 0.2
     from_centre = np.sqrt((x - x.mean()) ** 2 + (y - y.mean()) ** 2 + (z + radius) ** 2)
@@ -29,7 +29,7 @@ def test_beyond_its_equator_a_dome_stays_finite() -> None:
     assert rest_height((11, 11), mm_per_px=1, radius_mm=3)[0, 0] == -3
 
 
-def test_a_dome_of_endless_radius_is_flat() -> None:
+def test_a_dome_of_infinite_radius_is_flat() -> None:
     assert flat_equivalent(2.0, None) == 2.0
     assert flat_equivalent(2.0, 1e9) == pytest.approx(2.0)
     # two equal spheres touch like one of half the radius on a plane

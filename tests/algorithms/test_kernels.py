@@ -1,4 +1,4 @@
-"""The compiled kernels give what numpy gives, which is the definition."""
+"""The compiled kernels agree with numpy, which is the definition."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ several = settings(max_examples=15)
 
 
 def both_ways(function: Callable[[bool], Any]) -> tuple[Any, Any]:
-    """What a function returns with the kernels, and without."""
+    """Results of a function with the kernels and without."""
     return function(True), function(False)
 
 
 def press(shape: tuple[int, int], radius_mm: float = 1.5) -> np.ndarray:
-    """A ball's cap of 0.4 mm on a skin at rest."""
+    """Height map with a spherical cap of 0.4 mm on the undeformed surface."""
     y, x = np.mgrid[: shape[0], : shape[1]] * MM_PER_PX
     far = np.square(x - x.mean()) + np.square(y - y.mean())
     return np.asarray(np.maximum(0, 0.4 * (1 - far / radius_mm**2)), np.float32)
@@ -141,7 +141,7 @@ def loaded_in_a_fresh_process(*, switch: str, compiled: bool) -> bool:
 
 
 @needs_kernels
-def test_numba_is_imported_only_by_who_asks_for_it() -> None:
+def test_numba_is_imported_only_on_request() -> None:
     assert not loaded_in_a_fresh_process(switch="", compiled=False)
     assert loaded_in_a_fresh_process(switch="", compiled=True)
 

@@ -1,4 +1,4 @@
-"""Dark surroundings of the lit skin are found, and shading is not taken for them."""
+"""Dark surroundings of the gel surface are found, and shading is not mistaken for them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ SIZE = (240, 320)
     right=st.integers(200, 300),
     bottom=st.integers(150, 220),
 )
-def test_a_lit_window_in_the_dark_is_found(left: int, top: int, right: int, bottom: int) -> None:
+def test_an_illuminated_window_in_the_dark_is_found(
+    left: int, top: int, right: int, bottom: int
+) -> None:
     image = np.full((*SIZE, 3), 4, np.uint8)
     image[top:bottom, left:right] = (90, 120, 60)
     found = lit_area(image)
@@ -36,14 +38,14 @@ def test_shading_is_no_dark_frame() -> None:
     assert lit_area(vignette) is None
 
 
-def test_dark_markers_within_are_gel() -> None:
+def test_dark_markers_belong_to_the_gel_surface() -> None:
     image = np.full(SIZE, 150, np.uint8)
     image[10::25, 10::25] = 10
     image = cv2.erode(image, np.ones((5, 5), np.uint8))
     assert lit_area(image) is None
 
 
-def test_a_view_from_aside_tapers() -> None:
+def test_a_view_at_an_angle_tapers() -> None:
     image = np.zeros((*SIZE, 3), np.uint8)
     corners = np.array([[40, 30], [280, 30], [240, 210], [80, 210]])
     cv2.fillConvexPoly(image, corners, (120, 130, 140))
@@ -54,11 +56,11 @@ def test_a_view_from_aside_tapers() -> None:
     assert (image[y : y + height, x : x + width] > 0).mean() > 0.9
 
 
-def test_nothing_lit_is_no_area() -> None:
+def test_a_dark_image_has_no_area() -> None:
     assert lit_area(np.zeros(SIZE, np.uint8)) is None
 
 
-def test_a_bright_reflection_alone_is_no_gel() -> None:
+def test_a_bright_reflection_alone_is_no_gel_surface() -> None:
     image = np.full(SIZE, 2, np.uint8)
     image[100:110, 100:110] = 255
     assert lit_area(image) is None

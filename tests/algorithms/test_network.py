@@ -26,11 +26,11 @@ def test_the_same_seed_gives_the_same_network(samples: tuple[np.ndarray, np.ndar
     assert (first != other).any()
 
 
-def test_a_few_wild_targets_do_not_rule_the_fit(samples: tuple[np.ndarray, np.ndarray]) -> None:
+def test_a_few_outliers_do_not_dominate_the_fit(samples: tuple[np.ndarray, np.ndarray]) -> None:
     x, y = samples
-    spoilt = y.copy()
-    spoilt[::40] += 5
-    network = train(x, spoilt, epochs=30, noise=0.0)
+    with_outliers = y.copy()
+    with_outliers[::40] += 5
+    network = train(x, with_outliers, epochs=30, noise=0.0)
     assert np.median(np.abs(network(x) - y)) < 0.06
 
 

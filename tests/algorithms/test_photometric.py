@@ -13,24 +13,24 @@ from tactile_core.algorithms.photometric import (
 
 
 @given(st.floats(0.2, 2.0))
-def test_a_brighter_light_changes_every_place_alike(gain: float) -> None:
+def test_a_brighter_light_gives_the_same_change_everywhere(gain: float) -> None:
     base = np.linspace(40, 120, 60, dtype=np.float32).reshape(5, 4, 3)
     np.testing.assert_allclose(relative_change(gain * base, base), gain - 1, atol=1e-5)
 
 
-def test_dark_gel_is_not_divided_by_nothing() -> None:
+def test_a_dark_reference_gives_finite_changes() -> None:
     change = relative_change(np.full((1, 1, 3), 20.0), np.zeros((1, 1, 3), np.float32))
     assert np.isfinite(change).all()
 
 
-def test_a_grey_level_of_noise_in_the_dark_is_no_large_change() -> None:
+def test_noise_of_one_grey_level_in_the_dark_is_no_large_change() -> None:
     dark = np.linspace(0, 20, 21, dtype=np.float32)[:, None]
     noise = relative_change(dark + 1, dark) - relative_change(dark, dark)
     assert noise.max() <= 0.1
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_smoothing_keeps_level_gel_and_its_dtype(dtype: type) -> None:
+def test_smoothing_keeps_a_uniform_image_and_its_dtype(dtype: type) -> None:
     flat = np.full((20, 30, 3), 77, dtype)
     smoothed = Smoothing().apply(flat, None)
     assert smoothed.dtype == dtype
@@ -38,7 +38,7 @@ def test_smoothing_keeps_level_gel_and_its_dtype(dtype: type) -> None:
 
 
 @given(st.floats(0.0, 8.0))
-def test_smoothing_has_the_deviation_that_was_asked_for(blur_px: float) -> None:
+def test_smoothing_has_the_requested_standard_deviation(blur_px: float) -> None:
     point = np.zeros((81, 81, 1), np.float32)
     point[40, 40] = 1
     spread = Smoothing.of(None, blur_px).apply(point, None)[..., 0].sum(0)
@@ -75,7 +75,7 @@ def test_filled_markers_leave_no_trace_on_a_gentle_gradient(radius: int) -> None
     np.testing.assert_array_equal(filled[~marker_mask], printed[~marker_mask])
 
 
-def test_a_neighbourhood_reaches_beyond_the_markers() -> None:
+def test_the_neighbourhood_extends_beyond_the_markers() -> None:
     marker_mask = np.zeros((50, 50), bool)
     marker_mask[10:17, 10:17] = marker_mask[30:37, 20:27] = True
     assert around_markers(marker_mask) == 15

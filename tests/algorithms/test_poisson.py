@@ -1,4 +1,4 @@
-"""Slopes become the surface that has them, exactly."""
+"""Integration recovers the surface exactly."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ shapes = st.tuples(st.integers(1, 23), st.integers(1, 23))
 
 
 def slopes_with_exact_face_means(z_mm: Array) -> tuple[Array, Array]:
-    """Slopes, each pair of which averages to the difference of the heights between them."""
+    """Slopes whose mean over two neighbouring pixels is the difference of their heights."""
 
     def along_rows(z: Array) -> Array:
         slope = np.zeros_like(z)
@@ -54,7 +54,7 @@ def wave(shape: tuple[int, int], periods: float) -> tuple[Array, Array, Array]:
 
 
 def bump(shape: tuple[int, int], share: float = 0.08) -> tuple[Array, Array, Array]:
-    """A smooth hill that is practically 0 at the border."""
+    """Height map of a smooth hill that is practically 0 at the border."""
     y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
     x, y, sigma = x - 0.47 * shape[1], y - 0.52 * shape[0], share * min(shape)
     z = np.exp(-(x**2 + y**2) / (2 * sigma**2))
@@ -62,7 +62,7 @@ def bump(shape: tuple[int, int], share: float = 0.08) -> tuple[Array, Array, Arr
 
 
 def cap(shape: tuple[int, int], radius_px: float, rim: float) -> tuple[Array, Array, Array]:
-    """A sphere's cap on a plane: the slope jumps at its rim."""
+    """Height map of a spherical cap on a plane, with a step of the slope at its rim."""
     y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
     x, y = x - 0.5 * shape[1] - 0.3, y - 0.5 * shape[0] + 0.2
     inside = np.hypot(x, y) < rim * radius_px
@@ -72,7 +72,7 @@ def cap(shape: tuple[int, int], radius_px: float, rim: float) -> tuple[Array, Ar
 
 
 def largest_error(height: Array, truth: Array) -> float:
-    """Largest deviation, as a fraction of the truth's range."""
+    """Largest error, as a share of the range of the ground truth."""
     return float(np.abs(height - truth).max() / np.ptp(truth))
 
 
@@ -82,14 +82,14 @@ def centred(z: Array) -> Array:
 
 @pytest.mark.parametrize("shape", SIZES)
 @pytest.mark.parametrize("periods", [1, 2.5, 6])
-def test_a_smooth_wave_comes_back_to_a_thousandth(shape: tuple[int, int], periods: float) -> None:
+def test_a_smooth_wave_is_recovered_to_a_thousandth(shape: tuple[int, int], periods: float) -> None:
     z, gx, gy = wave((shape[0], shape[1]), periods * shape[0] / 255)
     assert largest_error(integrate(gx, gy, mm_per_px=MM_PER_PX), centred(z)) <= 1e-3
 
 
 @pytest.mark.parametrize("shape", [*SIZES, (480, 640), (257, 263)])
 @pytest.mark.parametrize("boundary", BOUNDARIES)
-def test_a_smooth_bump_comes_back_to_a_thousandth(
+def test_a_smooth_bump_is_recovered_to_a_thousandth(
     shape: tuple[int, int], boundary: Boundary
 ) -> None:
     z, gx, gy = bump(shape)
@@ -99,7 +99,7 @@ def test_a_smooth_bump_comes_back_to_a_thousandth(
 
 @pytest.mark.parametrize("shape", [(120, 160), (127, 131)])
 @pytest.mark.parametrize("boundary", BOUNDARIES)
-def test_small_images_are_right_to_two_thousandths(
+def test_small_images_are_recovered_to_two_thousandths(
     shape: tuple[int, int], boundary: Boundary
 ) -> None:
     z, gx, gy = bump(shape)
@@ -119,13 +119,13 @@ def test_dirichlet_is_zero_one_step_outside_the_image(shape: tuple[int, int]) ->
 
 @pytest.mark.parametrize("shape", [(240, 320), (239, 313)])
 @pytest.mark.parametrize(("radius_px", "rim"), [(60, 0.5), (60, 0.8), (30, 0.9)])
-def test_a_cap_with_a_rim_is_right_to_a_fifth_of_a_pixel(
+def test_a_cap_with_a_rim_is_recovered_to_a_fifth_of_a_pixel(
     shape: tuple[int, int], radius_px: float, rim: float
 ) -> None:
     z, gx, gy = cap(shape, radius_px, rim)
     error_px = (integrate(gx, gy, mm_per_px=MM_PER_PX) - centred(z)) / MM_PER_PX
     assert np.sqrt(np.mean(error_px**2)) <= 0.05
-    # beside a steep rim one face cannot know where between its pixels the slope jumps
+    # at a steep rim, the position of the step between two pixels is unknown
     y, x = np.mgrid[: shape[0], : shape[1]]
     r = np.hypot(x - 0.5 * shape[1] - 0.3, y - 0.5 * shape[0] + 0.2)
     assert np.abs(error_px[np.abs(r - rim * radius_px) > 3]).max() <= 0.2
@@ -185,7 +185,7 @@ def test_height_scales_with_the_size_of_a_pixel(
 
 
 def flow_into_pixels(across: Array, down: Array) -> Array:
-    """Divergence of what is given at the faces between pixels."""
+    """Divergence of values at the faces between pixels."""
     total = np.zeros((across.shape[0], down.shape[1]))
     total[:, :-1] += across
     total[:, 1:] -= across
@@ -242,7 +242,7 @@ def test_a_masked_surface_is_exact_in_each_part_of_the_mask(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["dots", "sieve", "maze"])
-def test_a_mask_does_not_move_what_dirichlet_ties_to_the_border(name: str) -> None:
+def test_a_mask_does_not_shift_parts_connected_to_a_dirichlet_border(name: str) -> None:
     z, gx, gy = bump((60, 83), share=0.12)
     mask = masks(z.shape)[name]
     height = integrate(gx, gy, mm_per_px=MM_PER_PX, boundary="dirichlet", mask=mask)
@@ -251,14 +251,14 @@ def test_a_mask_does_not_move_what_dirichlet_ties_to_the_border(name: str) -> No
     assert height[tied] == pytest.approx(z[tied], abs=0.02 * np.ptp(z))
 
 
-def test_a_part_that_dirichlet_does_not_tie_has_mean_zero() -> None:
+def test_a_part_away_from_a_dirichlet_border_has_mean_zero() -> None:
     z, gx, gy = bump((100, 131), share=0.12)
     mask = masks(z.shape)["disc"]
     height = integrate(gx, gy, mm_per_px=MM_PER_PX, boundary="dirichlet", mask=mask)
     assert height[mask] == pytest.approx(centred(z[mask]), abs=0.02 * np.ptp(z))
 
 
-def test_nothing_masked_is_the_same_as_no_mask() -> None:
+def test_a_full_mask_is_the_same_as_no_mask() -> None:
     z, gx, gy = bump((60, 80))
     everything = np.ones(z.shape, bool)
     assert np.array_equal(
@@ -299,7 +299,7 @@ def test_every_solver_inverts_its_laplacian(
     assert neighbours - 4 * z == pytest.approx(rhs, abs=1e-9)
 
 
-def test_a_solver_may_be_used_again_and_spoils_no_input() -> None:
+def test_a_solver_is_reusable_and_overwrites_no_input() -> None:
     z, gx, gy = bump((60, 80))
     gx, gy = gx.astype(np.float32), gy.astype(np.float32)
     before = gx.copy(), gy.copy()

@@ -30,7 +30,7 @@ def found(height_mm: Array, **kwargs: float) -> RestPlane:
 
 
 def punch(share: float) -> Array:
-    """A flat-ended object, 0.5 mm deep, on the left ``share`` of the image, with a skirt."""
+    """Height map of a flat punch, 0.5 mm deep, on the left ``share`` of the image."""
     edge_mm = X_MM[0, 0] + share * SHAPE[1] * MM_PER_PX
     return np.asarray(0.5 * np.exp(-np.maximum(X_MM - edge_mm, 0) / 0.3))
 
@@ -48,7 +48,7 @@ def ball(depth_mm: float, radius_mm: float = 3.0) -> Array:
     st.floats(-0.03, 0.03),
     st.floats(0, 0.4),
 )
-def test_level_and_drift_are_found_beside_a_punch_on_two_fifths_of_the_image(
+def test_level_and_drift_are_found_next_to_a_punch_on_two_fifths_of_the_image(
     level_mm: float, slope_x: float, slope_y: float, share: float
 ) -> None:
     drift = level_mm + slope_x * X_MM + slope_y * Y_MM
@@ -60,7 +60,7 @@ def test_level_and_drift_are_found_beside_a_punch_on_two_fifths_of_the_image(
 
 
 @pytest.mark.parametrize("share", [0.45, 0.5, 0.6])
-def test_the_lower_of_two_levels_is_the_gel_though_the_object_is_larger(share: float) -> None:
+def test_the_lower_of_two_levels_is_the_gel_even_below_a_larger_object(share: float) -> None:
     noise = np.random.default_rng(0).normal(0, 0.003, SHAPE)
     plane = rest_plane(
         punch(share) + noise, *reversed(np.gradient(punch(share), MM_PER_PX)), mm_per_px=MM_PER_PX
@@ -68,7 +68,7 @@ def test_the_lower_of_two_levels_is_the_gel_though_the_object_is_larger(share: f
     assert plane.level_mm == pytest.approx(0, abs=0.02)
 
 
-def test_gel_heaped_up_before_a_sheared_object_hides_no_level() -> None:
+def test_gel_piled_up_in_front_of_a_sheared_object_hides_no_level() -> None:
     heap = -0.6 * np.exp(-np.square((X_MM - 2) / 0.7) - np.square(Y_MM / 2.5))
     noise = np.random.default_rng(0).normal(0, 0.003, SHAPE)
     height_mm = punch(0.5) * 0.6 + heap
@@ -77,7 +77,7 @@ def test_gel_heaped_up_before_a_sheared_object_hides_no_level() -> None:
     assert plane.level_mm == pytest.approx(0, abs=0.03)
 
 
-def test_gel_that_bulges_beside_a_ball_is_no_lower_level() -> None:
+def test_the_bulge_next_to_a_ball_is_no_lower_level() -> None:
     r_mm = np.hypot(X_MM, Y_MM)
     bulge = np.where((r_mm > 3) & (r_mm < 5), -0.08, 0.0)
     assert found(ball(0.4) + bulge).level_mm == pytest.approx(0, abs=0.02)
@@ -88,7 +88,7 @@ def test_an_undeformed_gel_is_at_zero() -> None:
     assert found(height).level_mm == pytest.approx(0.7, abs=1e-3)
 
 
-def test_a_ball_stands_on_the_rest_surface() -> None:
+def test_a_ball_is_measured_from_the_rest_surface() -> None:
     plane = found(ball(0.8) - 0.3)
     above = plane.removed_from(ball(0.8) - 0.3, MM_PER_PX)
     assert above.max() == pytest.approx(ball(0.8).max(), abs=2e-3)

@@ -1,4 +1,4 @@
-"""A few wrong slopes do not bend the surface that the others agree on."""
+"""A few outliers among the slopes do not bend the surface."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NOISE_SLOPE = 0.02
 
 
 def ball() -> tuple[Array, Array, Array]:
-    """A ball pressed in, and its slopes with the noise of a sensor."""
+    """Height map of a pressed ball, and its slopes with sensor noise."""
     z = BALL.height_mm(SHAPE, MM_PER_PX)
     gy, gx = np.gradient(z, MM_PER_PX)
     noise = np.random.default_rng(0).normal(0, NOISE_SLOPE, (2, *SHAPE))
@@ -33,7 +33,7 @@ def ball() -> tuple[Array, Array, Array]:
 
 
 def flank() -> Bool:
-    """A crescent on one side of the ball, around the border of the contact."""
+    """Mask of a crescent on one side of the ball, along the border of the contact."""
     x = np.arange(SHAPE[1]) - BALL.centre_px[0]
     y = np.arange(SHAPE[0])[:, None] - BALL.centre_px[1]
     r = np.hypot(x, y) * MM_PER_PX / BALL.contact_radius_mm
@@ -55,7 +55,7 @@ def rms(height: Array, truth: Array) -> float:
 
 
 def gain(truth: Array, gx: Array, gy: Array, valid: Bool | None = None) -> float:
-    """How many times smaller the error is than that of least squares."""
+    """Ratio of the error of least squares to that of robust integration."""
     robust = integrate_robustly(gx, gy, mm_per_px=MM_PER_PX, valid=valid)
     return rms(integrate(gx, gy, mm_per_px=MM_PER_PX), truth) / rms(robust, truth)
 
@@ -67,13 +67,13 @@ def gain(truth: Array, gx: Array, gy: Array, valid: Bool | None = None) -> float
     mm_per_px=st.floats(0.01, 0.1),
 )
 @settings(max_examples=30, deadline=None)
-def test_slopes_that_agree_give_what_least_squares_gives(
+def test_consistent_slopes_give_the_least_squares_height(
     seed: int, shape: tuple[int, int], tall_mm: float, mm_per_px: float
 ) -> None:
     k = np.random.default_rng(seed).uniform(-0.3, 0.3, 2)
     y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
     wave = tall_mm * np.cos(k[0] * x + k[1] * y)
-    # of a wave along one direction the trapezoidal slopes are those of a surface
+    # the trapezoidal slopes of a wave along one direction are consistent with a surface
     gx, gy = (-np.sin(k[0] * x + k[1] * y) * tall_mm * ki / mm_per_px for ki in k)
     plain = integrate(gx, gy, mm_per_px=mm_per_px)
     misfit = max(
@@ -84,7 +84,7 @@ def test_slopes_that_agree_give_what_least_squares_gives(
     np.testing.assert_allclose(robust, plain, atol=1e-4 * max(float(np.ptp(wave)), 1e-3))
 
 
-def test_noise_alone_costs_nothing() -> None:
+def test_noise_alone_gives_the_error_of_least_squares() -> None:
     z, gx, gy = ball()
     plain = integrate(gx, gy, mm_per_px=MM_PER_PX)
     robust = integrate_robustly(gx, gy, mm_per_px=MM_PER_PX)
@@ -92,7 +92,7 @@ def test_noise_alone_costs_nothing() -> None:
     assert rms(robust, z) < 1.1 * rms(plain, z)
 
 
-def test_salt_and_pepper_hardly_shows() -> None:
+def test_salt_and_pepper_noise_leaves_little_error() -> None:
     z, gx, gy = ball()
     rng = np.random.default_rng(1)
     for slope in (gx, gy):
@@ -102,21 +102,19 @@ def test_salt_and_pepper_hardly_shows() -> None:
 
 
 @pytest.mark.parametrize(("left", "least"), [(0.3, 2.0), (0.0, 2.0)])
-def test_a_shadow_on_one_flank_does_not_tilt_the_ball_and_the_gel(
-    left: float, least: float
-) -> None:
+def test_a_shadow_on_one_flank_tilts_neither_ball_nor_gel(left: float, least: float) -> None:
     z, gx, gy = ball()
     gx, gy = (np.where(flank(), left * slope, slope) for slope in (gx, gy))
     assert gain(z, gx, gy) > least
 
 
-def test_a_shadow_that_is_known_bends_the_height_less_still() -> None:
+def test_a_masked_shadow_bends_the_height_even_less() -> None:
     z, gx, gy = ball()
     gx, gy = (np.where(flank(), 0.3 * slope, slope) for slope in (gx, gy))
     assert gain(z, gx, gy, ~flank()) > 1.5 * gain(z, gx, gy)
 
 
-def test_markers_with_wrong_slopes_leave_no_trace_around_them() -> None:
+def test_markers_with_wrong_slopes_leave_their_surroundings_unchanged() -> None:
     z, gx, gy = ball()
     rng = np.random.default_rng(2)
     markers = discs()
@@ -154,7 +152,7 @@ def test_no_other_surface_fits_better_in_the_sense_of_huber(seed: int) -> None:
         assert huber(other, gx, gy, 0.1) > best
     eight = integrate_robustly(gx, gy, mm_per_px=MM_PER_PX, outlier_slope=0.1)
     plain = integrate(gx, gy, mm_per_px=MM_PER_PX)
-    # a few rounds go most of the way from least squares
+    # a few rounds already go most of the way from the least-squares height
     left = huber(eight, gx, gy, 0.1) - best
     assert left < 0.25 * (huber(plain, gx, gy, 0.1) - best)
 

@@ -1,4 +1,4 @@
-"""A smooth image is the same on a coarser grid."""
+"""Smoothing on a coarse grid gives the same image as at full size."""
 
 import numpy as np
 import pytest
@@ -28,9 +28,9 @@ def test_a_ramp_stays_a_ramp_away_from_the_border(height, width, blur_px):
 
 
 @pytest.mark.parametrize("blur_px", [1.5, 1.6, 2.3, 3.0, 4.5])
-def test_the_standard_deviation_is_the_one_asked_for(blur_px):
+def test_the_standard_deviation_is_the_requested_one(blur_px):
     spread = []
-    for shift in range(8):  # a coarse pixel sees a point in its middle and at its rim alike
+    for shift in range(8):  # averaged over the positions of a point in a coarse pixel
         point = np.zeros((96, 96), np.float32)
         point[48, 44 + shift] = 1
         seen = there_and_back(point, blur_px)
@@ -45,7 +45,7 @@ def test_little_smoothing_keeps_every_pixel():
     np.testing.assert_array_equal(there_and_back(image, 0.0), image)
 
 
-def test_it_is_as_smooth_as_at_full_size():
+def test_the_coarse_grid_is_as_smooth_as_the_full_size():
     noise = np.random.default_rng(0).normal(size=(240, 320)).astype(np.float32)
     full = Smoothing.of(None, 2.0).apply(noise[..., None], None)[..., 0]
     coarse = there_and_back(noise, 2.0)
@@ -53,7 +53,7 @@ def test_it_is_as_smooth_as_at_full_size():
     assert np.corrcoef(coarse.ravel(), full.ravel())[0, 1] > 0.95
 
 
-def test_markers_are_filled_before_anything_is_averaged():
+def test_markers_are_filled_before_averaging():
     image = np.full((80, 80, 3), 100, np.uint8)
     marker_mask = np.zeros((80, 80), bool)
     marker_mask[38:43, 38:43] = True
@@ -76,18 +76,18 @@ def test_all_channels_at_once_give_what_each_gives_by_itself(shape, blur_px):
     np.testing.assert_array_equal(np.dstack(sampling.planes(image, marker_mask)), together)
 
 
-def test_what_is_smoothed_owns_its_memory():
+def test_the_result_owns_its_memory():
     image = np.full((20, 30, 3), 50, np.uint8)
     before = Sampling.of((20, 30), None, 0.0).planes(image, None)
     Sampling.of((20, 30), None, 0.0).planes(image + np.uint8(100), None)
     assert all((plane == 50).all() for plane in before)
 
 
-def test_gel_beside_a_marker_is_not_lost_to_it():
+def test_the_surface_next_to_a_marker_is_kept():
     rows, columns = np.indices((96, 96), np.float32)
     surface = (100 + 40 * np.sin(rows / 6) * np.cos(columns / 6))[..., None]
     marker_mask = np.zeros((96, 96), bool)
-    marker_mask[8:88, 41:44] = True  # beside it a coarse pixel is half marker, half skin
+    marker_mask[8:88, 41:44] = True  # a coarse pixel next to it is half marker, half gel surface
     sampling = Sampling.of((96, 96), marker_mask, 2.0)
     (seen,) = sampling.planes(np.where(marker_mask[..., None], np.float32(0), surface), marker_mask)
     (bare,) = sampling.planes(surface, None)

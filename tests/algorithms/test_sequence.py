@@ -1,4 +1,4 @@
-"""Each lamp's broad pattern tells which exposure is which, under any contact and any drift."""
+"""The broad pattern of each light identifies its exposure, whatever the contact or drift."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ def scan(folder: Path, first: int) -> np.ndarray:
 
 
 def smooth(pixels: np.ndarray) -> np.ndarray:
-    """A quadratic stands in for the flat that a device lacks."""
+    """Fit a quadratic in place of a reference image that was not recorded."""
     y, x = np.mgrid[-1 : 1 : pixels.shape[0] * 1j, -1 : 1 : pixels.shape[1] * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    some = terms[::8, ::8].reshape(-1, 6)
+    sampled = terms[::8, ::8].reshape(-1, 6)
     logs = np.log(pixels[::8, ::8].reshape(-1, LIGHTS) + 1.0)
-    return np.exp(terms @ np.linalg.lstsq(some, logs, rcond=None)[0])
+    return np.exp(terms @ np.linalg.lstsq(sampled, logs, rcond=None)[0])
 
 
 @pytest.fixture(scope="module", params=["BGA-001", "BGA-002", "groove"])
 def real(request: pytest.FixtureRequest, recordings: Path) -> tuple[np.ndarray, np.ndarray]:
-    """An observation full of contact, and the untouched sensor."""
+    """An observation full of contact, and the reference."""
     six_led = recordings / "six_led"
     if request.param == "groove":
         touched = scan(six_led / "groove", 1)

@@ -1,17 +1,18 @@
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.colour_table import Axis, bake
-from tactile_core.algorithms.slope_field import SlopeField, coarse_size
+from tactile_core.algorithms.slope_field import SLOPE_FIELD, SlopeField, coarse_size
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 
 def model(features: np.ndarray) -> np.ndarray:
-    """Smooth in colour, and its gain varies over the image."""
+    """Return a model that is smooth in colour and whose gain varies over the image."""
     gain = 0.4 * (1 + 0.3 * features[:, 3:4])
     nx = features[:, 0] - 0.5 * features[:, 1] + 0.3 * features[:, 0] * features[:, 2]
     ny = 0.9 * features[:, 1] - 0.5 * features[:, 2]
@@ -20,7 +21,7 @@ def model(features: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def scene() -> tuple[np.ndarray, np.ndarray]:
-    """A frame with waves of colour, and the untouched reference."""
+    """A frame with waves of colour, and the reference."""
     y, x = np.mgrid[:240, :320]
     reference = np.stack([110 + 0.1 * x, 130 - 0.1 * y, 120 + 0 * x], 2).astype(np.float32)
     waves = [np.sin(x / 30 + k) * np.cos(y / 40 - k) for k in range(3)]
@@ -33,12 +34,13 @@ def both_ways(
 ) -> tuple[np.ndarray, np.ndarray]:
     table = bake(model, Axis(per_unit=80, first=45, count=80))
     fast = np.stack(SlopeField(model, table, reference).measure(frame)[:2])
-    monkeypatch.setattr(slope_field, "EXACT_PIXELS", frame.size)
+    everywhere = replace(SLOPE_FIELD, exact_pixels=frame.size)
+    monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
     exact = np.stack(SlopeField(model, table, reference).measure(frame)[:2])
     return fast, exact
 
 
-def test_the_fast_way_agrees_with_the_model_everywhere(
+def test_the_table_agrees_with_the_model_everywhere(
     scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fast, exact = both_ways(*scene, monkeypatch)
@@ -56,7 +58,7 @@ def test_floats_and_bytes_agree_to_an_entry(
     assert np.abs(bytes_ - floats).mean() < 0.006
 
 
-def test_undeformed_gel_is_level(
+def test_the_undeformed_surface_is_flat(
     scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, reference = scene
@@ -75,7 +77,7 @@ def test_the_coarse_grid_divides_common_images(
 
 
 @pytest.mark.parametrize("size", [(241, 317), (101, 499), (7, 6000)])
-def test_the_coarse_grid_of_any_size_has_about_so_many_points(size: tuple[int, int]) -> None:
+def test_the_coarse_grid_has_about_the_requested_points_at_any_size(size: tuple[int, int]) -> None:
     columns, rows = coarse_size(*size, 1_200)
     assert 400 < columns * rows < 4000
 
@@ -90,7 +92,7 @@ def test_threads_do_not_disturb_each_other(scene: tuple[np.ndarray, np.ndarray])
     np.testing.assert_array_equal(together, alone)
 
 
-def test_slopes_stay_bounded_on_colours_that_no_slope_has(
+def test_slopes_stay_bounded_for_impossible_colours(
     scene: tuple[np.ndarray, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def wild(features: np.ndarray) -> np.ndarray:
@@ -102,7 +104,7 @@ def test_slopes_stay_bounded_on_colours_that_no_slope_has(
     assert np.hypot(gx, gy).max() < 5
 
 
-def test_six_channels_take_the_model_at_every_pixel() -> None:
+def test_six_channels_evaluate_the_model_at_every_pixel() -> None:
     def six(features: np.ndarray) -> np.ndarray:
         return np.asarray(features[:, 4:6], np.float32)
 
@@ -115,7 +117,7 @@ def test_six_channels_take_the_model_at_every_pixel() -> None:
 
 
 @pytest.mark.parametrize("bytes_", [False, True])
-def test_gel_that_rests_is_level_under_its_markers_too(
+def test_the_undeformed_surface_is_flat_under_its_markers_too(
     scene: tuple[np.ndarray, np.ndarray], bytes_: bool
 ) -> None:
     _, reference = scene

@@ -1,4 +1,4 @@
-"""A slope has two components, so that two channels must tell it."""
+"""A slope has two components, so it takes two readable channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contact step: a mask where the object touches, empty where it does not."""
+"""Contact step: a mask where the object touches, empty where nothing does."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ def test_a_press_is_masked() -> None:
     assert contact.timestamp_s == 12.5
 
 
-def test_an_undeformed_gel_is_not() -> None:
+def test_an_undeformed_gel_has_no_contact() -> None:
     assert masked(0).area_mm2 == 0
 
 
-def test_options_rule() -> None:
+def test_options_set_the_thresholds() -> None:
     assert masked(0.5, min_indentation_mm=2).area_mm2 == 0
     assert masked(0.5, min_area_mm2=100).area_mm2 == 0
     assert masked(0.5, border_fraction=0.8).area_mm2 < masked(0.5).area_mm2
 
 
-def test_nonsense_is_refused() -> None:
+def test_an_impossible_fraction_is_refused() -> None:
     with pytest.raises(ValidationError, match="border_fraction"):
         Contact.Options(border_fraction=1.5)

@@ -1,4 +1,4 @@
-"""The height step: exact integration, measured from the rest surface."""
+"""Height step: exact integration, relative to the undeformed surface."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_an_undeformed_gel_is_flat_at_zero() -> None:
     assert np.abs(height).max() < 0.01
 
 
-def test_what_was_filled_in_stays_marked() -> None:
+def test_filled_pixels_stay_invalid() -> None:
     gradients = slopes(np.zeros(SHAPE))
     height = step().estimate(gradients)
     assert isinstance(height, HeightMap)

@@ -1,4 +1,4 @@
-"""A recording plays like a camera."""
+"""A recording in place of a camera."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_images_come_in_order_and_then_none(folder: Path) -> None:
+def test_images_are_delivered_in_order_and_then_none(folder: Path) -> None:
     with ReplayCamera(ReplayOptions(path=folder)) as camera:
         images = [camera.read() for _ in range(3)]
         assert [image.source for image in images if image] == ["press_0", "press_1", "press_2"]
@@ -36,7 +36,7 @@ def test_pixels_cannot_be_written_to(folder: Path) -> None:
             image.pixels[0] = 0
 
 
-def test_opening_again_begins_again(folder: Path) -> None:
+def test_reopening_restarts_the_recording(folder: Path) -> None:
     camera = ReplayCamera(ReplayOptions(path=folder))
     for _ in range(2):
         with camera:
@@ -45,7 +45,7 @@ def test_opening_again_begins_again(folder: Path) -> None:
             assert first.source == "press_0"
 
 
-def test_a_loop_goes_on_and_so_do_numbers_and_times(folder: Path) -> None:
+def test_a_loop_continues_numbers_and_times(folder: Path) -> None:
     with ReplayCamera(ReplayOptions(path=folder, loop=True)) as camera:
         images = [image for _ in range(7) if (image := camera.read()) is not None]
     assert [image.source[-1] for image in images] == list("0120120")
@@ -53,7 +53,7 @@ def test_a_loop_goes_on_and_so_do_numbers_and_times(folder: Path) -> None:
     np.testing.assert_allclose([image.timestamp_s for image in images], np.arange(7) / 30)
 
 
-def test_without_a_recording_it_says_what_to_give() -> None:
+def test_without_a_recording_the_error_names_the_option() -> None:
     camera = ReplayCamera(ReplayOptions())
     with pytest.raises(InputError, match="--input"):
         camera.open()

@@ -1,4 +1,4 @@
-"""What a reading leaves on disk through the core's sinks."""
+"""Files that the built-in sinks write for a reading."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_the_npz_holds_every_array_with_its_type(tmp_path: Path) -> None:
         "mm_per_px": ((), "float64"),
         "timestamp_s": ((), "float64"),
     }
-    np.testing.assert_array_equal(arrays["valid"], holes)  # the height's, not the gradients'
+    np.testing.assert_array_equal(arrays["valid"], holes)  # of the height, not of the gradients
 
 
 def test_everything_is_finite_and_holes_are_marked(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_everything_is_finite_and_holes_are_marked(tmp_path: Path) -> None:
     assert read_normals(tmp_path / "press.v1_normals.png")[4, 5, 2] == pytest.approx(1)
 
 
-def test_what_cannot_be_written_without_a_height_is_left_out(tmp_path: Path) -> None:
+def test_without_a_height_no_height_files_are_written(tmp_path: Path) -> None:
     (path,) = saved(reading(contact()), tmp_path, ALL)
     assert {"contact", "mm_per_px"} < set(read_npz(path))
 
@@ -97,7 +97,7 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
     ],
     ids=ascii,
 )
-def test_no_name_of_an_observation_leads_out_of_the_folder(tmp_path: Path, source: str) -> None:
+def test_no_observation_name_escapes_the_folder(tmp_path: Path, source: str) -> None:
     written = saved(
         reading(slopes(), height(), markers(), source=source), tmp_path / "in" / "out", ALL
     )

@@ -1,4 +1,4 @@
-"""The robust height step, in the place of the plain one."""
+"""Robust integration in place of the plain step."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_it_is_registered_under_its_name() -> None:
     assert resolve("estimator", "core.robust_poisson") is RobustPoisson
 
 
-def test_rest_is_found_and_drift_removed_as_by_the_plain_step() -> None:
+def test_the_rest_surface_is_that_of_the_plain_step() -> None:
     robust = RobustPoisson(RobustPoisson.Options(), CONTEXT)
     plain = Poisson(Poisson.Options(), CONTEXT)
     gradients = slopes(TRUTH, drift=0.02)
@@ -62,7 +62,7 @@ def test_outliers_bend_the_height_less_than_in_the_plain_step() -> None:
     assert error(robust, gradients) < 0.25 * error(plain, gradients)
 
 
-def test_what_is_an_outlier_is_an_option() -> None:
+def test_the_outlier_slope_is_an_option() -> None:
     indulgent = RobustPoisson(RobustPoisson.Options(outlier_slope=100.0), CONTEXT)
     gradients = slopes(TRUTH, spoilt=0.05)
     plain = Poisson(Poisson.Options(), CONTEXT).estimate(gradients).mm

@@ -1,4 +1,4 @@
-"""Lights in turn: one exposure a light, and one without any where that is wanted."""
+"""Sequential lights: one exposure per light, and optionally a dark one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HEIGHT, WIDTH = 512, 612
 
 
 def lit(light: int) -> np.ndarray:
-    """Skin that is brighter near its lamp."""
+    """Image of a gel surface that is brighter near its light."""
     y, x = np.mgrid[-1 : 1 : HEIGHT * 1j, -1 : 1 : WIDTH * 1j]
     azimuth = np.radians(-90 - 60 * light)
     return np.round(100 * np.exp(0.15 * (x * np.cos(azimuth) + y * np.sin(azimuth))))
@@ -54,7 +54,9 @@ def test_the_dark_exposure_is_subtracted_and_never_below_zero(tmp_path: Path) ->
     assert len(frame.exposure_times_s) == LIGHTS
 
 
-def test_what_is_saturated_stays_so_when_the_dark_exposure_is_subtracted(tmp_path: Path) -> None:
+def test_saturated_pixels_stay_saturated_when_the_dark_exposure_is_subtracted(
+    tmp_path: Path,
+) -> None:
     lights = [lit(k) + 20 for k in range(LIGHTS)]
     for image in lights:
         image[100:200, 100:300] = 255

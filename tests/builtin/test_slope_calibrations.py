@@ -1,4 +1,4 @@
-"""Each model, on presses of an analytic ball under a simple light."""
+"""Every slope calibration on rendered presses of an analytic ball."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -31,11 +31,11 @@ CALIBRATORS = {
 }
 
 FLATTENED = 0.08
-"""By ``core.polynomial`` as it is set by default: the penalty on its coefficients is felt."""
+"""Bias of ``core.polynomial`` with its default ridge penalty."""
 
 
 class Bench:
-    """Presses at known places, so that the models are tested without the finder."""
+    """Presses at known places, so that models are tested without circle finding."""
 
     def __init__(self, lab: VirtualLab, presses: int) -> None:
         self.scale = lab.profile.image.mm_per_px
@@ -67,7 +67,7 @@ class Bench:
         return float(np.concatenate(errors).mean())
 
     def gains(self, model: Model) -> np.ndarray:
-        """Of slopes along x and y, on presses among those that were learnt from."""
+        """Gains of the slopes along x and y, on held-out presses between the training presses."""
         measured, true = [], []
         for press in self.among:
             found = model.measure(press.frame, self.reference)
@@ -102,20 +102,20 @@ def test_unseen_presses_are_measured_to_a_few_degrees(bench: Bench, fitted: Mode
     assert bench.error_deg(fitted) < 4
 
 
-def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(bench: Bench, fitted: Model) -> None:
+def test_slopes_are_unbiased(bench: Bench, fitted: Model) -> None:
     flattened = FLATTENED if isinstance(fitted, Polynomial) else MOST
     gain = bench.gains(fitted)
     assert (gain < 1 + MOST).all()
     assert (gain > 1 - flattened).all()
 
 
-def test_a_polynomial_that_is_hardly_held_back_flattens_no_slopes(bench: Bench) -> None:
+def test_a_polynomial_with_a_small_ridge_is_unbiased(bench: Bench) -> None:
     options = PolynomialOptions(ridge=0.003)
     gain = bench.gains(PolynomialCalibrator(options).fit(bench.samples(), bench.reference))
     assert gain == pytest.approx(1, abs=MOST)
 
 
-def test_a_model_comes_back_as_it_was_saved(bench: Bench, fitted: Model, tmp_path: Path) -> None:
+def test_a_saved_model_is_loaded_unchanged(bench: Bench, fitted: Model, tmp_path: Path) -> None:
     fitted.save(tmp_path)
     again = type(fitted).load(tmp_path)
     frame = bench.unseen[0].frame
@@ -144,7 +144,7 @@ def test_a_file_of_something_else_is_refused(fitted: Model, tmp_path: Path) -> N
         type(fitted).load(tmp_path)
 
 
-def test_presses_that_all_rest_are_refused(bench: Bench) -> None:
+def test_presses_without_contact_are_refused(bench: Bench) -> None:
     press = bench.samples()[0]
     level = Press(press.frame, press.rows, press.columns, np.zeros_like(press.gradients))
     with pytest.raises(CalibrationError, match="too few pixels"):
@@ -161,7 +161,7 @@ def test_a_table_needs_three_channels(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("presses", "model"), [(7, Polynomial), (8, Mlp)])
-def test_few_presses_carry_a_polynomial_and_many_a_network(
+def test_few_presses_give_a_polynomial_and_many_a_network(
     lab: VirtualLab, presses: int, model: type[Model]
 ) -> None:
     small = Bench(lab, presses)
@@ -169,8 +169,8 @@ def test_few_presses_carry_a_polynomial_and_many_a_network(
     assert isinstance(chosen, model)
 
 
-def test_the_first_order_term_of_a_table_tells_one_colour_at_two_places_apart() -> None:
-    # lamps that shine more steeply on the left: there, a slope changes their light less
+def test_the_first_order_term_of_a_table_depends_on_the_position() -> None:
+    # lights at a higher elevation on the left: there, a slope changes the intensity less
     rng = np.random.default_rng(0)
     shape = 40, 60
     x = np.linspace(-1, 1, shape[1])
@@ -198,9 +198,7 @@ def test_the_first_order_term_of_a_table_tells_one_colour_at_two_places_apart() 
 
 
 @pytest.mark.parametrize("level", [255, 0], ids=["saturated", "dark"])
-def test_two_channels_that_can_be_read_make_a_slope_valid(
-    bench: Bench, fitted: Model, level: int
-) -> None:
+def test_two_readable_channels_make_a_slope_valid(bench: Bench, fitted: Model, level: int) -> None:
     frame = bench.unseen[0].frame
     pixels = frame.pixels.copy()
     pixels[5, 7, 1] = level
@@ -225,7 +223,7 @@ def test_bit_depths_are_not_mixed(bench: Bench, fitted: Model) -> None:
         fitted.measure(deep, bench.reference)
 
 
-def test_sixteen_bits_measure_what_eight_do(bench: Bench, fitted: Model) -> None:
+def test_sixteen_bits_give_the_slopes_of_eight(bench: Bench, fitted: Model) -> None:
     frame, eight = bench.unseen[0].frame, bench.reference
     deep = Frame(frame.pixels.astype(np.uint16) * 257, frame.channels, frame.mm_per_px, 65535)
     reference = Reference(eight.pixels * 257, eight.channels, 65535)
@@ -234,7 +232,7 @@ def test_sixteen_bits_measure_what_eight_do(bench: Bench, fitted: Model) -> None
 
 
 @pytest.mark.parametrize("spoil", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"text"])
-def test_a_spoilt_file_is_refused(
+def test_a_corrupt_file_is_refused(
     fitted: Model, tmp_path: Path, spoil: Callable[[bytes], bytes]
 ) -> None:
     fitted.save(tmp_path)
@@ -245,9 +243,7 @@ def test_a_spoilt_file_is_refused(
 
 
 @pytest.mark.parametrize("blur_px", [np.nan, np.inf, -1.0, 1e9])
-def test_a_smoothing_that_cannot_be_is_refused(
-    fitted: Model, tmp_path: Path, blur_px: float
-) -> None:
+def test_an_impossible_smoothing_is_refused(fitted: Model, tmp_path: Path, blur_px: float) -> None:
     fitted.save(tmp_path)
     path = tmp_path / "model.npz"
     with np.load(path) as arrays:
@@ -258,7 +254,7 @@ def test_a_smoothing_that_cannot_be_is_refused(
 
 
 @pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3), (-1, 9, 3), (9, 9, 0)])
-def test_a_size_that_no_image_has_is_refused(
+def test_an_impossible_image_size_is_refused(
     fitted: Model, tmp_path: Path, shape: tuple[float, ...]
 ) -> None:
     fitted.save(tmp_path)
@@ -273,7 +269,7 @@ def test_a_size_that_no_image_has_is_refused(
 def test_a_press_of_another_size_is_refused(bench: Bench) -> None:
     press = bench.samples()[0]
     frame = replace(press.frame, pixels=press.frame.pixels[:50])
-    with pytest.raises(CalibrationError, match="record both alike"):
+    with pytest.raises(CalibrationError, match="record both at the same size"):
         by_default(PolynomialCalibrator).fit([replace(press, frame=frame)], bench.reference)
 
 
@@ -282,8 +278,8 @@ def test_no_press_at_all_is_refused(bench: Bench) -> None:
         by_default(MlpCalibrator).fit([], bench.reference)
 
 
-def test_a_model_that_saw_flicker_suffers_less_from_it(bench: Bench) -> None:
-    def shaken(gain_noise: float) -> float:
+def test_gain_noise_in_training_reduces_errors_by_flicker(bench: Bench) -> None:
+    def error_deg(gain_noise: float) -> float:
         options = MlpOptions(gain_noise=gain_noise)
         model = MlpCalibrator(options).fit(bench.samples(), bench.reference)
         errors = []
@@ -294,7 +290,7 @@ def test_a_model_that_saw_flicker_suffers_less_from_it(bench: Bench) -> None:
                 errors.append(press.normal_errors_deg(seen))
         return float(np.concatenate(errors).mean())
 
-    assert shaken(0.03) < shaken(0.0)
+    assert error_deg(0.03) < error_deg(0.0)
 
 
 def test_the_smoothing_of_the_fit_is_that_of_the_measurement(bench: Bench, tmp_path: Path) -> None:

@@ -22,13 +22,13 @@ def copy(lab: VirtualLab, tmp_path: Path) -> Path:
 
 
 def sealed(bundle: Path, **changes: object) -> None:
-    """Edit a manifest and make its hashes fit again, as somebody of ill will does."""
+    """Edit a manifest and update its hashes, as an attacker would."""
     path = bundle / "manifest.json"
     manifest = Manifest.model_validate_json(path.read_text())
     write_manifest(bundle, manifest.model_copy(update=changes))
 
 
-def test_a_bundle_comes_back_as_it_was_saved(lab: VirtualLab, tmp_path: Path) -> None:
+def test_a_loaded_bundle_equals_the_saved_one(lab: VirtualLab, tmp_path: Path) -> None:
     first = Bundle.load(lab.bundle)
     first.save(tmp_path / "again")
     again = Bundle.load(tmp_path / "again")
@@ -39,14 +39,14 @@ def test_a_bundle_comes_back_as_it_was_saved(lab: VirtualLab, tmp_path: Path) ->
     np.testing.assert_array_equal(again.reference.pixels, first.reference.pixels)
 
 
-def test_a_manifest_says_where_it_comes_from(lab: VirtualLab) -> None:
+def test_a_manifest_holds_profile_serial_and_score(lab: VirtualLab) -> None:
     manifest = Bundle.load(lab.bundle).manifest
     assert (manifest.profile, manifest.serial) == ("virtual_lab", "0007")
     assert manifest.ball_diameter_mm == 4.0
     assert manifest.held_out is not None
 
 
-def test_learned_lights_come_from_where_the_lights_are(lab: VirtualLab) -> None:
+def test_learned_light_directions_are_those_of_the_lights(lab: VirtualLab) -> None:
     learned = Bundle.load(lab.bundle).manifest.channel_azimuth_deg
     off = (np.array(learned) - [90, 210, 330] + 180) % 360 - 180
     assert np.abs(off).max() < 5
@@ -145,7 +145,7 @@ def test_a_damaged_manifest_is_refused(copy: Path, text: bytes) -> None:
     ],
     ids=str,
 )
-def test_a_manifest_that_cannot_be_ours_is_refused(copy: Path, change: dict[str, object]) -> None:
+def test_a_manifest_with_invalid_fields_is_refused(copy: Path, change: dict[str, object]) -> None:
     edit(copy, **change)
     with pytest.raises(CalibrationError, match="damaged"):
         Bundle.load(copy)
@@ -175,8 +175,8 @@ def test_a_named_file_that_is_gone_or_changed_is_refused(copy: Path, name: str, 
         Bundle.load(copy)
 
 
-def test_an_unnamed_file_beside_does_not_damage_a_bundle(copy: Path) -> None:
-    (copy / "ball.npz").write_bytes(b"somebody's results")
+def test_an_additional_file_does_not_damage_a_bundle(copy: Path) -> None:
+    (copy / "ball.npz").write_bytes(b"other results")
     Bundle.load(copy)
 
 
@@ -234,7 +234,7 @@ def test_a_damaged_reference_is_refused_in_one_sentence(
 
 
 @pytest.mark.parametrize("error", [TypeError("'NoneType'"), MemoryError(), RecursionError("deep")])
-def test_whatever_a_model_raises_names_the_bundle_and_the_model(
+def test_an_error_of_a_model_names_the_bundle_and_the_model(
     copy: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     def load(directory: Path) -> None:

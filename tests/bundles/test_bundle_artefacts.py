@@ -1,4 +1,4 @@
-"""A bundle holds artefacts by name, whoever brings their classes."""
+"""A bundle holds artefacts by name, also those of plugins."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Nameless(Spring):
 
 @pytest.fixture
 def spring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """The artefact's class of a stranger's package, installed."""
+    """The artefact class of an installed third-party package."""
     site = tmp_path / "site"
     (site / "tactile_forcelab").mkdir(parents=True)
     for name, text in (
@@ -100,7 +100,7 @@ def test_two_artefacts_come_back_each_from_its_own_folder(
     assert again.calibration is again.artefact("light")
 
 
-def test_an_artefact_of_a_plugin_that_is_gone_says_what_to_install(
+def test_an_artefact_of_a_missing_plugin_names_the_package_to_install(
     lab: VirtualLab, spring: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_force(Bundle.load(lab.bundle), spring(2.5)).save(tmp_path / "b")
@@ -114,7 +114,7 @@ def test_an_artefact_that_the_bundle_lacks_is_refused_in_one_sentence(lab: Virtu
         Bundle.load(lab.bundle).artefact("force")
 
 
-def test_what_is_changed_of_either_is_noticed(lab: VirtualLab, spring: Any, tmp_path: Path) -> None:
+def test_a_changed_artefact_is_detected(lab: VirtualLab, spring: Any, tmp_path: Path) -> None:
     with_force(Bundle.load(lab.bundle), spring(2.5)).save(tmp_path / "b")
     (tmp_path / "b" / "force" / "spring.txt").write_text("9.9")
     with pytest.raises(CalibrationError, match=r"force/spring\.txt is not the file"):
@@ -131,7 +131,7 @@ def test_a_light_model_that_measures_nothing_is_refused(
         Bundle.load(tmp_path / "b")
 
 
-def test_a_class_is_known_by_the_name_under_which_it_is_registered(spring: Any) -> None:
+def test_a_class_is_stored_by_its_registered_name(spring: Any) -> None:
     assert registered_name("artefact", spring) == "forcelab.spring"
     nameless = sys.modules[spring.__module__].Nameless
     assert registered_name("artefact", nameless) is None

@@ -1,4 +1,4 @@
-"""What a bundle keeps, and which sensors it is for."""
+"""The contents of a bundle, and the check of the sensor that it belongs to."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def bundle() -> Bundle:
     return Bundle(manifest, {"light": light}, reference)
 
 
-def test_all_that_is_known_of_the_undeformed_sensor_is_kept(bundle: Bundle, tmp_path: Path) -> None:
+def test_the_reference_is_stored_completely(bundle: Bundle, tmp_path: Path) -> None:
     bundle.save(tmp_path / "kept")
     before, after = bundle.reference, Bundle.load(tmp_path / "kept").reference
     np.testing.assert_array_equal(after.pixels, before.pixels)
@@ -83,9 +83,7 @@ def test_an_unmarked_reference_comes_back_unmarked(bundle: Bundle, tmp_path: Pat
 
 
 @pytest.mark.parametrize("changed", ["reference.npz", "light/model.npz"])
-def test_numbers_that_were_changed_since_are_refused(
-    bundle: Bundle, tmp_path: Path, changed: str
-) -> None:
+def test_changed_arrays_are_refused(bundle: Bundle, tmp_path: Path, changed: str) -> None:
     bundle.save(tmp_path / "kept")
     path = tmp_path / "kept" / changed
     with np.load(path) as data:
@@ -96,7 +94,7 @@ def test_numbers_that_were_changed_since_are_refused(
         Bundle.load(tmp_path / "kept")
 
 
-def test_the_sensor_that_it_was_made_for_is_welcome(bundle: Bundle) -> None:
+def test_the_sensor_that_it_was_made_for_is_accepted(bundle: Bundle) -> None:
     assert bundle.check(profile(), "0007") == []
 
 
@@ -106,12 +104,12 @@ def test_larger_and_smaller_pixels_are_refused(bundle: Bundle, factor: float) ->
         bundle.check(profile(mm_per_px=factor * MM_PER_PX))
 
 
-def test_an_image_that_lies_on_its_side_is_refused(bundle: Bundle) -> None:
+def test_swapped_width_and_height_are_refused(bundle: Bundle) -> None:
     with pytest.raises(CalibrationError, match="image size 16 × 12, not 12 × 16"):
         bundle.check(profile(width_px=HEIGHT, height_px=WIDTH))
 
 
-def test_light_from_elsewhere_is_said(bundle: Bundle) -> None:
+def test_a_changed_light_direction_is_a_warning(bundle: Bundle) -> None:
     notes = bundle.check(profile(red_deg=60.0), "0007")
     assert len(notes) == 1
     assert "has changed since" in notes[0]

@@ -1,4 +1,4 @@
-"""How bundles come to their place: one step, nobody else's files, no moment without either."""
+"""Saving a bundle: in one atomic step, without touching files that are not part of it."""
 
 import shutil
 import subprocess
@@ -28,19 +28,19 @@ def test_a_new_bundle_replaces_the_old_one_whole(lab: VirtualLab, copy: Path) ->
     }
 
 
-@pytest.mark.parametrize("stranger", ["notes.txt", "src/main.py", ".hidden", "manifest.json.old"])
-def test_a_bundle_that_holds_a_file_of_somebody_else_is_left_alone(
-    lab: VirtualLab, copy: Path, stranger: str
+@pytest.mark.parametrize("foreign", ["notes.txt", "src/main.py", ".hidden", "manifest.json.old"])
+def test_a_bundle_with_a_foreign_file_is_left_alone(
+    lab: VirtualLab, copy: Path, foreign: str
 ) -> None:
-    (copy / stranger).parent.mkdir(exist_ok=True)
-    (copy / stranger).write_text("mine")
+    (copy / foreign).parent.mkdir(exist_ok=True)
+    (copy / foreign).write_text("mine")
     before = held(copy.parent)
-    with pytest.raises(InputError, match=rf"holds {stranger}, .* move it away or name another"):
+    with pytest.raises(InputError, match=rf"holds {foreign}, .* move it away or name another"):
         Bundle.load(lab.bundle).save(copy)
     assert held(copy.parent) == before
 
 
-def test_an_empty_folder_of_somebody_else_is_left_alone(lab: VirtualLab, copy: Path) -> None:
+def test_a_foreign_empty_folder_is_left_alone(lab: VirtualLab, copy: Path) -> None:
     (copy / "later").mkdir()
     with pytest.raises(InputError, match="holds later"):
         Bundle.load(lab.bundle).save(copy)
@@ -87,7 +87,7 @@ def test_a_manifest_that_names_files_elsewhere_deletes_none_of_them(
     assert precious.read_text() == "mine"
 
 
-def test_a_folder_of_something_else_is_left_alone(lab: VirtualLab, tmp_path: Path) -> None:
+def test_a_folder_that_is_no_bundle_is_left_alone(lab: VirtualLab, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("years of work")
     with pytest.raises(InputError, match="not a calibration bundle"):
         Bundle.load(lab.bundle).save(tmp_path)
@@ -104,18 +104,18 @@ def test_when_writing_fails_the_previous_bundle_survives(lab: VirtualLab, copy: 
     assert [p.name for p in copy.parent.iterdir()] == ["bundle"]
 
 
-def test_a_file_that_comes_while_a_bundle_is_replaced_is_kept(
+def test_a_file_that_is_added_while_a_bundle_is_replaced_is_kept(
     lab: VirtualLab, copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    change_places = folders._change_places
+    exchange = folders._exchange
 
-    def somebody_saves(one: Path, other: Path) -> None:
+    def concurrent_save(one: Path, other: Path) -> None:
         monkeypatch.undo()
         (other / "notes.txt").write_text("mine")
-        change_places(one, other)
+        exchange(one, other)
 
     bundle = Bundle.load(lab.bundle)
-    monkeypatch.setattr(folders, "_change_places", somebody_saves)
+    monkeypatch.setattr(folders, "_exchange", concurrent_save)
     with pytest.raises(InputError, match=r"holds notes\.txt"):
         bundle.save(copy)
     assert (copy / "notes.txt").read_text() == "mine"
@@ -133,7 +133,9 @@ for _ in range(int(sys.argv[3])):
 """
 
 
-def test_while_two_write_a_bundle_readers_always_find_one(lab: VirtualLab, tmp_path: Path) -> None:
+def test_readers_always_find_a_bundle_while_two_processes_write(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
     place = tmp_path / "b"
     Bundle.load(lab.bundle).save(place)
     command = [sys.executable, "-c", WRITES, str(lab.bundle), str(place), "40"]
@@ -167,7 +169,7 @@ loaded.save(Path(sys.argv[2]))
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
 @pytest.mark.parametrize("moment", ["before", "after"])
-def test_what_a_killed_writer_left_is_removed_by_the_next_and_nothing_else(
+def test_the_next_writer_removes_the_leftovers_of_a_killed_one_and_nothing_else(
     lab: VirtualLab, copy: Path, moment: str
 ) -> None:
     command = [sys.executable, "-c", KILLED, str(lab.bundle), str(copy), moment]

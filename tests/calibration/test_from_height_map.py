@@ -1,4 +1,4 @@
-"""Calibration from a known height map: virtual lamps, and a real grooved part."""
+"""Calibration with a height map as target: virtual lights, and a real grooved part."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def height_lab(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
 
 @pytest.fixture(scope="module")
 def fitted(height_lab: HeightLab) -> Calibrated:
-    """From the upper half of the map, with a picture of the untouched sensor."""
+    """Fitted to the upper half of the map, with an image of the undeformed sensor."""
     return calibrate(
         height_lab.profile,
         height_lab.press,
@@ -60,7 +60,7 @@ def test_slopes_come_back_on_rows_that_were_not_given(
     assert slope_error_deg(height_lab, fitted) < 1.0
 
 
-def test_without_an_undeformed_sensor_the_press_stands_in(height_lab: HeightLab) -> None:
+def test_without_a_reference_the_light_of_the_press_is_used(height_lab: HeightLab) -> None:
     for reference in (None, height_lab.press):
         result = calibrate(
             height_lab.profile, height_lab.press, reference, target=height_lab.tmd, rows=HALF
@@ -72,33 +72,34 @@ def test_without_an_undeformed_sensor_the_press_stands_in(height_lab: HeightLab)
         assert np.abs(stand_in[..., 0] / undeformed - 1).mean() < 0.03
 
 
-def test_an_undeformed_sensor_is_used_where_there_is_one(fitted: Calibrated) -> None:
+def test_a_given_reference_is_used(fitted: Calibrated) -> None:
     assert not any("stands in" in note for note in fitted.notes)
 
 
-def test_each_light_is_found_where_it_is(fitted: Calibrated) -> None:
-    learnt = np.array(fitted.bundle.manifest.channel_azimuth_deg)
-    off = (learnt - np.array(AZIMUTHS_DEG) + 180) % 360 - 180
+def test_the_direction_of_each_light_is_learned(fitted: Calibrated) -> None:
+    learned = np.array(fitted.bundle.manifest.channel_azimuth_deg)
+    off = (learned - np.array(AZIMUTHS_DEG) + 180) % 360 - 180
     assert np.abs(off).max() < 10
 
 
-def test_the_score_is_of_rows_left_out(fitted: Calibrated) -> None:
-    said = fitted.summary(Path("b"))
-    assert said["held_out"]["presses"] == len(said["presses"])
-    assert said["held_out"]["normal_error_deg"]["mean"] < 0.3 * said["held_out"]["predict_flat_deg"]
-    assert said["held_out"]["height_rmse_mm"] < 0.01
-    assert said["coverage"]["image_fraction"] == 0.5
+def test_the_score_is_that_of_held_out_rows(fitted: Calibrated) -> None:
+    summary = fitted.summary(Path("b"))
+    held_out = summary["held_out"]
+    assert held_out["presses"] == len(summary["presses"])
+    assert held_out["normal_error_deg"]["mean"] < 0.3 * held_out["predict_flat_deg"]
+    assert held_out["height_rmse_mm"] < 0.01
+    assert summary["coverage"]["image_fraction"] == 0.5
     assert fitted.bundle.manifest.ball_diameter_mm is None
 
 
-def test_the_bundle_and_its_report_are_whole(fitted: Calibrated, tmp_path: Path) -> None:
+def test_the_bundle_and_its_report_are_complete(fitted: Calibrated, tmp_path: Path) -> None:
     fitted.save(tmp_path / "bundle")
     assert Bundle.load(tmp_path / "bundle").manifest.channels == fitted.bundle.manifest.channels
     report = (tmp_path / "bundle" / "report.html").read_text()
     assert f"rows 0:{HALF.stop} of map.tmd" in report
 
 
-def test_balls_still_need_an_undeformed_sensor(height_lab: HeightLab) -> None:
+def test_balls_need_a_reference(height_lab: HeightLab) -> None:
     with pytest.raises(InputError, match="--reference"):
         calibrate(height_lab.profile, height_lab.press, ball_diameter_mm=4)
 
@@ -111,21 +112,21 @@ def test_one_map_describes_one_observation(height_lab: HeightLab, tmp_path: Path
 
 
 def test_rows_without_a_height_map_are_refused_in_a_sentence(height_lab: HeightLab) -> None:
-    said = refused(
+    message = refused(
         *("calibrate", height_lab.profile, "--presses", height_lab.press),
         *("--reference", height_lab.undeformed, "--ball-diameter-mm", 4, "--rows", "0:60"),
         *("--out", height_lab.folder / "never"),
     )
-    assert ".tmd" in said
+    assert ".tmd" in message
     assert not (height_lab.folder / "never").exists()
 
 
 def test_rows_beyond_the_map_are_refused_in_a_sentence(height_lab: HeightLab) -> None:
-    said = refused(
+    message = refused(
         *("calibrate", height_lab.profile, "--presses", height_lab.press),
         *("--target", height_lab.tmd, "--rows", "0:999", "--out", height_lab.folder / "never"),
     )
-    assert f"rows 0:{HEIGHT}" in said
+    assert f"rows 0:{HEIGHT}" in message
 
 
 def without_plane(height: Array) -> Array:

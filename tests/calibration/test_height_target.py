@@ -1,4 +1,4 @@
-"""A known height map as target: what its rows tell, and what they must not."""
+"""A height map as calibration target: its slopes, its bands and its limits."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def written(path: Path, height_mm: NDArray[np.float64], mm_per_px: float = MM) -
 
 def training(target: HeightTarget) -> dict[tuple[int, int], tuple[float, float]]:
     """Slopes of all training pixels, by row and column."""
-    known = {}
+    slopes = {}
     for press in (block.training() for block in blocks(target)):
         for row, column, slope in zip(press.rows, press.columns, press.gradients, strict=True):
-            known[int(row), int(column)] = float(slope[0]), float(slope[1])
-    return known
+            slopes[int(row), int(column)] = float(slope[0]), float(slope[1])
+    return slopes
 
 
 def refusal(path: Path, rows: slice | None = None, blur_px: float = 2.0) -> str:
@@ -54,7 +54,7 @@ def refusal(path: Path, rows: slice | None = None, blur_px: float = 2.0) -> str:
 
 
 @pytest.mark.parametrize("height_mm", [3e38, -3e38, 100.0])
-def test_heights_that_no_surface_has_are_refused(tmp_path: Path, height_mm: float) -> None:
+def test_implausible_heights_are_refused(tmp_path: Path, height_mm: float) -> None:
     height = hills()
     height[3, 5] = height_mm
     assert "higher" in refusal(written(tmp_path, height))
@@ -72,12 +72,12 @@ def test_either_end_of_the_rows_may_be_left_out() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "257", "a:b", "9:4", "4:4", "-3:9", "1:2:3", "0.5:9"])
-def test_rows_that_are_none_are_refused(text: str) -> None:
+def test_invalid_rows_are_refused(text: str) -> None:
     with pytest.raises(InputError, match="--rows"):
         parse_rows(text)
 
 
-def test_a_height_map_is_known_by_its_name() -> None:
+def test_a_height_map_is_recognised_by_its_name() -> None:
     assert is_height_map(Path("a/Map.TMD"))
     assert not is_height_map(Path("grid.yaml"))
     assert not is_height_map(None)
@@ -102,7 +102,7 @@ def test_a_groove_is_low_in_the_map_and_in_the_slopes(tmp_path: Path) -> None:
 
 
 @given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-5, 5))
-def test_the_maps_own_plane_does_not_matter(
+def test_slopes_do_not_depend_on_the_tilt_of_the_map(
     tmp_path_factory: pytest.TempPathFactory, a: float, b: float, c: float
 ) -> None:
     folder = tmp_path_factory.mktemp("plane")
@@ -113,30 +113,30 @@ def test_the_maps_own_plane_does_not_matter(
         np.testing.assert_allclose(ours, theirs, atol=1e-4)
 
 
-def test_heights_outside_the_rows_are_never_looked_at(tmp_path: Path) -> None:
+def test_heights_outside_the_rows_have_no_influence(tmp_path: Path) -> None:
     rows = slice(20, 70)
     first = training(HeightTarget.read(written(tmp_path, hills()), frame(), rows=rows, blur_px=2))
-    spoilt = hills()
-    spoilt[:20], spoilt[70:] = 9.0, np.nan
-    again = training(HeightTarget.read(written(tmp_path, spoilt), frame(), rows=rows, blur_px=2))
+    changed = hills()
+    changed[:20], changed[70:] = 9.0, np.nan
+    again = training(HeightTarget.read(written(tmp_path, changed), frame(), rows=rows, blur_px=2))
     assert first == again
     assert {row for row, _ in first} <= set(range(20, 70))
 
 
-def test_the_border_holes_and_markers_teach_nothing(tmp_path: Path) -> None:
+def test_borders_holes_and_markers_are_no_training_pixels(tmp_path: Path) -> None:
     height = hills()
     height[40:44, 60:64] = np.nan
     marker_mask = np.zeros(SHAPE, bool)
     marker_mask[20:24, 30:34] = True
-    known = training(
+    slopes = training(
         HeightTarget.read(written(tmp_path, height), frame(marker_mask=marker_mask), blur_px=1)
     )
-    for row, column in known:
+    for row, column in slopes:
         assert 3 <= row < SHAPE[0] - 3
         assert 3 <= column < SHAPE[1] - 3
         assert not (37 <= row < 47 and 57 <= column < 67)
         assert not (17 <= row < 27 and 27 <= column < 37)
-    assert all(np.isfinite(slope).all() for slope in known.values())
+    assert all(np.isfinite(slope).all() for slope in slopes.values())
 
 
 def test_bands_neither_overlap_nor_touch(tmp_path: Path) -> None:
@@ -148,7 +148,7 @@ def test_bands_neither_overlap_nor_touch(tmp_path: Path) -> None:
         assert below[0] - above[-1] > 2 * 2
 
 
-def test_level_land_does_not_outweigh_the_walls(tmp_path: Path) -> None:
+def test_steep_pixels_are_drawn_more_often_than_level_ones(tmp_path: Path) -> None:
     shape = 256, 320
     height = np.zeros(shape)
     height[:, 100:110] = -0.03 * np.arange(10)
@@ -159,7 +159,7 @@ def test_level_land_does_not_outweigh_the_walls(tmp_path: Path) -> None:
     assert np.mean(picked) > 3 * wall.mean()
 
 
-def test_slopes_are_as_smooth_as_the_light_that_tells_them(tmp_path: Path) -> None:
+def test_slopes_are_smoothed_like_the_images(tmp_path: Path) -> None:
     x = np.arange(SHAPE[1])
     fine = np.broadcast_to(0.02 * np.sin(x * np.pi / 4), SHAPE)
     sharp, smooth = (
@@ -170,7 +170,7 @@ def test_slopes_are_as_smooth_as_the_light_that_tells_them(tmp_path: Path) -> No
     assert smooth / sharp == pytest.approx(0.29, abs=0.06)
 
 
-def test_a_map_twice_as_fine_tells_the_same_slopes(tmp_path: Path) -> None:
+def test_a_map_twice_as_fine_gives_the_same_slopes(tmp_path: Path) -> None:
     x = (np.arange(2 * SHAPE[1]) + 0.5) / 2 - 0.5
     y = (np.arange(2 * SHAPE[0])[:, None] + 0.5) / 2 - 0.5
     fine = 0.2 * np.sin(2 * x * MM) * np.cos(3 * y * MM)
@@ -181,8 +181,8 @@ def test_a_map_twice_as_fine_tells_the_same_slopes(tmp_path: Path) -> None:
 
 
 def test_another_size_is_refused(tmp_path: Path) -> None:
-    said = refusal(written(tmp_path, hills((90, 128))))
-    assert "map.tmd is 128 × 90 and the image 128 × 96" in said
+    message = refusal(written(tmp_path, hills((90, 128))))
+    assert "map.tmd is 128 × 90 and the image 128 × 96" in message
 
 
 def test_another_scale_is_refused(tmp_path: Path) -> None:
@@ -205,14 +205,14 @@ def test_a_map_without_heights_is_refused(tmp_path: Path) -> None:
     assert "no heights" in refusal(written(tmp_path, half), slice(0, 50))
 
 
-def test_a_band_says_where_it_is(tmp_path: Path) -> None:
+def test_a_band_reports_its_rows_and_its_centre(tmp_path: Path) -> None:
     band: MapBlock = blocks(HeightTarget.read(written(tmp_path, hills()), frame()))[0]
     assert band.file == "map.tmd 0:24"
     assert band.centre_px == (63.5, 11.5)
     assert band.area().sum() == pytest.approx(np.pi * band.radius_px**2)
 
 
-def test_heights_are_relative_to_the_level_land_whatever_the_maps_plane(tmp_path: Path) -> None:
+def test_heights_are_relative_to_the_level_surface_whatever_the_maps_tilt(tmp_path: Path) -> None:
     x, y = np.arange(SHAPE[1]) * MM, np.arange(SHAPE[0])[:, None] * MM
     ridge = 0.2 * np.exp(-(((x - 3) / 0.3) ** 2)) + 0 * y
     path = written(tmp_path, 7.0 + 0.02 * x - 0.03 * y + ridge)

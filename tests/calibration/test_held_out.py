@@ -1,4 +1,4 @@
-"""What a fold of the cross-validation knows: not a bit of what it holds out."""
+"""Nothing that a fold of the cross-validation uses depends on the pixels that it holds out."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core.builtin.polynomial import Polynomial, PolynomialCalibrator
 from tactile_core.calibration import presses
 from tactile_core.calibration.fitting import calibrate
-from tactile_core.calibration.scoring import FOLDS
+from tactile_core.calibration.scoring import SCORING
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference
 from tactile_core.sim.analytic_ball import BallPress, render
 
-HELD_OUT = 2
-Known = list[list[np.ndarray]]
+HELD_OUT, FOLDS = 2, SCORING.folds
+Folds = list[list[np.ndarray]]
 Pixels = np.ndarray
 
 
 @pytest.fixture
-def known(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Known]:
-    """Calibrate, and return all that each fold knew: samples, frames, reference, model, light."""
-    folds: Known = []
+def inputs_of_folds(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Folds]:
+    """Calibrate, and return samples, frames, reference, model and light of each fold."""
+    folds: Folds = []
     fit, locate = PolynomialCalibrator.fit, presses.locate
 
     def recorded(
@@ -51,7 +51,7 @@ def known(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Known]:
     monkeypatch.setattr(PolynomialCalibrator, "fit", recorded)
     monkeypatch.setattr(presses, "locate", located)
 
-    def run(*given: Any, **more: Any) -> Known:
+    def run(*given: Any, **more: Any) -> Folds:
         folds.clear()
         made = calibrate(*given, model="core.polynomial", **more)
         assert made.score is not None
@@ -65,7 +65,7 @@ def same(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> bool:
     return len(one) == len(other) and all(map(np.array_equal, one, other))
 
 
-def assert_only_the_fold_that_holds_it_out_is_the_same(before: Known, after: Known) -> None:
+def assert_only_the_fold_that_holds_it_out_is_the_same(before: Folds, after: Folds) -> None:
     equal = [same(*pair) for pair in zip(before, after, strict=True)]
     assert equal == [fold == HELD_OUT % FOLDS for fold in range(FOLDS)] + [False]
 
@@ -80,27 +80,27 @@ def noise(lab: VirtualLab) -> Pixels:
 
 
 @pytest.mark.parametrize("instead", [pressed_elsewhere, noise])
-def test_circles_light_and_model_of_a_fold_never_see_a_press_held_out(
+def test_circles_light_and_model_of_a_fold_do_not_depend_on_a_held_out_press(
     lab: VirtualLab,
     tmp_path: Path,
-    known: Callable[..., Known],
+    inputs_of_folds: Callable[..., Folds],
     instead: Callable[[VirtualLab], Pixels],
 ) -> None:
     shutil.copytree(lab.presses, tmp_path / "presses")
     given = lab.profile, tmp_path / "presses", lab.reference
-    before = known(*given, ball_diameter_mm=BALL_MM)
+    before = inputs_of_folds(*given, ball_diameter_mm=BALL_MM)
     path = tmp_path / "presses" / f"press_{HELD_OUT}.png"
     cv2.imwrite(str(path), instead(lab)[..., ::-1])
-    after = known(*given, ball_diameter_mm=BALL_MM)
+    after = inputs_of_folds(*given, ball_diameter_mm=BALL_MM)
     located = before[HELD_OUT][-1].shape
-    assert located == after[HELD_OUT][-1].shape, "the light is among what is compared"
+    assert located == after[HELD_OUT][-1].shape, "the light model is compared too"
     if instead is noise:  # one press less is located, by the same light
         before[HELD_OUT].pop()
     assert_only_the_fold_that_holds_it_out_is_the_same(before, after)
 
 
-def test_circles_and_model_of_a_fold_never_see_balls_of_a_grid_held_out(
-    lab: VirtualLab, tmp_path: Path, known: Callable[..., Known]
+def test_circles_and_model_of_a_fold_do_not_depend_on_held_out_balls_of_a_grid(
+    lab: VirtualLab, tmp_path: Path, inputs_of_folds: Callable[..., Folds]
 ) -> None:
     spots = [(20 + 24 * x, 20 + 26 * y) for y in range(4) for x in range(6)]
     image, ball_mm = lab.profile.image, 0.5 * BALL_MM
@@ -115,26 +115,26 @@ def test_circles_and_model_of_a_fold_never_see_balls_of_a_grid_held_out(
 
     given = lab.profile, tmp_path / "grid.png", lab.reference
     cv2.imwrite(str(tmp_path / "grid.png"), pixels[..., ::-1])
-    before = known(*given, target=target)
+    before = inputs_of_folds(*given, target=target)
     x0, y0 = spots[HELD_OUT]
     on_ball = np.hypot(np.arange(shape[1]) - x0, np.arange(shape[0])[:, None] - y0) < 10
     pixels[on_ball] = noise(lab)[on_ball]
     cv2.imwrite(str(tmp_path / "grid.png"), pixels[..., ::-1])
-    after = known(*given, target=target)
+    after = inputs_of_folds(*given, target=target)
     assert_only_the_fold_that_holds_it_out_is_the_same(before, after)
 
 
-@pytest.mark.parametrize("given_reference", [True, False], ids=["reference", "stand-in"])
-def test_light_and_model_of_a_fold_never_see_rows_of_a_height_map_held_out(
-    tmp_path: Path, known: Callable[..., Known], given_reference: bool
+@pytest.mark.parametrize("given_reference", [True, False], ids=["reference", "from-press"])
+def test_light_and_model_of_a_fold_do_not_depend_on_held_out_rows_of_a_height_map(
+    tmp_path: Path, inputs_of_folds: Callable[..., Folds], given_reference: bool
 ) -> None:
     rig: HeightLab = make_height_lab(tmp_path)
     given = rig.profile, rig.press, rig.undeformed if given_reference else None
-    before = known(*given, target=rig.tmd)
+    before = inputs_of_folds(*given, target=rig.tmd)
     band = slice(HELD_OUT * HEIGHT // FOLDS, (HELD_OUT + 1) * HEIGHT // FOLDS)
     for seed, path in enumerate(sorted(rig.press.glob("*.png"))):
         exposure = np.asarray(cv2.imread(str(path), cv2.IMREAD_UNCHANGED))
         exposure[band] = np.random.default_rng(seed).integers(0, 256, exposure[band].shape)
         cv2.imwrite(str(path), exposure)
-    after = known(*given, target=rig.tmd)
+    after = inputs_of_folds(*given, target=rig.tmd)
     assert_only_the_fold_that_holds_it_out_is_the_same(before, after)

@@ -1,4 +1,4 @@
-"""The pixels that a press teaches: those whose slope is known."""
+"""Training pixels of a press and their ground truth."""
 
 from __future__ import annotations
 
@@ -30,41 +30,41 @@ def marker_mask() -> np.ndarray:
     return printed
 
 
-def test_no_marker_is_taken_for_gel_on_the_ball_or_at_rest(marker_mask: np.ndarray) -> None:
-    learnt = press(marker_mask).training()
-    at_rest = ~learnt.gradients.any(axis=1)
-    assert at_rest.sum() > 50
-    assert (~at_rest).sum() > 50
-    assert not marker_mask[learnt.rows, learnt.columns].any()
+def test_no_training_pixel_shows_a_marker(marker_mask: np.ndarray) -> None:
+    samples = press(marker_mask).training()
+    undeformed = ~samples.gradients.any(axis=1)
+    assert undeformed.sum() > 50
+    assert (~undeformed).sum() > 50
+    assert not marker_mask[samples.rows, samples.columns].any()
 
 
-def test_what_is_learnt_lies_on_the_ball_or_far_from_it() -> None:
-    learnt = press(None).training()
-    at_rest = ~learnt.gradients.any(axis=1)
-    offset = np.stack([learnt.columns, learnt.rows], 1) - np.array(CENTRE_PX)
+def test_training_pixels_are_on_the_ball_or_far_from_it() -> None:
+    samples = press(None).training()
+    undeformed = ~samples.gradients.any(axis=1)
+    offset = np.stack([samples.columns, samples.rows], 1) - np.array(CENTRE_PX)
     distance = np.hypot(*offset.T)
-    assert distance[~at_rest].max() < CONTACT_PX
-    assert distance[at_rest & (distance > 0)].min() > 3 * BALL_PX
-    # on a ball a slope is that of its radius, down and away from its middle
-    on = ~at_rest
+    assert distance[~undeformed].max() < CONTACT_PX
+    assert distance[undeformed & (distance > 0)].min() > 3 * BALL_PX
+    # the surface of a ball falls away from its centre
+    on = ~undeformed
     down = np.sqrt(BALL_PX**2 - distance[on] ** 2)
-    np.testing.assert_allclose(learnt.gradients[on], -offset[on] / down[:, None], atol=1e-5)
+    np.testing.assert_allclose(samples.gradients[on], -offset[on] / down[:, None], atol=1e-5)
 
 
-def test_heights_are_those_of_the_ball_and_of_gel_at_rest() -> None:
+def test_heights_are_those_of_the_ball_and_of_undeformed_gel() -> None:
     found = press(None)
-    learnt = found.training()
-    assert learnt.heights_mm is not None
-    on = learnt.gradients.any(axis=1)
-    distance = np.hypot(learnt.columns - CENTRE_PX[0], learnt.rows - CENTRE_PX[1])
+    samples = found.training()
+    assert samples.heights_mm is not None
+    on = samples.gradients.any(axis=1)
+    distance = np.hypot(samples.columns - CENTRE_PX[0], samples.rows - CENTRE_PX[1])
     cap_mm = (np.sqrt(BALL_PX**2 - distance[on] ** 2) - np.sqrt(BALL_PX**2 - CONTACT_PX**2)) * 0.05
-    rim_mm = learnt.heights_mm[on] - cap_mm
+    rim_mm = samples.heights_mm[on] - cap_mm
     assert np.ptp(rim_mm) < 1e-5
     assert 0 < rim_mm.mean() < cap_mm.max()
-    assert not learnt.heights_mm[~on & (distance > CONTACT_PX)].any()
+    assert not samples.heights_mm[~on & (distance > CONTACT_PX)].any()
 
 
-def test_the_rim_stands_higher_on_a_thicker_gel() -> None:
+def test_the_rim_is_higher_on_a_thicker_gel() -> None:
     thin, thick = (
         replace(press(None), thickness_mm=thickness_mm).training() for thickness_mm in (1.0, 10.0)
     )

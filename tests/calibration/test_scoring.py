@@ -18,25 +18,25 @@ tilt = st.floats(-80, 80)
 
 
 @given(tilt)
-def test_a_tilt_from_flat_is_its_own_angle(degrees: float) -> None:
+def test_the_angle_between_a_tilt_and_level_is_the_tilt(degrees: float) -> None:
     slope = np.array([[np.tan(np.radians(degrees)), 0.0]])
     np.testing.assert_allclose(angles_deg(np.zeros((1, 2)), slope), [abs(degrees)], atol=1e-9)
 
 
 @given(tilt, tilt)
-def test_tilts_in_one_plane_differ_by_their_difference(a: float, b: float) -> None:
+def test_the_angle_between_tilts_in_one_plane_is_their_difference(a: float, b: float) -> None:
     first, second = (np.array([[0.0, np.tan(np.radians(t))]]) for t in (a, b))
     np.testing.assert_allclose(angles_deg(first, second), [abs(a - b)], atol=1e-9)
 
 
-def test_the_score_comes_from_presses_left_out(lab: VirtualLab) -> None:
+def test_the_score_comes_from_held_out_presses(lab: VirtualLab) -> None:
     held_out = Bundle.load(lab.bundle).manifest.held_out
     assert held_out is not None
     assert held_out["presses"] == 10
     assert held_out["normal_error_deg"]["mean"] < 0.2 * held_out["predict_flat_deg"]
 
 
-def test_labels_overrule_what_is_found(lab: VirtualLab, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_labels_replace_the_circles_that_are_found(lab: VirtualLab, tmp_path: Path) -> None:
     rows = ["file,centre_x_px,centre_y_px,contact_radius_px"]
     rows += [f"press_{i}.png,{60 + i},{50 + i},9" for i in range(9)]
     labels = tmp_path / "labels.csv"
@@ -93,4 +93,4 @@ def test_no_press_is_scored_by_a_model_that_was_fitted_on_it(
     assert {source for source, _ in scored} == presses
     assert [source for source, seen in scored if source in seen] == []
     assert all(len(seen) >= 8 for _, seen in scored)
-    assert fitted_on[id(models[-1])] == presses, "what is kept has learnt from all of them"
+    assert fitted_on[id(models[-1])] == presses, "the model that is kept is fitted to all presses"

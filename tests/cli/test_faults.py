@@ -75,8 +75,8 @@ def test_a_keyboard_interrupt_raised_by_a_plugin_is_reported(
         ("array", "ndarray instead of the HeightMap that it declares"),
         ("integers", "HeightMap.mm is int32 where it must be float32"),
         ("half", "HeightMap.mm has the shape (3, 8) where the image has (6, 8)"),
-        ("nan", "HeightMap.mm holds values that are no numbers"),
-        ("infinity", "HeightMap.mm holds values that are no numbers"),
+        ("nan", "HeightMap.mm holds values that are not finite"),
+        ("infinity", "HeightMap.mm holds values that are not finite"),
     ],
 )
 def test_a_result_other_than_the_declared_quantity_is_refused(
@@ -93,7 +93,7 @@ def test_a_result_other_than_the_declared_quantity_is_refused(
         ("camera", "value at open", "the camera (unruly.camera, from tactile-unruly 0.1) failed"),
         ("camera", "exit at read", "the camera (unruly.camera, from tactile-unruly 0.1) failed"),
         ("camera", "end of file at read", "the camera (unruly.camera, from"),
-        ("camera", "floats at read", "returned pixels that are float64"),
+        ("camera", "floats at read", "returned pixels of type float64"),
         ("camera", "a list at read", "returned list instead of an Image"),
         ("lights", "key at made", "the lights (unruly.lights, from tactile-unruly 0.1) failed"),
         ("camera", "nothing at arm", "returned NoneType from arm() instead of a Trigger"),
@@ -108,7 +108,7 @@ def test_a_result_other_than_the_declared_quantity_is_refused(
         ("calibration", "exit at from_lights", "the calibration (unruly.calibration, from"),
         ("calibration", "key at measure", "the calibration (unruly.calibration, from"),
         ("calibration", "a list at measure", "returned list instead of Gradients or a HeightMap"),
-        ("calibration", "nan at measure", "Gradients.x holds values that are no numbers"),
+        ("calibration", "nan at measure", "Gradients.x holds values that are not finite"),
         ("step", "value at made", "step 'height' (unruly.step, from tactile-unruly 0.1) failed"),
     ],
 )
@@ -134,7 +134,7 @@ def test_lights_without_exposures_are_named_when_a_recording_is_opened(
 @pytest.mark.parametrize(
     ("does", "cause"),
     [
-        ("summary", "TypeError: a float32 is nothing that JSON can hold"),
+        ("summary", "TypeError: JSON cannot represent a float32"),
         ("arrays", "ZeroDivisionError: division by zero"),
         ("warnings", "ZeroDivisionError: division by zero"),
     ],

@@ -149,7 +149,7 @@ def test_a_light_at_another_azimuth_gives_a_note(rig: HeightLab, tmp_path: Path)
 def test_two_swapped_lights_give_a_note_with_the_order(rig: HeightLab, tmp_path: Path) -> None:
     profile = turned(rig, tmp_path, {"lamp0": 90, "lamp3": -90})
     (note,) = notes(rig, profile)
-    assert "fit in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
+    assert "match in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
 
 
 def test_the_command_prints_the_note_and_calibrates(rig: HeightLab, tmp_path: Path) -> None:
@@ -160,5 +160,5 @@ def test_the_command_prints_the_note_and_calibrates(rig: HeightLab, tmp_path: Pa
         "--json",
     )
     assert done.returncode == 0, done.stderr
-    assert "note: lights shine from elsewhere than the profile says: lamp1" in done.stderr
+    assert "note: light directions differ from the profile: lamp1" in done.stderr
     assert json.loads(done.stdout)["bundle"]

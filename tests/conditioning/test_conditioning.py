@@ -1,4 +1,4 @@
-"""A frame is conditioned once, and everybody is given the same frame."""
+"""A frame is conditioned once, for calibration and measurement."""
 
 from dataclasses import replace
 
@@ -27,19 +27,19 @@ def brighter(lab: VirtualLab) -> Frame:
     return shown(np.clip(pixels, 0, 255).astype(np.uint8), lab)
 
 
-def test_light_that_changed_is_brought_back_to_the_level_of_the_reference(lab: VirtualLab) -> None:
+def test_illumination_drift_is_compensated(lab: VirtualLab) -> None:
     apart = conditioning(lab)(brighter(lab)).pixels.astype(float) - lab.image(None)
     assert np.abs(apart.mean(axis=(0, 1))).max() < 0.5
 
 
-def test_a_model_that_compensates_by_itself_is_given_the_pixels_as_they_are(
+def test_a_model_with_its_own_compensation_gets_the_original_pixels(
     lab: VirtualLab,
 ) -> None:
     frame = brighter(lab)
     assert conditioning(lab, compensates=False)(frame).pixels is frame.pixels
 
 
-def test_without_a_reference_the_light_stays(lab: VirtualLab) -> None:
+def test_without_a_reference_nothing_is_compensated(lab: VirtualLab) -> None:
     frame = brighter(lab)
     assert Conditioning.of(lab.profile, None, compensates=True)(frame).pixels is frame.pixels
 
@@ -52,16 +52,16 @@ def test_a_pipeline_measures_the_frame_that_a_calibration_is_fitted_on(lab: Virt
     np.testing.assert_array_equal(measured.pixels, fitted(brighter(lab)).pixels)
 
 
-def test_where_a_frame_is_hidden_the_reference_shows(lab: VirtualLab) -> None:
+def test_hidden_pixels_are_those_of_the_reference(lab: VirtualLab) -> None:
     hidden = np.zeros(lab.image(None).shape[:2], np.bool_)
     hidden[:, :40] = True
-    spoilt = lab.image(None).copy()
-    spoilt[hidden] = 0
-    seen = conditioning(lab).without(shown(spoilt, lab), hidden)
+    damaged = lab.image(None).copy()
+    damaged[hidden] = 0
+    seen = conditioning(lab).without(shown(damaged, lab), hidden)
     assert np.abs(seen.pixels.astype(float) - lab.image(None)).max() <= 2
 
 
-def test_a_sequence_is_verified_by_the_reference_that_is_known(lab: VirtualLab) -> None:
+def test_a_reference_is_verified_against_the_trusted_one(lab: VirtualLab) -> None:
     times = (0.0, 0.1, 0.2)
     known = Reference(lab.image(None).astype(np.float32), NAMES)
     swapped = replace(known, pixels=known.pixels[..., [1, 0, 2]])

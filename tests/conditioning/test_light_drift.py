@@ -1,4 +1,4 @@
-"""Light that drifts changes no reading, however long a contact is held meanwhile."""
+"""Illumination drift changes no measurement, however long a contact is held."""
 
 from dataclasses import replace
 
@@ -15,14 +15,14 @@ PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 
 
 def drifted(lab: VirtualLab, press: BallPress | None, minute: int) -> Frame:
-    """A frame in the light of some minutes later: each channel goes its own way."""
+    """Make the frame of some minutes later; each channel drifts differently."""
     gains = 1 + 0.006 * minute * np.array([1.0, -1.0, 0.5])
     pixels = np.clip(np.rint(lab.image(press) * gains), 0, 255).astype(np.uint8)
     frame = Frame(pixels, ("red", "green", "blue"), lab.profile.image.mm_per_px, source="press")
     return replace(frame, sequence=minute)
 
 
-def test_a_ball_that_is_held_stays_while_the_light_drifts(lab: VirtualLab) -> None:
+def test_a_held_ball_is_not_absorbed_while_the_light_drifts(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
     before = pipeline.process(drifted(lab, PRESS, 0))
     for minute in range(1, 11):
@@ -31,7 +31,7 @@ def test_a_ball_that_is_held_stays_while_the_light_drifts(lab: VirtualLab) -> No
         assert now[ContactMask].area_mm2 == pytest.approx(before[ContactMask].area_mm2, rel=0.05)
 
 
-def test_a_ball_that_was_held_for_long_leaves_no_trace(lab: VirtualLab) -> None:
+def test_a_ball_held_for_long_leaves_no_imprint(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
     for minute in range(10):
         pipeline.process(drifted(lab, PRESS, minute))

@@ -1,4 +1,4 @@
-"""Printed markers are found at the size and pitch that the gel says, in the image's pixels."""
+"""Printed markers are detected at the size and pitch of the gel."""
 
 from types import SimpleNamespace
 
@@ -19,16 +19,16 @@ def test_a_gel_without_markers_needs_no_finder() -> None:
     assert MarkerFinder.of(SimpleNamespace(gel=Gel(), image=IMAGE)) is None
 
 
-def test_millimetres_of_the_gel_are_pixels_of_the_image() -> None:
+def test_millimetres_of_the_gel_become_pixels_of_the_image() -> None:
     assert MarkerFinder.of(SimpleNamespace(gel=PRINTED, image=IMAGE)) == MarkerFinder(8.0, 20.0)
 
 
-def test_markers_of_unknown_size_need_a_reference_to_be_found_in() -> None:
+def test_markers_of_unknown_size_need_a_reference() -> None:
     with pytest.raises(InputError, match="--reference"):
         MarkerFinder.of(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE))
 
 
-def test_the_mask_covers_what_was_printed_and_little_else() -> None:
+def test_the_mask_covers_the_markers_and_little_else() -> None:
     y, x = np.mgrid[:90, :120]
     printed = np.hypot((x % 20) - 10, (y % 20) - 10) <= 4
     pixels = np.where(printed, 40, 160).astype(np.uint8)[..., np.newaxis].repeat(3, 2)
@@ -37,5 +37,5 @@ def test_the_mask_covers_what_was_printed_and_little_else() -> None:
     assert marked.marker_mask is not None
     assert marked.marker_mask[printed].all()
     assert marked.marker_mask.mean() < 2 * printed.mean()
-    whole = ~found.detect(marked).cut
+    whole = ~found.detect(marked).truncated
     assert np.count_nonzero(whole) == 4 * 6

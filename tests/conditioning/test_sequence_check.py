@@ -1,4 +1,4 @@
-"""Exposures of a sequence are verified by what they show."""
+"""Exposures of a sequence are verified from their content."""
 
 from dataclasses import replace
 
@@ -15,12 +15,12 @@ SHADING = np.stack([60 + 80 * x, 60 + 100 * y, 170 - 80 * x], axis=2).astype(np.
 SEQUENCE = Frame(SHADING, LIGHTS, 0.02, exposure_times_s=(0.0, 0.1, 0.2))
 
 
-def test_only_channels_with_a_time_each_are_a_sequence() -> None:
+def test_a_frame_is_sequential_if_each_channel_has_a_time() -> None:
     assert is_sequential(SEQUENCE)
     assert not is_sequential(replace(SEQUENCE, exposure_times_s=()))
 
 
-def test_the_reference_itself_is_in_order() -> None:
+def test_the_reference_passes() -> None:
     verify(SEQUENCE, pattern_of(SEQUENCE), "reference")
 
 

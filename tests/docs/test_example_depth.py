@@ -81,7 +81,7 @@ def test_the_report_shows_measured_against_true_normals(
 ) -> None:
     report = (calibrated[0] / "report.html").read_text(encoding="utf-8")
     assert MODEL in report
-    assert "pitch: measured (up) against true (right)" in report
+    assert "pitch in degrees: measured (vertical) against true (horizontal)" in report
 
 
 def test_a_held_out_press_is_measured_and_written_in_every_format(

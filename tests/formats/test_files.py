@@ -1,4 +1,4 @@
-"""Files are written whole or not at all."""
+"""Reading files with clear error messages, and writing them atomically."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tactile_core.formats.files import (
     write_together,
 )
 
-# A file system that takes no file above 1000 bytes, as a full one takes none. In a process of its
-# own, whose output goes to a pipe: the limit would hold for a log of the tests as well.
+# A limit of 1000 bytes per file simulates a full disk. It is set in a separate process with piped
+# output, because it would apply to a log file of the tests too.
 ON_A_FULL_DISK = """
 import resource, sys
 from pathlib import Path
@@ -32,30 +32,30 @@ except OSError as error:
 """
 
 
-def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+def test_written_bytes_are_read_back(tmp_path: Path) -> None:
     write_atomically(tmp_path / "a.bin", b"one")
     write_atomically(tmp_path / "a.bin", memoryview(b"two"))
     assert read_bytes(tmp_path / "a.bin") == b"two"
     assert [path.name for path in tmp_path.iterdir()] == ["a.bin"]
 
 
-def test_a_written_file_may_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
+def test_a_written_file_has_the_permissions_of_the_umask(tmp_path: Path) -> None:
     (tmp_path / "plain").write_bytes(b"")
     write_atomically(tmp_path / "ours", b"")
     assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
-def test_a_full_disk_leaves_what_was_there_and_nothing_else(tmp_path: Path) -> None:
+def test_a_full_disk_keeps_the_old_file_and_leaves_no_temporary_file(tmp_path: Path) -> None:
     path = tmp_path / "a.bin"
     write_atomically(path, b"before")
     command = [sys.executable, "-c", ON_A_FULL_DISK, str(path)]
-    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert "large" in said
+    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "large" in output
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_of_several_files_all_are_written_or_none(tmp_path: Path) -> None:
+def test_several_files_are_written_together_or_not_at_all(tmp_path: Path) -> None:
     a, b = tmp_path / "a", tmp_path / "gone" / "b"
     a.write_bytes(b"before")
     with pytest.raises(FileNotFoundError):
@@ -67,41 +67,41 @@ def test_of_several_files_all_are_written_or_none(tmp_path: Path) -> None:
     assert a.read_bytes() == b.read_bytes() == b"after"
 
 
-def test_names_as_long_as_the_disk_takes_are_written(tmp_path: Path) -> None:
+def test_a_file_with_the_longest_possible_name_is_written(tmp_path: Path) -> None:
     path = tmp_path / ("x" * 255)
     write_atomically(path, b"one")
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_text_that_utf8_cannot_hold_is_made_readable() -> None:
+def test_lone_surrogates_in_text_are_escaped() -> None:
     assert plain_text("ball \udcff ² \ud800") == r"ball \udcff ² \ud800"
 
 
-def test_a_missing_file_and_a_folder_are_reported_apart(tmp_path: Path) -> None:
+def test_a_missing_file_and_a_folder_have_different_messages(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_bytes(tmp_path / "absent")
     with pytest.raises(InputError, match="is a folder"):
         read_bytes(tmp_path)
 
 
-def test_a_file_beyond_the_limit_is_refused_unread(tmp_path: Path) -> None:
+def test_a_file_above_the_size_limit_is_rejected_before_reading(tmp_path: Path) -> None:
     with (tmp_path / "a.bin").open("wb") as file:
-        file.truncate(1 << 40)  # takes no room on the disk
+        file.truncate(1 << 40)  # a sparse file uses no disk space
     with pytest.raises(InputError, match="too large"):
         read_bytes(tmp_path / "a.bin")
 
 
-def test_a_file_of_the_system_that_never_ends_is_not_read_to_its_end() -> None:
+def test_an_endless_system_file_is_not_read_to_its_end() -> None:
     assert read_bytes(Path("/proc/self/maps")) == b""
 
 
-def test_text_in_another_encoding_is_refused(tmp_path: Path) -> None:
+def test_text_in_another_encoding_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_bytes(b"\xff\xfe")
     with pytest.raises(InputError, match="UTF-8"):
         read_text(tmp_path / "a.txt")
 
 
-def test_the_home_of_nobody_is_refused() -> None:
+def test_the_home_folder_of_an_unknown_user_is_rejected() -> None:
     assert expanded("~") == Path.home()
     with pytest.raises(InputError, match="home folder"):
         expanded("~no_such_user/x.yaml")

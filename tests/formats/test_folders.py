@@ -1,4 +1,4 @@
-"""Folders take their place in one step, and none is deleted before the new one is there."""
+"""Folders are replaced in one step: the old one is deleted only after the new one is in place."""
 
 from __future__ import annotations
 
@@ -13,39 +13,37 @@ from tactile_core.formats import folders
 from tactile_core.formats.folders import (
     FilesOf,
     fresh_folder,
-    led_to,
     make_folder,
     move_in,
     rename_new,
     replace_folder,
+    resolved,
 )
 
 
 def files_of(folder: Path) -> list[Path]:
-    """Every file may be replaced but one called 'mine'."""
+    """Return the files if none is called 'mine', which must not be replaced."""
     files = list(folder.iterdir()) if folder.is_dir() else []
     if folder / "mine" in files:
-        raise InputError(f"{folder} holds mine")
+        raise InputError(f"{folder} contains mine")
     return files
 
 
-def write(place: Path, text: str, asked: FilesOf = files_of) -> None:
+def write(place: Path, text: str, replaceable: FilesOf = files_of) -> None:
     with fresh_folder(place) as fresh:
         (fresh / "file").write_text(text)
-        replace_folder(fresh, place, asked)
+        replace_folder(fresh, place, replaceable)
 
 
 @pytest.fixture(params=["one step", "two renames"])
 def renames(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Both ways to replace a folder: with the system's help and without."""
+    """Both ways to replace a folder: with and without ``renameat2``."""
     if request.param == "two renames":
         monkeypatch.setattr(folders, "_renameat2", lambda: None)
     return str(request.param)
 
 
-def test_a_folder_comes_to_a_place_that_is_absent_empty_or_taken(
-    renames: str, tmp_path: Path
-) -> None:
+def test_a_folder_replaces_an_absent_empty_or_existing_folder(renames: str, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     for name in ("absent", "empty"):
         for text in ("one", "two"):
@@ -54,7 +52,7 @@ def test_a_folder_comes_to_a_place_that_is_absent_empty_or_taken(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["absent", "empty"]
 
 
-def test_what_may_not_be_replaced_stays(renames: str, tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_not_replaced(renames: str, tmp_path: Path) -> None:
     write(tmp_path / "a", "one")
     (tmp_path / "a" / "mine").write_text("mine")
     with pytest.raises(InputError):
@@ -63,7 +61,7 @@ def test_what_may_not_be_replaced_stays(renames: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [tmp_path / "a"]
 
 
-def test_when_the_new_folder_cannot_be_put_there_the_old_one_is_back(
+def test_the_old_folder_is_restored_when_the_new_one_cannot_be_moved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(folders, "_renameat2", lambda: None)
@@ -73,7 +71,7 @@ def test_when_the_new_folder_cannot_be_put_there_the_old_one_is_back(
     def failing(self: Path, target: Path) -> Path:
         if target == tmp_path / "a" and (self / "file").read_text() == "two" and len(refused) < 2:
             refused.append(self)
-            # at the first attempt it is still taken, as by any rename of a folder
+            # the first attempt finds the path occupied, as any rename of a folder does
             raise OSError(errno.EIO if len(refused) > 1 else errno.ENOTEMPTY, "no")
         return rename(self, target)
 
@@ -85,7 +83,7 @@ def test_when_the_new_folder_cannot_be_put_there_the_old_one_is_back(
     assert list(tmp_path.iterdir()) == [tmp_path / "a"]
 
 
-def test_when_it_cannot_be_put_back_either_it_is_kept_and_its_place_named(
+def test_an_old_folder_that_cannot_be_restored_is_kept_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(folders, "_renameat2", lambda: None)
@@ -98,14 +96,14 @@ def test_when_it_cannot_be_put_back_either_it_is_kept_and_its_place_named(
         return rename(self, target)
 
     monkeypatch.setattr(Path, "rename", failing)
-    with pytest.raises(OSError, match="could not be replaced; what was there is now") as raised:
+    with pytest.raises(OSError, match="could not be replaced; the old folder is now") as raised:
         write(tmp_path / "a", "two")
     kept = Path(str(raised.value.strerror).rpartition(" is now ")[2])
     assert (kept / "file").read_text() == "one"
     assert list(tmp_path.iterdir()) == [kept]
 
 
-def test_of_many_writers_at_once_one_stays_whole(tmp_path: Path) -> None:
+def test_concurrent_writers_leave_one_complete_folder(tmp_path: Path) -> None:
     place, errors = tmp_path / "a", []
 
     def writer(number: int) -> None:
@@ -125,7 +123,7 @@ def test_of_many_writers_at_once_one_stays_whole(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [place]
 
 
-def test_what_fails_leaves_neither_the_folder_nor_the_parents_made_for_it(tmp_path: Path) -> None:
+def test_a_failure_removes_the_folder_and_the_parents_created_for_it(tmp_path: Path) -> None:
     def fails() -> None:
         with fresh_folder(tmp_path / "a" / "b" / "c") as fresh:
             (fresh / "file").write_text("half")
@@ -136,20 +134,20 @@ def test_what_fails_leaves_neither_the_folder_nor_the_parents_made_for_it(tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_is_as_readable_as_the_umask_lets(tmp_path: Path) -> None:
+def test_a_folder_has_the_permissions_of_the_umask(tmp_path: Path) -> None:
     (tmp_path / "plain").mkdir()
     write(tmp_path / "a", "one")
     assert (tmp_path / "a").stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
-def test_a_place_below_a_file_is_refused(tmp_path: Path) -> None:
+def test_a_folder_below_a_file_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for folder in (tmp_path / "file", tmp_path / "file" / "a" / "b"):
         with pytest.raises(InputError, match=r"file is a file; name a folder"):
             make_folder(folder)
 
 
-def test_nothing_is_moved_over_what_is_there(renames: str, tmp_path: Path) -> None:
+def test_existing_files_and_folders_are_not_overwritten(renames: str, tmp_path: Path) -> None:
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "file").write_text(name)
@@ -166,7 +164,7 @@ def test_nothing_is_moved_over_what_is_there(renames: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("call", [1, 2, 3])
-def test_an_interruption_leaves_one_whole_folder_and_nothing_beside_it(
+def test_an_interruption_leaves_one_complete_folder_and_no_temporary_one(
     renames: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: int
 ) -> None:
     write(tmp_path / "a", "one")
@@ -178,7 +176,7 @@ def test_an_interruption_leaves_one_whole_folder_and_nothing_beside_it(
         if calls == call:
             raise KeyboardInterrupt
 
-    def asked(folder: Path) -> list[Path]:
+    def replaceable(folder: Path) -> list[Path]:
         interrupted()
         return files_of(folder)
 
@@ -190,18 +188,18 @@ def test_an_interruption_leaves_one_whole_folder_and_nothing_beside_it(
 
     monkeypatch.setattr(Path, "unlink", unlinked)
     with pytest.raises(KeyboardInterrupt):
-        write(tmp_path / "a", "two", asked)
+        write(tmp_path / "a", "two", replaceable)
     assert list(tmp_path.iterdir()) == [tmp_path / "a"]
     assert (tmp_path / "a" / "file").read_text() in ("one", "two")
 
 
-def test_a_link_leads_to_where_the_folder_is_or_will_be(tmp_path: Path) -> None:
+def test_a_link_is_resolved_even_if_its_target_does_not_exist(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("there")
-    assert led_to(tmp_path / "link") == tmp_path / "there"
+    assert resolved(tmp_path / "link") == tmp_path / "there"
 
 
-@pytest.mark.parametrize("name", ["circle", "circle/below"])
-def test_a_circle_of_links_leads_nowhere_and_is_refused(tmp_path: Path, name: str) -> None:
-    (tmp_path / "circle").symlink_to("circle")
-    with pytest.raises(InputError, match="circle of links"):
-        led_to(tmp_path / name)
+@pytest.mark.parametrize("name", ["loop", "loop/below"])
+def test_a_loop_of_links_is_rejected(tmp_path: Path, name: str) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(InputError, match="loop of links"):
+        resolved(tmp_path / name)

@@ -1,4 +1,4 @@
-"""Normals survive their picture."""
+"""Normals are written to a PNG and read back."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ SLOPES = arrays(np.float32, (4, 5), elements=st.floats(-20, 20, width=32))
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(SLOPES, SLOPES)
-def test_normals_come_back_to_two_hundred_thousandths(
-    tmp_path: Path, gx: np.ndarray, gy: np.ndarray
-) -> None:
+def test_normals_are_read_back_within_2e_5(tmp_path: Path, gx: np.ndarray, gy: np.ndarray) -> None:
     normals = Gradients(gx, gy, np.ones(gx.shape, bool), 0.1).normals
     write_normals(tmp_path / "n.png", normals)
     back = read_normals(tmp_path / "n.png")
@@ -30,7 +28,7 @@ def test_normals_come_back_to_two_hundred_thousandths(
     np.testing.assert_allclose(np.linalg.norm(back, axis=2), 1, atol=1e-6)
 
 
-def test_red_is_right_green_is_down_and_blue_faces_the_viewer(tmp_path: Path) -> None:
+def test_red_green_and_blue_are_x_y_and_z(tmp_path: Path) -> None:
     normals = np.eye(3, dtype=np.float32)[None]
     write_normals(tmp_path / "n.png", normals)
     stored = cv2.imread(str(tmp_path / "n.png"), cv2.IMREAD_UNCHANGED)[..., ::-1]
@@ -40,7 +38,7 @@ def test_red_is_right_green_is_down_and_blue_faces_the_viewer(tmp_path: Path) ->
     assert abs(int(stored.min()) - 32768) <= 1
 
 
-def test_other_pictures_are_no_normals(tmp_path: Path) -> None:
+def test_images_that_are_not_normals_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "n.png"
     cv2.imwrite(str(path), np.zeros((4, 4, 3), np.uint8))
     with pytest.raises(InputError, match="16-bit"):

@@ -1,4 +1,4 @@
-"""Arrays come back; what is no arrays is refused."""
+"""Arrays are read back unchanged; other content is rejected."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.npz import read_npz, write_npz
 
 
-def test_arrays_come_back_with_their_types(tmp_path: Path) -> None:
+def test_arrays_are_read_back_with_their_dtypes(tmp_path: Path) -> None:
     arrays = {
         "height_mm": np.arange(6, dtype=np.float32).reshape(2, 3),
         "contact": np.array([[True, False]]),
@@ -38,7 +38,7 @@ def refusal(path: Path) -> str:
     return str(caught.value)
 
 
-def test_corrupt_files_are_refused(tmp_path: Path) -> None:
+def test_corrupt_files_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     write_npz(path, {"a": np.arange(100), "b": np.ones(3)})
     data = path.read_bytes()
@@ -49,8 +49,8 @@ def test_corrupt_files_are_refused(tmp_path: Path) -> None:
     flipped[300] ^= 255
     path.write_bytes(flipped)
     refusal(path)
-    path.write_text("no archive")
-    assert "no .npz" in refusal(path)
+    path.write_text("not an archive")
+    assert "not an .npz" in refusal(path)
     refusal(tmp_path / "absent.npz")
 
 
@@ -61,7 +61,7 @@ def test_pickles_are_neither_read_nor_written(tmp_path: Path) -> None:
     path.write_bytes(pickle.dumps({"a": 1}))
     refusal(path)
     path.unlink()
-    with pytest.raises(ValueError, match="'a' holds Python objects"):
+    with pytest.raises(ValueError, match="'a' contains Python objects"):
         write_npz(path, {"a": np.array([None])})
     assert not list(tmp_path.iterdir())
 
@@ -80,20 +80,18 @@ def with_shape(shape: tuple[int, ...], data: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("shape", [(10**9,), (10**15, 10**9), (2**64,), (3,)])
-def test_an_array_is_not_given_more_memory_than_is_stored_of_it(
-    tmp_path: Path, shape: tuple[int, ...]
-) -> None:
+def test_an_array_larger_than_its_entry_is_rejected(tmp_path: Path, shape: tuple[int, ...]) -> None:
     assert "size" in refusal(zipped(tmp_path / "a.npz", with_shape(shape, bytes(16))))
 
 
-def test_an_archive_that_would_unpack_to_gigabytes_is_refused(tmp_path: Path) -> None:
+def test_an_archive_that_unpacks_to_gigabytes_is_rejected(tmp_path: Path) -> None:
     path = zipped(tmp_path / "a.npz", with_shape((1 << 28,), bytes(1 << 20)))
     data = bytearray(path.read_bytes())
-    place = data.rindex(b"PK\x01\x02") + 24  # the size that the directory says
-    data[place : place + 4] = (1 << 31).to_bytes(4, "little")
+    at = data.rindex(b"PK\x01\x02") + 24  # the uncompressed size in the archive's directory
+    data[at : at + 4] = (1 << 31).to_bytes(4, "little")
     path.write_bytes(data)
     assert "2.15 GB" in refusal(path)
 
 
-def test_a_terminal_s_orders_in_a_name_are_escaped(tmp_path: Path) -> None:
+def test_control_characters_in_an_array_name_are_escaped(tmp_path: Path) -> None:
     assert "\x1b" not in refusal(zipped(tmp_path / "a.npz", with_shape((9,), b""), "\x1b[31m.npy"))

@@ -1,4 +1,4 @@
-"""The mesh says what its header promises, in the sensor's frame."""
+"""A mesh matches its header and the sensor frame."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tactile_core.quantities import HeightMap
 
 
 def parse(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles, read by the header alone."""
+    """Read vertices and triangles as the header describes them."""
     header, body = path.read_bytes().split(b"end_header\n", 1)
     lines = header.decode("ascii").splitlines()
     assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
@@ -35,7 +35,7 @@ def points(height_mm: np.ndarray) -> np.ndarray:
     return HeightMap(height_mm, np.ones(height_mm.shape, bool), 0.5).points_mm
 
 
-def test_vertices_lie_where_the_gel_is(tmp_path: Path) -> None:
+def test_vertices_are_on_the_gel_surface(tmp_path: Path) -> None:
     height = np.random.default_rng(0).normal(size=(4, 6)).astype(np.float32)
     write_ply(tmp_path / "a.ply", points(height))
     vertices, _ = parse(tmp_path / "a.ply")
@@ -55,6 +55,6 @@ def test_triangles_cover_the_map_once_and_face_the_camera(tmp_path: Path) -> Non
     assert np.unique(faces).tolist() == list(range(24))
 
 
-def test_a_map_without_an_area_has_no_mesh(tmp_path: Path) -> None:
+def test_a_map_of_one_row_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="2 × 2"):
         write_ply(tmp_path / "a.ply", points(np.zeros((1, 6), np.float32)))

@@ -1,4 +1,4 @@
-"""Values in messages are short, on one line, and nothing that a terminal obeys."""
+"""Values in messages are short, on one line and free of control characters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactile_core.formats.printable import printable, shown
     ("value", "text"),
     [("fine", "'fine'"), (1.5, "1.5"), ([1, 2], "[1, 2]"), (None, "None"), ("mm²", "'mm²'")],
 )
-def test_a_plain_value_is_shown_as_python_writes_it(value: object, text: str) -> None:
+def test_a_short_value_is_shown_as_its_repr(value: object, text: str) -> None:
     assert shown(value) == text
 
 
@@ -27,12 +27,12 @@ def bomb(levels: int) -> list[object]:
     ["x" * 10**6, list(range(10**5)), bomb(30), 10**5000, {1: bomb(9)}],
     ids=["text", "list", "bomb", "number", "mapping"],
 )
-def test_a_large_value_is_shortened_without_being_written_out(value: object) -> None:
+def test_a_large_value_is_shortened_without_formatting_it_fully(value: object) -> None:
     assert len(shown(value)) <= 120
 
 
 @pytest.mark.parametrize("text", ["\x1b[31m", "a\nb", "\u2028", "\x85", "\udcff", "\x07", "\u202e"])
-def test_what_a_terminal_obeys_is_escaped(text: str) -> None:
+def test_control_characters_are_escaped(text: str) -> None:
     for safe in (printable(text), shown(text), shown([text]), shown({text: text})):
         assert safe.isprintable()
         assert "\\" in safe

@@ -1,4 +1,4 @@
-"""Quantities are made again from the arrays of one file, a stranger's too."""
+"""Quantities, including those of plugins, are restored from the arrays of one file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from tactile_core.quantities import (
 
 @dataclass(frozen=True, eq=False)
 class Temperature(Quantity):
-    """How warm the gel surface is."""
+    """Temperature of the gel surface."""
 
     kelvin: Annotated[Float32, FieldSpec("K", ("y", "x"))]
     std_kelvin: Annotated[Float32 | None, FieldSpec("K", ("y", "x"), std_of="kelvin")]
@@ -50,7 +50,7 @@ class Temperature(Quantity):
 
 def temperature(**changed: Any) -> Temperature:
     plane = np.linspace(290, 300, 48, dtype=np.float32).reshape(SHAPE)
-    said: dict[str, Any] = {
+    values: dict[str, Any] = {
         "kelvin": plane,
         "std_kelvin": plane / 100,
         "valid": plane > 292,
@@ -60,14 +60,14 @@ def temperature(**changed: Any) -> Temperature:
         "mode": "fast",
         "notes": ("warm", "dry"),
     }
-    return Temperature(**{**said, **changed})
+    return Temperature(**{**values, **changed})
 
 
-def assert_same(found: Quantity, given_: Quantity) -> None:
-    assert type(found) is type(given_)
-    for field in fields(given_):
-        np.testing.assert_array_equal(getattr(found, field.name), getattr(given_, field.name))
-        assert type(getattr(found, field.name)) is type(getattr(given_, field.name))
+def assert_same(restored: Quantity, original: Quantity) -> None:
+    assert type(restored) is type(original)
+    for field in fields(original):
+        np.testing.assert_array_equal(getattr(restored, field.name), getattr(original, field.name))
+        assert type(getattr(restored, field.name)) is type(getattr(original, field.name))
 
 
 def through_arrays(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
@@ -90,7 +90,7 @@ def through_arrays(*quantities: Quantity) -> dict[type[Quantity], Quantity]:
     ],
     ids=lambda quantity: type(quantity).__name__,
 )
-def test_a_quantity_is_made_again_from_its_arrays(quantity: Quantity) -> None:
+def test_a_quantity_is_restored_from_its_arrays(quantity: Quantity) -> None:
     assert_same(through_arrays(quantity)[type(quantity)], quantity)
 
 
@@ -100,23 +100,23 @@ def test_a_quantity_is_made_again_from_its_arrays(quantity: Quantity) -> None:
     rotation=st.none() | st.floats(-90, 90),
     onset=st.none() | st.floats(0, 1e6),
 )
-def test_what_is_not_known_stays_unknown(
+def test_unknown_values_stay_unknown(
     degree: float, entropy: float | None, rotation: float | None, onset: float | None
 ) -> None:
     slip = SlipState("stick", degree, None, entropy, rotation, onset)
     assert_same(through_arrays(slip)[SlipState], slip)
 
 
-def test_all_of_a_reading_s_quantities_come_back_from_one_file(tmp_path: Path) -> None:
-    given_ = [slopes(), height(), contact(), markers(), shear(), temperature()]
-    write_npz(tmp_path / "a.npz", arrays_of(given_, mm_per_px=0.1))
-    found = read_quantities(tmp_path / "a.npz", *map(type, given_), SlipState)
-    assert set(found) == set(map(type, given_))  # and no slip, which nobody measured
-    for quantity in given_:
-        assert_same(found[type(quantity)], quantity)
+def test_all_quantities_of_a_reading_are_restored_from_one_file(tmp_path: Path) -> None:
+    originals = [slopes(), height(), contact(), markers(), shear(), temperature()]
+    write_npz(tmp_path / "a.npz", arrays_of(originals, mm_per_px=0.1))
+    restored = read_quantities(tmp_path / "a.npz", *map(type, originals), SlipState)
+    assert set(restored) == set(map(type, originals))  # without slip, which was not measured
+    for quantity in originals:
+        assert_same(restored[type(quantity)], quantity)
 
 
-def test_the_file_says_unit_axes_and_type_of_each_field() -> None:
+def test_the_file_describes_unit_axes_and_dtype_of_each_field() -> None:
     arrays = arrays_of([temperature()], mm_per_px=0.1)
     described = json.loads(arrays[DESCRIPTION].tobytes())["Temperature"]["fields"]
     assert described["kelvin"] == {
@@ -131,7 +131,7 @@ def test_the_file_says_unit_axes_and_type_of_each_field() -> None:
 
 @dataclass(frozen=True, eq=False)
 class Rival(Quantity):
-    """A stranger's quantity that uses one of our names, and one of its own."""
+    """A plugin's quantity that uses an array name of the core, and one of its own."""
 
     height: Annotated[float, FieldSpec("m", saved_as="height_mm")] = 7.0
 
@@ -139,7 +139,7 @@ class Rival(Quantity):
         return {**super().arrays(), "peak": np.array(1)}
 
 
-def test_arrays_of_one_name_are_reported_apart_by_their_type() -> None:
+def test_different_arrays_with_the_same_name_are_prefixed_with_their_type() -> None:
     rival = Rival(8.0)
     arrays = arrays_of([height(), rival], mm_per_px=0.1)
     assert arrays["height_mm"].shape == SHAPE
@@ -148,21 +148,22 @@ def test_arrays_of_one_name_are_reported_apart_by_their_type() -> None:
     assert_same(quantities_in(arrays, Rival)[Rival], rival)
 
 
-def test_there_is_always_a_scale_and_a_validity_where_one_is_known() -> None:
+def test_scale_is_always_saved_and_validity_if_known() -> None:
     assert arrays_of([], mm_per_px=0.25)["mm_per_px"] == 0.25
     assert arrays_of([slopes()], mm_per_px=0.1)["valid"].all()
 
 
 @dataclass(frozen=True, eq=False)
-class Odd(Quantity):
-    """A quantity with a field that no array can hold."""
+class Invalid(Quantity):
+    """A quantity with a field that cannot be an array."""
 
     table: Mapping[str, int]
 
 
-def test_what_no_array_can_hold_is_refused_by_name() -> None:
-    with pytest.raises(TypeError, match=r"Odd\.table is a dict, which no array can hold; annotate"):
-        arrays_of([Odd({"a": 1})], mm_per_px=0.1)
+def test_a_field_that_is_not_an_array_is_rejected_by_name() -> None:
+    refused = r"Invalid\.table is a dict, which no array can hold; annotate"
+    with pytest.raises(TypeError, match=refused):
+        arrays_of([Invalid({"a": 1})], mm_per_px=0.1)
 
 
 @pytest.mark.parametrize(
@@ -175,6 +176,6 @@ def test_what_no_array_can_hold_is_refused_by_name() -> None:
         {DESCRIPTION: np.frombuffer(b'{"HeightMap": 3}', np.uint8)},
     ],
 )
-def test_arrays_of_something_else_are_refused(arrays: dict[str, np.ndarray]) -> None:
+def test_arrays_without_a_valid_description_are_rejected(arrays: dict[str, np.ndarray]) -> None:
     with pytest.raises(InputError, match=r"not the arrays of a reading|no array 'height_mm'"):
         quantities_in(arrays, type(height()))

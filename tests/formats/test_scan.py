@@ -1,4 +1,4 @@
-"""scan.yaml: read as benches write it, and written so that it reads the same."""
+"""Reading of ``scan.yaml``, including files of the manufacturer's software."""
 
 from __future__ import annotations
 
@@ -73,13 +73,13 @@ def test_a_round_trip_is_exact(
     assert read_scan(tmp_path / "scan.yaml") == scan
 
 
-def test_zero_means_unknown(tmp_path: Path) -> None:
+def test_zero_scale_and_crop_mean_unknown(tmp_path: Path) -> None:
     scan = scan_of(tmp_path, "images: [a.png]\nmmperpixel: 0\ncrop: [0, 0, 0, 0]\n")
     assert (scan.mm_per_px, scan.crop) == (None, None)
     assert scan_of(tmp_path, "images: [a.png]\n") == Scan(("a.png",))
 
 
-def test_backslashes_and_windows_line_ends_are_understood(tmp_path: Path) -> None:
+def test_backslashes_and_windows_line_endings_are_accepted(tmp_path: Path) -> None:
     text = "\ufeffimages:\r\n  - sub\\a.png\r\ncalib: ..\\model.yaml\r\ncrop: [1, 2, 3, 4]\r\n"
     path = tmp_path / "scan.yaml"
     path.write_bytes(text.encode())
@@ -88,7 +88,7 @@ def test_backslashes_and_windows_line_ends_are_understood(tmp_path: Path) -> Non
     assert scan.crop == (1, 2, 3, 4)
 
 
-def test_what_is_no_scan_is_refused(tmp_path: Path) -> None:
+def test_files_that_are_not_scans_are_rejected(tmp_path: Path) -> None:
     assert "'images'" in refusal(tmp_path, "guid: x\n")
     assert "'images'" in refusal(tmp_path, "images: []\n")
     assert "mapping" in refusal(tmp_path, "- a\n- b\n")
@@ -98,13 +98,13 @@ def test_what_is_no_scan_is_refused(tmp_path: Path) -> None:
     assert "number" in refusal(tmp_path, "images: [a.png]\nmmperpixel: .nan\n")
     assert "crop" in refusal(tmp_path, "images: [a.png]\ncrop: [1, 2, 3]\n")
     assert "empty" in refusal(tmp_path, "images: [a.png]\ncrop: [1, 2, 0, 4]\n")
-    assert "YAML" in refusal(tmp_path, "images: [*nobody]\n")
+    assert "YAML" in refusal(tmp_path, "images: [*undefined]\n")
     assert "YAML" in refusal(tmp_path, "[" * 1200)
     with pytest.raises(InputError, match="no such file"):
         read_scan(tmp_path / "absent.yaml")
 
 
-def test_binary_rubbish_is_refused(tmp_path: Path) -> None:
+def test_a_binary_file_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "scan.yaml"
     path.write_bytes(bytes(range(128, 256)))
     with pytest.raises(InputError, match="UTF-8"):
@@ -119,47 +119,47 @@ BOMB += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 30)
     "last",
     ["images: [a.png]", "images: *a29", "images: [a.png]\ncrop: *a29", "guid: *a29"],
 )
-def test_an_alias_bomb_is_refused_before_it_grows(tmp_path: Path, last: str) -> None:
+def test_an_alias_bomb_is_rejected_before_expansion(tmp_path: Path, last: str) -> None:
     assert "aliases" in refusal(tmp_path, "\n".join([*BOMB, last]))
 
 
-def test_a_list_that_holds_itself_is_refused(tmp_path: Path) -> None:
+def test_a_list_that_contains_itself_is_rejected(tmp_path: Path) -> None:
     assert "aliases" in refusal(tmp_path, "images: [a.png]\ncrop: &a [1, 2, 3, *a]\n")
 
 
-def test_a_bomb_of_merge_keys_is_refused_before_it_grows(tmp_path: Path) -> None:
+def test_a_bomb_of_merge_keys_is_rejected_before_expansion(tmp_path: Path) -> None:
     lines = ["a0: &a0 {x: 1, y: 2}"]
     lines += [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 9)]
     assert "aliases" in refusal(tmp_path, "\n".join(["images: [a.png]", *lines]))
 
 
-def test_an_alias_that_stays_small_is_understood(tmp_path: Path) -> None:
+def test_a_small_alias_is_expanded(tmp_path: Path) -> None:
     assert scan_of(tmp_path, "mine: &m [a.png, b.png]\nimages: *m\n").images == ("a.png", "b.png")
 
 
 @pytest.mark.parametrize(
     "image", ["../../x.png", "sub/../../x.png", "/etc/x.png", "..\\x.png", "C:\\x.png", "//h/x.png"]
 )
-def test_an_image_outside_the_scan_s_folder_is_refused(tmp_path: Path, image: str) -> None:
-    assert "leads out" in refusal(tmp_path, f"images: [a.png, '{image}']\n")
+def test_an_image_outside_the_scan_folder_is_rejected(tmp_path: Path, image: str) -> None:
+    assert "is outside it" in refusal(tmp_path, f"images: [a.png, '{image}']\n")
 
 
 @pytest.mark.parametrize("scale", [".inf", "1e-300", "1e300", f"{10**400}", "-0.1"])
-def test_a_scale_that_no_pixel_has_is_refused(tmp_path: Path, scale: str) -> None:
+def test_an_impossible_scale_is_rejected(tmp_path: Path, scale: str) -> None:
     assert "mmperpixel" in refusal(tmp_path, f"images: [a.png]\nmmperpixel: {scale}\n")
 
 
-def test_a_long_value_is_shortened_and_what_a_terminal_obeys_is_escaped(tmp_path: Path) -> None:
-    said = refusal(tmp_path, f'images: [a.png]\ncrop: "\\e[31m{"x" * 9000}"\n')
-    assert "\x1b" not in said
-    assert len(said) < 300 + len(str(tmp_path))
+def test_a_long_value_is_shortened_and_escaped(tmp_path: Path) -> None:
+    message = refusal(tmp_path, f'images: [a.png]\ncrop: "\\e[31m{"x" * 9000}"\n')
+    assert "\x1b" not in message
+    assert len(message) < 300 + len(str(tmp_path))
 
 
-def test_a_file_that_is_too_large_is_refused_unread(tmp_path: Path) -> None:
+def test_an_oversized_scan_is_rejected_before_parsing(tmp_path: Path) -> None:
     assert "too large" in refusal(tmp_path, "images: [a.png]\n" + "#" * 1_000_001)
 
 
-def test_real_scans_are_read(recordings: Path) -> None:
+def test_recorded_scans_are_read(recordings: Path) -> None:
     groove = read_scan(recordings / "six_led/groove/scan.yaml")
     assert groove.images == tuple(f"image0{i}.png" for i in range(1, 7))
     assert groove.mm_per_px == pytest.approx(0.0274581, abs=1e-7)

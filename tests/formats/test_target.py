@@ -1,4 +1,4 @@
-"""Grids of balls: radius, circle centres and the scale that the pitch tells."""
+"""Grids of balls: radius, circle centres and the scale from the pitch."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def refusal(tmp_path: Path, text: str) -> str:
     return str(caught.value)
 
 
-def test_circles_are_read_and_other_shapes_are_not(tmp_path: Path) -> None:
+def test_circles_are_read_and_other_shapes_ignored(tmp_path: Path) -> None:
     grid = grid_of(tmp_path, GRID)
     assert grid.radius_mm == 0.25
     assert grid.centres_px.tolist() == [[10, 20.5], [60, 20.5], [10, 70.5]]
     assert grid.mm_per_px == pytest.approx(1 / 50)
 
 
-def test_a_binned_image_halves_the_coordinates_about_the_pixel_centres(tmp_path: Path) -> None:
+def test_binning_halves_coordinates_relative_to_pixel_centres(tmp_path: Path) -> None:
     grid = grid_of(tmp_path, GRID)
     half = grid.at_scale(2 / 50)
     np.testing.assert_allclose(half.centres_px, (grid.centres_px - 0.5) / 2)
@@ -50,17 +50,17 @@ def test_a_binned_image_halves_the_coordinates_about_the_pixel_centres(tmp_path:
     assert half.radius_mm == grid.radius_mm
 
 
-def test_a_scale_that_is_slightly_off_changes_nothing(tmp_path: Path) -> None:
+def test_a_small_difference_in_scale_changes_nothing(tmp_path: Path) -> None:
     grid = grid_of(tmp_path, GRID)
     assert grid.at_scale(1.02 / 50) is grid
 
 
-def test_a_scale_that_no_binning_explains_is_refused(tmp_path: Path) -> None:
+def test_a_scale_that_matches_no_binning_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"drawn at 0\.02 mm per pixel"):
         grid_of(tmp_path, GRID).at_scale(1.4 / 50)
 
 
-def test_what_is_no_target_is_refused(tmp_path: Path) -> None:
+def test_files_that_are_not_targets_are_rejected(tmp_path: Path) -> None:
     assert "radius" in refusal(tmp_path, GRID.replace("radius: 0.25", ""))
     assert "radius" in refusal(tmp_path, GRID.replace("radius: 0.25", "radius: 0"))
     assert "circles" in refusal(tmp_path, "radius: 0.25\n")
@@ -68,7 +68,7 @@ def test_what_is_no_target_is_refused(tmp_path: Path) -> None:
     assert "number" in refusal(tmp_path, "radius: 1\nshapes: [{type: GridCircle, x: a, y: 1}]\n")
 
 
-def test_a_real_target_file_is_read(recordings: Path) -> None:
+def test_a_recorded_target_is_read(recordings: Path) -> None:
     grid = read_target(recordings / "six_led/ball_grid/BGA-001/bgatarget.yaml")
     assert grid.radius_mm == 0.2465
     assert len(grid.centres_px) > 50
@@ -77,7 +77,7 @@ def test_a_real_target_file_is_read(recordings: Path) -> None:
     np.testing.assert_allclose(half.centres_px, (grid.centres_px - 0.5) / 2)
 
 
-def test_a_real_scan_with_drawn_circles_is_a_target_too(recordings: Path) -> None:
+def test_a_scan_with_drawn_circles_is_read_as_a_target(recordings: Path) -> None:
     grid = read_target(recordings / "three_colour/finger_ball_grid/scan001/scan.yaml")
     assert grid.radius_mm == 1.5875
     assert grid.centres_px.shape == (23, 2)
@@ -86,7 +86,7 @@ def test_a_real_scan_with_drawn_circles_is_a_target_too(recordings: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("was", "now", "words"),
+    ("old", "new", "words"),
     [
         ("radius: 0.25", "radius: .inf", "radius"),
         ("radius: 0.25", "radius: 1e9", "radius"),
@@ -96,18 +96,16 @@ def test_a_real_scan_with_drawn_circles_is_a_target_too(recordings: Path) -> Non
         ("x: 60", "x: .nan", "x must be"),
     ],
 )
-def test_numbers_that_nothing_has_are_refused(
-    tmp_path: Path, was: str, now: str, words: str
-) -> None:
-    assert words in refusal(tmp_path, GRID.replace(was, now))
+def test_impossible_numbers_are_rejected(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert words in refusal(tmp_path, GRID.replace(old, new))
 
 
-def test_more_circles_than_any_target_has_are_refused(tmp_path: Path) -> None:
+def test_too_many_circles_are_rejected(tmp_path: Path) -> None:
     circles = ",".join(["{x: 1, y: 1}"] * 10_001)
     assert "10001 circles" in refusal(tmp_path, f"radius: 0.25\nshapes: [{circles}]\n")
 
 
 @pytest.mark.parametrize("mm_per_px", [0.0, -0.02, 5e-324, 1e300, float("nan"), float("inf")])
-def test_a_scale_that_no_image_has_fits_no_target(tmp_path: Path, mm_per_px: float) -> None:
+def test_an_impossible_image_scale_is_rejected(tmp_path: Path, mm_per_px: float) -> None:
     with pytest.raises(InputError, match="drawn at"):
         grid_of(tmp_path, GRID).at_scale(mm_per_px)

@@ -1,4 +1,4 @@
-"""TMD height maps come back as they were written, and broken ones are refused."""
+"""TMD height maps are read back as written, and invalid ones are rejected."""
 
 from __future__ import annotations
 
@@ -58,40 +58,40 @@ def refusal(tmp_path: Path, content: bytes) -> str:
     return message
 
 
-def test_every_truncation_is_refused(tmp_path: Path, good: bytes) -> None:
+def test_every_truncation_is_rejected(tmp_path: Path, good: bytes) -> None:
     for length in range(len(good)):
         refusal(tmp_path, good[:length])
-    assert "promises 4 × 3 heights and holds 11" in refusal(tmp_path, good[:-1])
+    assert "4 × 3 heights, but it contains 11" in refusal(tmp_path, good[:-1])
 
 
-def test_an_oversized_header_is_refused_without_trying(tmp_path: Path, good: bytes) -> None:
+def test_an_oversized_header_is_rejected_without_allocation(tmp_path: Path, good: bytes) -> None:
     at = good.index(b"words\0") + 6
     sizes = struct.pack("<II", 0xFFFFFFFF, 0xFFFFFFFF)
-    assert "promises" in refusal(tmp_path, good[:at] + sizes + good[at + 8 :])
+    assert "its header gives" in refusal(tmp_path, good[:at] + sizes + good[at + 8 :])
 
 
-def test_more_heights_than_promised_are_refused(tmp_path: Path, good: bytes) -> None:
-    assert "promises 4 × 3 heights and holds 13" in refusal(tmp_path, good + bytes(4))
+def test_more_heights_than_in_the_header_are_rejected(tmp_path: Path, good: bytes) -> None:
+    assert "4 × 3 heights, but it contains 13" in refusal(tmp_path, good + bytes(4))
 
 
-def test_a_header_that_contradicts_itself_is_refused(tmp_path: Path, good: bytes) -> None:
+def test_an_inconsistent_header_is_rejected(tmp_path: Path, good: bytes) -> None:
     at = good.index(b"words\0") + 6
     empty = good[:at] + struct.pack("<II", 0, 0) + good[at + 8 :]
     assert "corrupt" in refusal(tmp_path, empty)
     lengths = struct.pack("<ff", float("nan"), 1.0)
     assert "corrupt" in refusal(tmp_path, good[: at + 8] + lengths + good[at + 16 :])
-    oblong = struct.pack("<ff", 0.4, 0.6)
-    assert "oblong" in refusal(tmp_path, good[: at + 8] + oblong + good[at + 16 :])
+    lengths = struct.pack("<ff", 0.4, 0.6)
+    assert "non-square" in refusal(tmp_path, good[: at + 8] + lengths + good[at + 16 :])
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
-    assert "no TMD" in refusal(tmp_path, b"")
-    assert "no TMD" in refusal(tmp_path, b"\x89PNG and so on, long enough for a header at least")
+def test_other_files_are_rejected(tmp_path: Path) -> None:
+    assert "not a TMD" in refusal(tmp_path, b"")
+    assert "not a TMD" in refusal(tmp_path, b"\x89PNG and so on, long enough for a header at least")
     with pytest.raises(InputError, match="no such file"):
         read_tmd(tmp_path / "absent.tmd")
 
 
-def test_what_the_format_cannot_tell_is_not_written(tmp_path: Path) -> None:
+def test_values_that_the_format_cannot_represent_are_not_written(tmp_path: Path) -> None:
     flat = np.zeros((2, 2), np.float32)
     with pytest.raises(ValueError, match="NUL"):
         write_tmd(tmp_path / "a.tmd", flat, 0.1, comment="a\0b")
@@ -103,7 +103,7 @@ def test_what_the_format_cannot_tell_is_not_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mm_per_px", [1e300, float("inf"), pytest.param(10**400, id="huge")])
-def test_a_scale_beyond_what_the_format_can_tell_is_refused(
+def test_a_scale_that_the_format_cannot_represent_is_rejected(
     tmp_path: Path, mm_per_px: float
 ) -> None:
     with pytest.raises(ValueError, match="mm_per_px"):
@@ -111,7 +111,7 @@ def test_a_scale_beyond_what_the_format_can_tell_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_maker_s_own_file_is_read_and_written_back_byte_by_byte(
+def test_a_file_of_the_manufacturer_is_rewritten_byte_for_byte(
     recordings: Path, tmp_path: Path
 ) -> None:
     path = recordings / "six_led" / "groove" / "heightmap.tmd"

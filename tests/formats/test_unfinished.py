@@ -1,4 +1,4 @@
-"""What a killed process left is removed; what may be anybody else's is not."""
+"""Leftovers of killed processes are removed; files of other owners are not."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.formats.unfinished import beside, remove_leftovers, replaced
+from tactile_core.formats.unfinished import remove_leftovers, replaced, temporary_path
 
 LEAVES = """
 import sys
 from pathlib import Path
-from tactile_core.formats.unfinished import beside
+from tactile_core.formats.unfinished import temporary_path
 folder = Path(sys.argv[1])
-beside(folder / "a.npz").write_text("half")
-beside(folder / ("long" * 60)).write_text("half")
-beside(folder / "b").mkdir()
-beside(folder / "b", "old").mkdir()
+temporary_path(folder / "a.npz").write_text("half")
+temporary_path(folder / ("long" * 60)).write_text("half")
+temporary_path(folder / "b").mkdir()
+temporary_path(folder / "b", "old").mkdir()
 """
 
 
 @pytest.fixture
 def left(tmp_path: Path) -> Path:
-    """A folder with what a process that has ended did not finish."""
+    """A folder with the unfinished files of a process that has ended."""
     subprocess.run([sys.executable, "-c", LEAVES, str(tmp_path)], check=True)
     return tmp_path
 
 
-def test_only_what_has_never_been_at_its_place_is_removed(left: Path) -> None:
+def test_only_new_leftovers_are_removed(left: Path) -> None:
     assert len(list(left.iterdir())) == 4
     remove_leftovers(left)
     (old,) = left.iterdir()
@@ -37,8 +37,8 @@ def test_only_what_has_never_been_at_its_place_is_removed(left: Path) -> None:
     assert replaced(left / "c") == []
 
 
-def test_what_runs_elsewhere_or_still_is_left_alone(left: Path) -> None:
-    mine = beside(left / "mine")
+def test_names_of_running_or_remote_processes_are_kept(left: Path) -> None:
+    mine = temporary_path(left / "mine")
     name = next(path.name for path in left.iterdir() if path.name.startswith(".a.npz"))
     here = name.partition(".tactile-")[2][:8]
     others = [
@@ -55,7 +55,7 @@ def test_what_runs_elsewhere_or_still_is_left_alone(left: Path) -> None:
     assert not (left / name).exists()
 
 
-def test_a_link_is_removed_and_not_what_it_leads_to(left: Path, tmp_path: Path) -> None:
+def test_a_link_is_removed_but_not_its_target(left: Path, tmp_path: Path) -> None:
     folder = next(
         path for path in left.iterdir() if path.name.startswith(".b.") and "new" in path.name
     )

@@ -1,4 +1,4 @@
-"""Videos give their frames with the times that the file carries."""
+"""Frames of videos and their timestamps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tactile_core.formats.video import open_video
 
 @pytest.fixture
 def video(tmp_path: Path) -> Path:
-    """Five red frames of rising brightness at 20 Hz."""
+    """Five red frames of increasing brightness at 20 Hz."""
     path = tmp_path / "clip.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (32, 16))
     for i in range(5):
@@ -28,7 +28,7 @@ def video(tmp_path: Path) -> Path:
     return path
 
 
-def test_frames_come_in_order_with_red_first(video: Path) -> None:
+def test_frames_are_in_order_and_rgb(video: Path) -> None:
     frames = list(open_video(video).frames())
     assert len(frames) == 5
     for i, (pixels, _) in enumerate(frames):
@@ -38,7 +38,7 @@ def test_frames_come_in_order_with_red_first(video: Path) -> None:
         assert max(green, blue) < 8
 
 
-def test_times_are_the_file_s_own(video: Path) -> None:
+def test_timestamps_are_those_of_the_file(video: Path) -> None:
     times = [time_s for _, time_s in open_video(video).frames()]
     np.testing.assert_allclose(times, np.arange(5) / 20, atol=1e-3)
 
@@ -48,16 +48,16 @@ def test_a_video_can_be_read_twice(video: Path) -> None:
     assert len(list(opened.frames())) == len(list(opened.frames()))
 
 
-def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
+def test_files_that_are_not_videos_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "fake.avi"
-    path.write_text("no video")
-    with pytest.raises(InputError, match="no video"):
+    path.write_text("not a video")
+    with pytest.raises(InputError, match="not a readable video"):
         open_video(path)
     with pytest.raises(InputError, match="no such file"):
         open_video(tmp_path / "absent.avi")
 
 
-def test_a_real_video_is_read(recordings: Path) -> None:
+def test_a_recorded_video_is_read(recordings: Path) -> None:
     video = open_video(recordings / "markers" / "irregular_markers.avi")
     assert (video.kind.width_px, video.kind.height_px) == (960, 720)
     pixels, time_s = next(video.frames())
@@ -65,36 +65,36 @@ def test_a_real_video_is_read(recordings: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["http:v.avi", "file:v.avi", "v%03d.avi", "-i.avi", "ü.avi"])
-def test_a_name_is_a_file_s_name_and_nothing_else(
+def test_a_name_is_never_taken_for_a_url_or_a_pattern(
     video: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     video.rename(video.parent / name)
     monkeypatch.chdir(video.parent)
-    asked = []
+    calls = []
     capture = cv2.VideoCapture
-    monkeypatch.setattr(cv2, "VideoCapture", lambda *how: asked.append(how) or capture(*how))
+    monkeypatch.setattr(cv2, "VideoCapture", lambda *args: calls.append(args) or capture(*args))
     assert len(list(open_video(Path(name)).frames())) == 5
-    # no protocol begins with a slash, and FFmpeg takes no other files for a pattern of videos
-    assert set(asked) == {(str(video.parent / name), cv2.CAP_FFMPEG)}
+    # an absolute path cannot be a URL, and FFmpeg does not expand patterns in it
+    assert set(calls) == {(str(video.parent / name), cv2.CAP_FFMPEG)}
 
 
-def test_a_pattern_does_not_gather_other_files(video: Path) -> None:
+def test_a_pattern_does_not_match_other_files(video: Path) -> None:
     pattern = video.parent / "v%d.avi"
     video.rename(video.parent / "v0.avi")
     with pytest.raises(InputError, match="no such file"):
         open_video(pattern)
-    pattern.write_text("no video")
-    with pytest.raises(InputError, match="no video"):
+    pattern.write_text("not a video")
+    with pytest.raises(InputError, match="not a readable video"):
         open_video(pattern)
 
 
-def test_a_name_that_opencv_cannot_take_is_refused(video: Path) -> None:
-    odd = video.rename(os.fsdecode(bytes(video.parent) + b"/\xff.avi"))
+def test_a_name_that_is_not_utf8_is_rejected(video: Path) -> None:
+    renamed = video.rename(os.fsdecode(bytes(video.parent) + b"/\xff.avi"))
     with pytest.raises(InputError, match="rename"):
-        open_video(odd)
+        open_video(renamed)
 
 
-def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
+def test_pipes_devices_and_folders_are_rejected(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.avi")
     for endless in (tmp_path / "pipe.avi", Path("/dev/zero")):
         with pytest.raises(InputError, match="pipe or a device"):
@@ -103,7 +103,7 @@ def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
         open_video(tmp_path)
 
 
-def test_an_empty_and_a_torn_video_are_refused_or_end_early(video: Path) -> None:
+def test_empty_and_truncated_videos_are_rejected_or_end_early(video: Path) -> None:
     data = video.read_bytes()
     for length in range(0, len(data), len(data) // 12):
         video.write_bytes(data[:length])
@@ -111,9 +111,9 @@ def test_an_empty_and_a_torn_video_are_refused_or_end_early(video: Path) -> None
             assert 0 < len(list(open_video(video).frames())) <= 5
 
 
-def test_frames_beyond_the_limit_are_refused_before_one_is_decoded(
+def test_oversized_frames_are_rejected_before_decoding(
     video: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(formats_video, "MOST_PIXELS", 32 * 16 - 1)
+    monkeypatch.setattr(formats_video, "MAX_PIXELS", 32 * 16 - 1)
     with pytest.raises(InputError, match="32 × 16 pixels"):
         open_video(video)

@@ -1,4 +1,4 @@
-"""A camera is armed before it is read, and a device is opened once."""
+"""Arming of cameras, and exclusive opening by serial number."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactile_core.quantities import Image
 
 
 class Webcam(Camera):
-    """A camera with a serial number, which it may know only when it is open."""
+    """A camera whose serial number can be unknown until it is open."""
 
     def __init__(self, serial: str = "", *, named: bool = True) -> None:
         super().__init__(Options())
@@ -39,25 +39,25 @@ class Webcam(Camera):
 PLAIN = Exposure({"left": 1.0}, ("left",))
 
 
-def test_a_plain_camera_leaves_the_lights_to_the_software() -> None:
+def test_the_default_trigger_is_software() -> None:
     with Webcam() as camera:
         assert camera.arm([PLAIN, PLAIN]) is Trigger.SOFTWARE
 
 
-@pytest.mark.parametrize("wish", [{"exposure_time_s": 0.01}, {"gain": 2.0}])
-def test_a_plain_camera_refuses_what_it_would_not_do(wish: dict[str, Any]) -> None:
-    exposures = [PLAIN, Exposure({"right": 1.0}, ("right",), **wish)]
+@pytest.mark.parametrize("setting", [{"exposure_time_s": 0.01}, {"gain": 2.0}])
+def test_a_camera_without_settings_rejects_exposure_and_gain(setting: dict[str, Any]) -> None:
+    exposures = [PLAIN, Exposure({"right": 1.0}, ("right",), **setting)]
     with Webcam() as camera, pytest.raises(DeviceError, match="Webcam cannot change its exposure"):
         camera.arm(exposures)
 
 
-def test_a_closed_camera_is_not_armed() -> None:
+def test_a_closed_camera_cannot_be_armed() -> None:
     with pytest.raises(DeviceError, match="closed"):
         Webcam().arm([PLAIN])
 
 
 @pytest.mark.parametrize("named", [True, False], ids=["known before", "known when open"])
-def test_two_cameras_of_one_serial_are_refused_and_the_first_stays_open(named: bool) -> None:
+def test_opening_a_serial_twice_fails_and_the_first_stays_open(named: bool) -> None:
     with Webcam("0007") as first:
         second = Webcam("0007", named=named)
         with pytest.raises(DeviceBusy, match="'0007' is already open in this process, by another"):
@@ -67,19 +67,19 @@ def test_two_cameras_of_one_serial_are_refused_and_the_first_stays_open(named: b
         assert second.opened == second.closed == (0 if named else 1)
 
 
-def test_a_device_is_free_again_when_its_camera_is_closed_or_forgotten() -> None:
+def test_a_device_is_released_on_close_or_garbage_collection() -> None:
     first = Webcam("0007").open()
     first.open()
     first.close()
     with Webcam("0007"), Webcam("0008"):
         pass
-    forgotten = Webcam("0009").open()
-    del forgotten
+    abandoned = Webcam("0009").open()
+    del abandoned
     gc.collect()
     with Webcam("0009"):
         pass
 
 
-def test_cameras_that_cannot_be_named_apart_are_not_refused() -> None:
+def test_cameras_without_a_serial_can_be_open_together() -> None:
     with Webcam(), Webcam() as second:
         assert second.is_open

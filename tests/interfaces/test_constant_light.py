@@ -1,4 +1,4 @@
-"""Lights that always shine."""
+"""Constant illumination: lights that are always on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.optics import LightBuild
 
 
-def test_one_exposure_shows_every_channel_with_every_light_on() -> None:
+def test_one_exposure_has_every_channel_with_every_light_on() -> None:
     lights = (
         ConstantLightOptions(name="top", azimuth_deg=-90, elevation_deg=20),
         ConstantLightOptions(name="white", azimuth_deg=0, elevation_deg=60),
@@ -31,18 +31,18 @@ def test_a_grey_camera_has_one_channel() -> None:
 
 
 @pytest.mark.parametrize("channels", [(), ("a", "b"), ("a", "b", "c", "d"), ("a", "a", "b")])
-def test_channels_that_no_image_has_are_refused(channels: tuple[str, ...]) -> None:
+def test_invalid_channels_are_rejected(channels: tuple[str, ...]) -> None:
     with pytest.raises(ValidationError, match=r"1 channel .grey. or 3 different channels"):
         ConstantOptions(channels=channels)
 
 
-def test_two_lights_of_one_name_are_refused() -> None:
+def test_two_lights_with_the_same_name_are_rejected() -> None:
     light = ConstantLightOptions(name="red", azimuth_deg=0, elevation_deg=10)
     with pytest.raises(ValidationError, match="the same name"):
         ConstantOptions(lights=(light, light))
 
 
-def test_lights_stand_where_the_profile_says_and_are_built_as_it_says() -> None:
+def test_lights_have_the_direction_and_build_of_the_profile() -> None:
     options = ConstantOptions.model_validate(
         {"lights": [{"name": "red", "azimuth_deg": 90, "elevation_deg": 20, "array": [2, 4]}]}
     )
@@ -51,16 +51,16 @@ def test_lights_stand_where_the_profile_says_and_are_built_as_it_says() -> None:
 
 
 @pytest.mark.parametrize(
-    ("feeds", "why"),
+    ("feeds", "message"),
     [
         ([["red"], ["green"], ["blue"], ["violet"]], "'violet', which is not one of the channels"),
         ([["red"], ["red"], ["green"], ["green"]], "no light feeds blue"),
     ],
 )
-def test_every_channel_has_its_light(feeds: list[list[str]], why: str) -> None:
+def test_every_channel_needs_a_light(feeds: list[list[str]], message: str) -> None:
     lights = [
         {"name": f"a{i}", "azimuth_deg": 90 * i, "elevation_deg": 20, "feeds": channels}
         for i, channels in enumerate(feeds)
     ]
-    with pytest.raises(ValidationError, match=why):
+    with pytest.raises(ValidationError, match=message):
         ConstantOptions.model_validate({"lights": lights})

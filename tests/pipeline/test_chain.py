@@ -1,4 +1,4 @@
-"""The annotations of estimate() are the wiring of the chain."""
+"""The annotations of ``estimate()`` define the inputs and results of a chain's steps."""
 
 from __future__ import annotations
 
@@ -84,22 +84,22 @@ class Counter(Estimator):
 
     def __init__(self, options: Any, context: SensorContext) -> None:
         super().__init__(options, context)
-        self.seen = 0
+        self.frames = 0
 
     def estimate(self, frame: Frame) -> Area:
-        self.seen += 1
-        return Area(float(self.seen))
+        self.frames += 1
+        return Area(float(self.frames))
 
     def reset(self) -> None:
-        self.seen = 0
+        self.frames = 0
 
 
-class Stumbling(Estimator):
+class Failing(Estimator):
     def estimate(self, frame: Frame) -> Area:
         raise InputError("the frame is upside down")
 
 
-class Lying(Estimator):
+class WrongResult(Estimator):
     def estimate(self, frame: Frame) -> Area:
         return HEIGHT  # type: ignore[return-value]
 
@@ -156,7 +156,7 @@ def everything() -> dict[type[Quantity], Quantity]:
     return {Frame: FRAME, Reference: REFERENCE, Gradients: GRADIENTS}
 
 
-def test_each_step_gets_what_its_annotations_ask_for() -> None:
+def test_each_step_gets_the_quantities_of_its_annotations() -> None:
     result = chain(height=Height, contact=Contact, area=Measure).run(everything())
     assert isinstance(result.steps["height"], HeightMap)
     assert result.by_type[HeightMap] is result.steps["height"]
@@ -168,18 +168,18 @@ def test_each_step_gets_what_its_annotations_ask_for() -> None:
     assert result.left_out == {}
 
 
-def test_the_given_quantities_are_not_touched() -> None:
+def test_the_given_quantities_are_not_modified() -> None:
     given = everything()
     chain(height=Height).run(given)
     assert given == everything()
 
 
-def test_an_empty_chain_gives_what_it_was_given() -> None:
+def test_an_empty_chain_returns_the_given_quantities() -> None:
     assert chain().run(everything()).by_type == everything()
 
 
 @pytest.mark.parametrize("cls", [Glow, OldStyleGlow])
-def test_an_optional_input_may_be_missing(cls: type[Estimator]) -> None:
+def test_an_optional_input_can_be_missing(cls: type[Estimator]) -> None:
     glow = chain(glow=cls)
     without = glow.run({Frame: FRAME}).by_type[Brightness]
     with_it = glow.run({Frame: FRAME, Reference: REFERENCE}).by_type[Brightness]
@@ -189,7 +189,7 @@ def test_an_optional_input_may_be_missing(cls: type[Estimator]) -> None:
     assert with_it.change is not None
 
 
-def test_a_step_without_its_input_is_left_out_with_all_that_depend_on_it() -> None:
+def test_a_step_without_its_input_is_left_out_with_its_dependents() -> None:
     steps = chain(height=Height, contact=Contact, area=Measure, glow=Glow)
     missing = {"height": Gradients, "contact": HeightMap, "area": ContactMask}
     assert steps.left_out({Frame}) == missing
@@ -198,7 +198,7 @@ def test_a_step_without_its_input_is_left_out_with_all_that_depend_on_it() -> No
     assert list(result.steps) == ["glow"]
 
 
-def test_what_is_foretold_is_what_happens() -> None:
+def test_the_predicted_left_out_steps_are_those_left_out() -> None:
     steps = chain(height=Height, contact=Contact, area=Measure, glow=Glow)
     given = everything()
     for kinds in ([], [Frame], [Gradients], [Frame, Gradients], list(given)):
@@ -213,12 +213,12 @@ def test_a_sensor_that_measures_height_directly_leaves_integration_out() -> None
     assert "contact" in result.steps
 
 
-def test_giving_what_the_sensor_gave_already_is_an_error() -> None:
+def test_a_step_that_provides_a_given_quantity_is_rejected() -> None:
     with pytest.raises(ProfileError, match=r"'height' .* provides HeightMap"):
         chain(height=Height).run({**everything(), HeightMap: HEIGHT})
 
 
-def test_two_producers_of_one_quantity_are_both_named() -> None:
+def test_two_steps_that_provide_one_quantity_are_both_named() -> None:
     with pytest.raises(ProfileError) as caught:
         chain(height=Height, better=OtherHeight)
     message = str(caught.value)
@@ -227,21 +227,21 @@ def test_two_producers_of_one_quantity_are_both_named() -> None:
     assert "HeightMap" in message
 
 
-def test_every_wrong_order_is_refused_and_says_what_to_move() -> None:
-    right: dict[str, type[Estimator]] = {"height": Height, "contact": Contact, "area": Measure}
-    for order in permutations(right):
-        if list(order) == list(right):
+def test_a_wrong_order_is_rejected_with_the_step_to_move() -> None:
+    correct: dict[str, type[Estimator]] = {"height": Height, "contact": Contact, "area": Measure}
+    for order in permutations(correct):
+        if list(order) == list(correct):
             continue
         with pytest.raises(ProfileError, match=r"move '(height|contact)' before"):
-            chain(**{name: right[name] for name in order})
+            chain(**{name: correct[name] for name in order})
 
 
-def test_a_step_that_feeds_on_itself_is_refused() -> None:
+def test_a_step_that_needs_its_own_result_is_rejected() -> None:
     with pytest.raises(ProfileError, match=r"'area' .* provides itself"):
         chain(area=Circular)
 
 
-def test_a_step_that_could_never_run_is_refused_by_the_check() -> None:
+def test_a_step_that_can_never_run_is_rejected() -> None:
     steps = chain(contact=Contact)
     steps.check({Frame, HeightMap})
     with pytest.raises(ProfileError, match=r"'contact' \(Contact\) needs HeightMap"):
@@ -261,7 +261,7 @@ def test_a_step_that_could_never_run_is_refused_by_the_check() -> None:
         (Unresolvable, "OnlyForTheTypeChecker.*TYPE_CHECKING"),
     ],
 )
-def test_an_unclear_declaration_is_refused_by_step_and_class(
+def test_an_invalid_annotation_is_reported_with_step_and_class(
     cls: type[Estimator], fault: str
 ) -> None:
     with pytest.raises(PluginError, match=fault) as caught:
@@ -269,18 +269,18 @@ def test_an_unclear_declaration_is_refused_by_step_and_class(
     assert f"'mystery' ({cls.__name__})" in str(caught.value)
 
 
-def test_a_step_that_raises_is_let_through_with_its_name() -> None:
+def test_an_error_in_a_step_propagates_with_its_name() -> None:
     with pytest.raises(InputError, match="upside down") as caught:
-        chain(look=Stumbling).run(everything())
-    assert caught.value.__notes__ == [f"raised by step 'look' ({__name__}.Stumbling)"]
+        chain(look=Failing).run(everything())
+    assert caught.value.__notes__ == [f"raised by step 'look' ({__name__}.Failing)"]
 
 
-def test_a_step_that_gives_something_else_than_it_declares_is_caught() -> None:
+def test_a_result_of_another_type_than_declared_is_rejected() -> None:
     with pytest.raises(PluginError, match=r"'area' .* returned HeightMap instead of the Area"):
-        chain(area=Lying).run(everything())
+        chain(area=WrongResult).run(everything())
 
 
-def test_a_declaration_tells_arguments_needs_and_result() -> None:
+def test_a_declared_step_has_inputs_needs_and_results() -> None:
     step = declared_step("glow", Glow(Options(), CONTEXT))
     assert step.takes == (Frame, Reference)
     assert step.needs == (Frame,)
@@ -297,12 +297,12 @@ def test_reset_reaches_every_step() -> None:
     assert again.mm2 == 1
 
 
-def test_one_stateful_step_makes_the_chain_stateful() -> None:
+def test_a_chain_with_a_stateful_step_is_stateful() -> None:
     assert chain(height=Height, count=Counter).stateful
     assert not chain(height=Height).stateful
 
 
-def test_a_chain_pickles_with_what_it_has_seen() -> None:
+def test_a_pickled_chain_keeps_its_state() -> None:
     steps = chain(height=Height, count=Counter)
     steps.run(everything())
     copy = pickle.loads(pickle.dumps(steps))
@@ -315,7 +315,7 @@ class Load(Quantity):
 
 
 class Scale(Estimator):
-    """Tells the frame's exposure time as a load."""
+    """Reports the frame's timestamp as a load."""
 
     needs_markers = True
     zero = last = 0.0
@@ -334,12 +334,12 @@ class Scale(Estimator):
         self.zero = self.last = 0.0
 
 
-class Heavy(Estimator):
+class DoubleLoad(Estimator):
     def estimate(self, load: Load) -> Area:
         return Area(2 * load.newtons)
 
 
-def weighed(chain: Chain, time_s: float, *, tare: bool = False) -> float:
+def measured(chain: Chain, time_s: float, *, tare: bool = False) -> float:
     frame = Frame(FRAME.pixels, FRAME.channels, 0.1, timestamp_s=time_s)
     area = chain.run({Frame: frame}, tare=tare).by_type[Area]
     assert isinstance(area, Area)
@@ -347,38 +347,38 @@ def weighed(chain: Chain, time_s: float, *, tare: bool = False) -> float:
 
 
 def test_a_tare_subtracts_that_frames_load_until_reset() -> None:
-    chain = Chain({"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)})
-    assert weighed(chain, 3.0, tare=True) == 0.0
-    assert weighed(chain, 4.0) == 2.0
+    chain = Chain({"scale": Scale(Options(), CONTEXT), "double": DoubleLoad(Options(), CONTEXT)})
+    assert measured(chain, 3.0, tare=True) == 0.0
+    assert measured(chain, 4.0) == 2.0
     chain.reset()
-    assert weighed(chain, 4.0) == 8.0
+    assert measured(chain, 4.0) == 8.0
 
 
-def test_a_frame_that_is_tared_reads_zero_itself_in_all_steps() -> None:
-    chain = Chain({"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)})
-    assert weighed(chain, 5.0, tare=True) == 0.0
-    assert weighed(chain, 6.0) == 2.0
+def test_the_tared_frame_reads_zero_in_all_steps() -> None:
+    chain = Chain({"scale": Scale(Options(), CONTEXT), "double": DoubleLoad(Options(), CONTEXT)})
+    assert measured(chain, 5.0, tare=True) == 0.0
+    assert measured(chain, 6.0) == 2.0
 
 
-def test_a_frame_that_is_tared_is_estimated_once() -> None:
+def test_the_tared_frame_is_estimated_once() -> None:
     scale = Scale(Options(), CONTEXT)
-    weighed(Chain({"scale": scale, "heavy": Heavy(Options(), CONTEXT)}), 5.0, tare=True)
+    measured(Chain({"scale": scale, "double": DoubleLoad(Options(), CONTEXT)}), 5.0, tare=True)
     assert scale.estimated == 1
 
 
-def test_what_a_step_returns_of_a_tare_is_checked() -> None:
-    class Silent(Scale):
+def test_the_result_of_a_tare_is_checked() -> None:
+    class NoResult(Scale):
         def tare(self, result: Load) -> Load:
             return None  # type: ignore[return-value]
 
-    steps = {"scale": Silent(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)}
+    steps = {"scale": NoResult(Options(), CONTEXT), "double": DoubleLoad(Options(), CONTEXT)}
     with pytest.raises(PluginError, match=r"'scale' .* returned NoneType instead of the Load"):
-        weighed(Chain(steps), 5.0, tare=True)
+        measured(Chain(steps), 5.0, tare=True)
 
 
-def test_steps_that_live_on_markers_go_with_those_that_need_them() -> None:
-    steps = {"scale": Scale(Options(), CONTEXT), "heavy": Heavy(Options(), CONTEXT)}
-    assert without_markers(steps) == ["scale", "heavy"]
+def test_steps_that_need_markers_are_found_with_their_dependents() -> None:
+    steps = {"scale": Scale(Options(), CONTEXT), "double": DoubleLoad(Options(), CONTEXT)}
+    assert without_markers(steps) == ["scale", "double"]
     assert without_markers({"height": Height(Options(), CONTEXT)}) == []
 
 
@@ -388,31 +388,31 @@ class RobotPose(Quantity):
 
 
 class Split(Estimator):
-    """Gives two quantities, and holds a session while it is open."""
+    """Provides two quantities, and records its calls."""
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
-        self.done: list[str] = []
+        self.calls: list[str] = []
 
     def open(self) -> None:
-        self.done.append("open")
+        self.calls.append("open")
 
     def close(self) -> None:
-        self.done.append("close")
+        self.calls.append("close")
 
     def estimate(self, frame: Frame) -> tuple[Load, Area]:
-        self.done.append("estimate")
+        self.calls.append("estimate")
         return Load(frame.timestamp_s), Area(2 * frame.timestamp_s)
 
 
 class Carried(Estimator):
-    """Needs what only the caller knows."""
+    """Needs an external quantity."""
 
     def estimate(self, load: Load, pose: External[RobotPose]) -> Brightness:
         return Brightness(load.newtons + pose.x_mm)
 
 
-def test_a_step_may_give_several_quantities() -> None:
+def test_a_step_can_provide_several_quantities() -> None:
     result = Chain({"split": Split(Options(), CONTEXT)}).run(everything())
     load, area = result.by_type[Load], result.by_type[Area]
     assert isinstance(load, Load)
@@ -421,13 +421,13 @@ def test_a_step_may_give_several_quantities() -> None:
     assert result.steps["split"] is load
 
 
-def test_two_producers_of_one_of_several_quantities_are_refused() -> None:
+def test_two_steps_that_provide_a_common_quantity_are_rejected() -> None:
     steps = {"split": Split(Options(), CONTEXT), "scale": Scale(Options(), CONTEXT)}
     with pytest.raises(ProfileError, match="both provide Load"):
         Chain(steps)
 
 
-def test_a_step_that_gives_one_of_two_quantities_is_caught() -> None:
+def test_a_step_that_returns_one_of_two_quantities_is_rejected() -> None:
     class Half(Split):
         def estimate(self, frame: Frame) -> tuple[Load, Area]:
             return (Load(1.0),)  # type: ignore[return-value]
@@ -436,7 +436,7 @@ def test_a_step_that_gives_one_of_two_quantities_is_caught() -> None:
         Chain({"split": Half(Options(), CONTEXT)}).run(everything())
 
 
-def test_an_input_from_outside_is_given_with_the_frame() -> None:
+def test_an_external_input_is_given_with_the_frame() -> None:
     steps = {"split": Split(Options(), CONTEXT), "carried": Carried(Options(), CONTEXT)}
     chain = Chain(steps)
     chain.check({Frame})
@@ -447,21 +447,21 @@ def test_an_input_from_outside_is_given_with_the_frame() -> None:
     assert chain.run(everything()).left_out == {"carried": RobotPose}
 
 
-def test_a_step_is_open_while_it_works() -> None:
+def test_a_step_is_opened_at_first_use_and_closed_once() -> None:
     split = Split(Options(), CONTEXT)
     chain = Chain({"split": split})
-    assert split.done == []
+    assert split.calls == []
     chain.run(everything())
     chain.run(everything())
     chain.close()
     chain.close()
-    assert split.done == ["open", "estimate", "estimate", "close"]
+    assert split.calls == ["open", "estimate", "estimate", "close"]
 
 
-def test_a_copy_of_an_open_chain_opens_its_steps_itself() -> None:
+def test_a_copy_of_an_open_chain_opens_its_own_steps() -> None:
     chain = Chain({"split": Split(Options(), CONTEXT)})
     chain.run(everything())
     copy = pickle.loads(pickle.dumps(chain))
     copy.run(everything())
     (step,) = copy.steps
-    assert step.estimator.done == ["open", "estimate", "open", "estimate"]
+    assert step.estimator.calls == ["open", "estimate", "open", "estimate"]

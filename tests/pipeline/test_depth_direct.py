@@ -1,4 +1,4 @@
-"""A calibration that gives depth directly, in a pipeline."""
+"""A pipeline with a calibration that measures height directly."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CHANNELS = "red", "green", "blue"
 
 
 class Even(Calibration):
-    """The same depth everywhere."""
+    """Measures the same height everywhere."""
 
     def measure(self, frame: Frame, reference: Reference) -> HeightMap:
         mm = np.full(frame.pixels.shape[:2], 0.25, np.float32)
@@ -59,20 +59,20 @@ def frame() -> Frame:
     return Frame(np.full((HEIGHT, WIDTH, 3), 120, np.uint8), CHANNELS, MM_PER_PX)
 
 
-def test_steps_after_the_height_run_and_those_before_it_are_left_out_with_a_word() -> None:
+def test_steps_before_the_height_are_left_out_with_a_warning() -> None:
     made = pipeline({}, height="core.poisson", contact="core.contact")
     first, second = made.process(frame()), made.process(frame())
     assert first[HeightMap].mm.max() == np.float32(0.25)
     assert ContactMask in first.quantities
     assert Gradients not in first.quantities
-    assert [word for word in first.warnings if "'height' needs Gradients" in word]
-    assert not [word for word in second.warnings if "Gradients" in word]
+    assert [warning for warning in first.warnings if "'height' needs Gradients" in warning]
+    assert not [warning for warning in second.warnings if "Gradients" in warning]
 
 
 @pytest.mark.parametrize(
     ("gel", "domed"), [({}, False), ({"shape": "dome", "radius_mm": 10.0}, True)]
 )
-def test_the_pipeline_knows_the_shape_of_the_gel_that_a_model_does_not(
+def test_the_pipeline_adds_the_shape_of_the_gel_to_the_height(
     gel: dict[str, Any], domed: bool
 ) -> None:
     height = pipeline(gel).process(frame())[HeightMap]

@@ -1,4 +1,4 @@
-"""The profile's camera and light driver are made and opened for a live sensor alone."""
+"""Only a live sensor creates and opens the camera and the light driver of a profile."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ steps:
 
 
 @dataclass(frozen=True)
-class Undeformed:
-    """A profile that names the devices, and what was done to them."""
+class FakeDevices:
+    """A profile with a fake camera and light driver, and the log of their calls."""
 
     profile: Path
     log: Path
 
     @property
-    def done(self) -> list[str]:
-        """What was done to the devices, in order."""
+    def calls(self) -> list[str]:
+        """The calls of both devices, in order."""
         return self.log.read_text().splitlines()
 
 
 @pytest.fixture
-def undeformed(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Undeformed:
+def devices(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeDevices:
     monkeypatch.syspath_prepend(FAKES)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(FAKES), *sys.path]))
     log = tmp_path / "touched.txt"
@@ -49,7 +49,7 @@ def undeformed(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setenv("TOUCHED", str(log))
     profile = tmp_path / "live.yaml"
     profile.write_text(f"extends: {lab.profile_path}\n{DEVICES}")
-    return Undeformed(profile, log)
+    return FakeDevices(profile, log)
 
 
 COMMANDS: dict[str, Callable[[VirtualLab, Path, Path], list[object]]] = {
@@ -81,46 +81,46 @@ COMMANDS: dict[str, Callable[[VirtualLab, Path, Path], list[object]]] = {
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_device_is_touched_without_a_live_sensor(
-    lab: VirtualLab, undeformed: Undeformed, tmp_path: Path, command: str
+def test_no_device_is_opened_without_a_live_sensor(
+    lab: VirtualLab, devices: FakeDevices, tmp_path: Path, command: str
 ) -> None:
     (tmp_path / "script.yaml").write_text(SCRIPT)
-    done = tactile(*COMMANDS[command](lab, undeformed.profile, tmp_path / "out"))
+    done = tactile(*COMMANDS[command](lab, devices.profile, tmp_path / "out"))
     assert done.returncode == 0, done.stderr
-    assert undeformed.done == []
+    assert devices.calls == []
 
 
-def test_comparing_on_a_recording_touches_no_device(
-    lab: VirtualLab, undeformed: Undeformed, tmp_path: Path
+def test_comparing_on_a_recording_opens_no_device(
+    lab: VirtualLab, devices: FakeDevices, tmp_path: Path
 ) -> None:
     (tmp_path / "script.yaml").write_text(SCRIPT)
     made = tmp_path / "made"
-    tactile("simulate", undeformed.profile, "--script", tmp_path / "script.yaml", "--out", made)
-    words = ["compare", undeformed.profile, "--input", made / "frames", "--truth", made / "truth"]
+    tactile("simulate", devices.profile, "--script", tmp_path / "script.yaml", "--out", made)
+    words = ["compare", devices.profile, "--input", made / "frames", "--truth", made / "truth"]
     done = tactile(*words, "--bundle", lab.bundle, "--swap", "height=core.robust_poisson")
     assert done.returncode == 0, done.stderr
-    assert undeformed.done == []
+    assert devices.calls == []
 
 
 def test_a_live_sensor_opens_the_lights_first_and_closes_them_last(
-    lab: VirtualLab, undeformed: Undeformed
+    lab: VirtualLab, devices: FakeDevices
 ) -> None:
     with (
-        open_sensor(undeformed.profile, bundle=lab.bundle) as sensor,
+        open_sensor(devices.profile, bundle=lab.bundle) as sensor,
         pytest.raises(DeviceError, match="no picture"),
     ):
         sensor.read()
-    shining = {"red": 1.0, "green": 1.0, "blue": 1.0}
-    assert undeformed.done == [
+    levels = {"red": 1.0, "green": 1.0, "blue": 1.0}
+    assert devices.calls == [
         *("camera made", "box made", "box attached", "box opened", "camera opened"),
-        *(f"box set to {shining}", "camera read"),
+        *(f"box set to {levels}", "camera read"),
         *("box set to {}", "camera closed", "box set to {}", "box closed"),
     ]
 
 
 def test_a_sensor_that_fails_to_open_leaves_camera_and_lights_closed(
-    undeformed: Undeformed,
+    devices: FakeDevices,
 ) -> None:
     with pytest.raises(DeviceError, match="no picture"):
-        open_sensor(undeformed.profile, reference="first")
-    assert undeformed.done[-4:] == ["box set to {}", "camera closed", "box set to {}", "box closed"]
+        open_sensor(devices.profile, reference="first")
+    assert devices.calls[-4:] == ["box set to {}", "camera closed", "box set to {}", "box closed"]

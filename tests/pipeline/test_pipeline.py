@@ -1,3 +1,7 @@
+"""Measuring frames with a profile and a bundle, and the checks of frames and readings."""
+
+from __future__ import annotations
+
 import pickle
 import subprocess
 import sys
@@ -54,26 +58,27 @@ def test_a_frame_becomes_slopes_height_and_contact(lab: VirtualLab) -> None:
     assert reading[Gradients].x.shape == (120, 160)
 
 
-def test_slopes_of_unseen_presses_are_neither_too_steep_nor_too_flat(lab: VirtualLab) -> None:
+def test_slopes_of_unseen_presses_have_unit_gain(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
-    measured, true = [], []
+    measured, expected = [], []
     for centre in ((70.0, 62.0), (50.0, 40.0), (105.0, 70.0)):
         press = replace(PRESS, centre_px=centre)
         found = pipeline.process(frame_of(lab, press))[Gradients]
         offset_mm = (np.stack(np.indices(found.x.shape)[::-1], -1) - centre) * found.mm_per_px
         square = (offset_mm**2).sum(-1)
         inside = square < (WELL_INSIDE * press.contact_radius_mm) ** 2
-        true.append(-offset_mm[inside] / np.sqrt((BALL_MM / 2) ** 2 - square[inside])[:, None])
+        slope = -offset_mm[inside] / np.sqrt((BALL_MM / 2) ** 2 - square[inside])[:, None]
+        expected.append(slope)
         measured.append(np.stack([found.x, found.y], -1)[inside])
-    assert gains(np.concatenate(measured), np.concatenate(true)) == pytest.approx(1, abs=MOST)
+    assert gains(np.concatenate(measured), np.concatenate(expected)) == pytest.approx(1, abs=MOST)
 
 
-def test_the_contact_is_about_as_large_as_the_circle_that_touches(lab: VirtualLab) -> None:
+def test_the_contact_area_is_about_that_of_the_true_circle(lab: VirtualLab) -> None:
     contact = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[ContactMask]
     assert contact.area_mm2 == pytest.approx(np.pi * PRESS.contact_radius_mm**2, rel=0.35)
 
 
-def test_an_undeformed_frame_shows_no_contact(lab: VirtualLab) -> None:
+def test_an_undeformed_frame_has_no_contact(lab: VirtualLab) -> None:
     reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, None))
     assert reading[ContactMask].area_mm2 == 0
 
@@ -87,7 +92,7 @@ def test_a_pipeline_pickles_and_measures_the_same(lab: VirtualLab) -> None:
     )
 
 
-def test_a_reading_is_not_touched_by_the_frames_after_it(lab: VirtualLab) -> None:
+def test_a_reading_is_not_changed_by_later_frames(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
     reading = pipeline.process(frame_of(lab, PRESS))
     before = {name: array.copy() for name, array in arrays_of(reading).items()}
@@ -98,12 +103,12 @@ def test_a_reading_is_not_touched_by_the_frames_after_it(lab: VirtualLab) -> Non
 
 
 def test_numpy_and_the_kernels_measure_the_same(lab: VirtualLab) -> None:
-    fast, plain = (
+    compiled, plain = (
         arrays_of(Pipeline(lab.profile, lab.bundle, compiled=c).process(frame_of(lab, PRESS)))
         for c in (True, False)
     )
     for name in plain:
-        np.testing.assert_allclose(fast[name], plain[name], atol=1e-5, err_msg=name)
+        np.testing.assert_allclose(compiled[name], plain[name], atol=1e-5, err_msg=name)
 
 
 def test_a_pipeline_chooses_once_whether_it_uses_compiled_loops(lab: VirtualLab) -> None:
@@ -114,7 +119,7 @@ def test_a_pipeline_chooses_once_whether_it_uses_compiled_loops(lab: VirtualLab)
         assert {copy.compiled for copy in copies} == {chosen}
 
 
-def test_measuring_a_few_pictures_does_not_load_numba(lab: VirtualLab) -> None:
+def test_measuring_a_few_images_does_not_import_numba(lab: VirtualLab) -> None:
     code = (
         "import sys; from tactile_core import open_sensor\n"
         f"with open_sensor({str(lab.profile_path)!r}, bundle={str(lab.bundle)!r},"
@@ -132,20 +137,20 @@ def test_without_a_bundle_the_steps_that_need_slopes_are_left_out(lab: VirtualLa
     assert "height, contact" in pipeline.notes[0]
 
 
-def test_a_missing_quantity_says_what_there_is(lab: VirtualLab) -> None:
+def test_a_missing_quantity_is_named(lab: VirtualLab) -> None:
     reading = Pipeline(lab.profile).process(frame_of(lab, PRESS))
     with pytest.raises(KeyError, match="no HeightMap"):
         reading[HeightMap]
 
 
-def test_a_frame_of_another_size_is_refused(lab: VirtualLab) -> None:
+def test_a_frame_of_another_size_is_rejected(lab: VirtualLab) -> None:
     frame = Frame(np.zeros((10, 10, 3), np.uint8), ("red", "green", "blue"), 0.1)
     with pytest.raises(InputError, match="10 × 10"):
         Pipeline(lab.profile, lab.bundle).process(frame)
 
 
 @pytest.mark.parametrize("shape", [(), (5,), (120, 160), (120, 160, 3, 1)])
-def test_a_frame_that_is_no_stack_of_channels_is_refused(
+def test_a_frame_without_a_channel_axis_is_rejected(
     lab: VirtualLab, shape: tuple[int, ...]
 ) -> None:
     frame = Frame(np.zeros(shape, np.uint8), ("red", "green", "blue"), 0.1245)
@@ -154,19 +159,19 @@ def test_a_frame_that_is_no_stack_of_channels_is_refused(
 
 
 @pytest.mark.parametrize("dtype", ["int64", "complex64", "bool", "float16", "U3"])
-def test_a_frame_of_other_numbers_is_refused(lab: VirtualLab, dtype: str) -> None:
+def test_a_frame_of_another_dtype_is_rejected(lab: VirtualLab, dtype: str) -> None:
     frame = Frame(np.zeros((120, 160, 3), dtype), ("red", "green", "blue"), 0.1245)
     with pytest.raises(InputError, match="uint8, uint16 or float32"):
         Pipeline(lab.profile, lab.bundle).process(frame)
 
 
-def test_a_frame_of_other_channels_is_refused(lab: VirtualLab) -> None:
+def test_a_frame_of_other_channels_is_rejected(lab: VirtualLab) -> None:
     frame = Frame(np.zeros((120, 160, 1), np.uint8), ("grey",), 0.1245)
     with pytest.raises(InputError, match="1 channels"):
         Pipeline(lab.profile, lab.bundle).process(frame)
 
 
-def test_arrays_of_a_reading_cannot_be_written(lab: VirtualLab) -> None:
+def test_arrays_of_a_reading_are_read_only(lab: VirtualLab) -> None:
     height = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[HeightMap]
     with pytest.raises(ValueError, match="read-only"):
         height.mm[0, 0] = 1.0
@@ -181,7 +186,7 @@ def test_earlier_readings_keep_their_values(lab: VirtualLab) -> None:
     np.testing.assert_array_equal(first[Gradients].x, before[1])
 
 
-def test_another_reference_keeps_the_unit(lab: VirtualLab) -> None:
+def test_a_new_reference_keeps_the_serial_check(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle, serial="0007")
     undeformed = Reference(lab.image(None).astype(np.float32), ("red", "green", "blue"))
     assert pipeline.bundle is not None
@@ -191,14 +196,14 @@ def test_another_reference_keeps_the_unit(lab: VirtualLab) -> None:
         pipeline.with_reference(undeformed)
 
 
-def test_notes_come_with_the_first_reading_whatever_its_number(lab: VirtualLab) -> None:
+def test_notes_are_warnings_of_the_first_reading_only(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile)
     frame = replace(frame_of(lab, None), sequence=7)
     assert set(pipeline.notes) <= set(pipeline.process(frame).warnings)
     assert pipeline.process(frame).warnings == ()
 
 
-def test_a_reading_knows_its_quantities_by_type_and_by_step(lab: VirtualLab) -> None:
+def test_a_reading_is_indexed_by_type_and_by_step(lab: VirtualLab) -> None:
     reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))
     assert reading["height"] is reading[HeightMap]
     assert "height" in reading
@@ -207,9 +212,7 @@ def test_a_reading_knows_its_quantities_by_type_and_by_step(lab: VirtualLab) -> 
         reading["slip"]
 
 
-def test_a_frame_of_ones_own_images_is_that_of_the_recording(
-    lab: VirtualLab, tmp_path: Path
-) -> None:
+def test_a_frame_made_from_pixels_equals_the_recorded_one(lab: VirtualLab, tmp_path: Path) -> None:
     image = lab.profile.image.model_copy(update={"flip": "horizontal", "crop": (4, 2, 120, 90)})
     profile = lab.profile.model_copy(update={"image": image})
     pixels = lab.image(PRESS)
@@ -220,7 +223,7 @@ def test_a_frame_of_ones_own_images_is_that_of_the_recording(
     assert (made.channels, made.source) == (recorded.channels, "press")
 
 
-def test_a_frame_takes_as_many_images_as_there_are_exposures(lab: VirtualLab) -> None:
+def test_a_frame_needs_one_image_per_exposure(lab: VirtualLab) -> None:
     dark = np.zeros((512, 612), np.uint8)
     pipeline = pickle.loads(pickle.dumps(Pipeline("desktop_six_led")))
     assert pipeline.frame(*[dark] * 6).pixels.shape[2] == 6
@@ -243,12 +246,12 @@ class InRobotFrame(Estimator):
         return HighestPoint(pose.z_mm + float(height.mm.max()))
 
 
-def test_what_comes_from_outside_is_given_with_the_frame(lab: VirtualLab) -> None:
+def test_external_quantities_are_given_with_the_frame(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
     image, gel = lab.profile.image, lab.profile.gel
     steps = {step.name: step.estimator for step in pipeline.steps}
-    outside = InRobotFrame(InRobotFrame.Options(), SensorContext(image, gel))
-    pipeline._chain = Chain({**steps, "robot": outside})
+    estimator = InRobotFrame(InRobotFrame.Options(), SensorContext(image, gel))
+    pipeline._chain = Chain({**steps, "robot": estimator})
     frame = frame_of(lab, PRESS)
     reading = pipeline.process(frame, RobotPose(100.0))
     assert reading[HighestPoint].z_mm == 100 + reading[HeightMap].mm.max()

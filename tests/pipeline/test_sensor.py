@@ -1,3 +1,7 @@
+"""Opening, reading and closing of sensors and recordings."""
+
+from __future__ import annotations
+
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -23,14 +27,14 @@ def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:
     assert names == [f"press_{i}" for i in range(10)]
 
 
-def test_reading_past_the_end_says_so(lab: VirtualLab) -> None:
+def test_reading_past_the_end_raises_camera_lost(lab: VirtualLab) -> None:
     with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.reference) as sensor:
         sensor.read()
         with pytest.raises(CameraLost, match="end"):
             sensor.read()
 
 
-def test_the_first_frame_as_reference_markers_readings_relative(lab: VirtualLab) -> None:
+def test_with_the_first_frame_as_reference_readings_are_relative(lab: VirtualLab) -> None:
     with open_sensor(
         lab.profile_path, bundle=lab.bundle, input=lab.presses, reference="first"
     ) as sensor:
@@ -39,7 +43,9 @@ def test_the_first_frame_as_reference_markers_readings_relative(lab: VirtualLab)
     assert abs(first[HeightMap].mm).max() < 0.05
 
 
-def test_a_captured_reference_replaces_the_bundles(lab: VirtualLab, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
+def test_a_captured_reference_replaces_that_of_the_bundle(
+    lab: VirtualLab, tmp_path_factory
+) -> None:  # type: ignore[no-untyped-def]
     folder = tmp_path_factory.mktemp("steps")
     press = BallPress((70.0, 62.0), BALL_MM, 0.8)
     for i in range(4):
@@ -51,13 +57,13 @@ def test_a_captured_reference_replaces_the_bundles(lab: VirtualLab, tmp_path_fac
     assert abs(after[HeightMap].mm).max() < 0.05
 
 
-def test_another_units_bundle_is_refused_and_nothing_stays_open(lab: VirtualLab) -> None:
+def test_the_bundle_of_another_unit_is_rejected(lab: VirtualLab) -> None:
     with pytest.raises(CalibrationError, match="serial"):
         open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
 
 
 def test_an_image_of_another_size_is_resized_to_the_profile(lab: VirtualLab) -> None:
-    # The profile's image is 160 × 120 whatever the camera sends.
+    # every frame has the size of the profile's image, 160 × 120
     with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.reference) as sensor:
         assert sensor.read().frame.pixels.shape == (120, 160, 3)
 
@@ -67,7 +73,7 @@ def test_without_input_the_replay_camera_asks_for_one(lab: VirtualLab) -> None:
         open_sensor(lab.profile_path, bundle=lab.bundle).read()
 
 
-def test_one_frame_gives_a_reference_of_unknown_noise(lab: VirtualLab) -> None:
+def test_a_reference_of_one_frame_has_no_noise_estimate(lab: VirtualLab) -> None:
     with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
         assert sensor.pipeline.reference is not None
         assert sensor.pipeline.reference.noise == 0
@@ -79,37 +85,37 @@ class Jammed(DeviceError):
 
 
 class Box(LightDriver):
-    """Notes what is done to it."""
+    """Records its calls."""
 
-    def __init__(self, done: list[str]) -> None:
+    def __init__(self, calls: list[str]) -> None:
         super().__init__(Options())
-        self._done = done
+        self._calls = calls
 
     def _open(self) -> None:
-        self._done.append("open")
+        self._calls.append("open")
 
     def _close(self) -> None:
-        self._done.append("closed")
+        self._calls.append("closed")
 
     def _set(self, levels: Mapping[str, float]) -> None:
-        self._done.append(" ".join(levels) or "dark")
+        self._calls.append(" ".join(levels) or "dark")
 
 
 @pytest.fixture
 def lights(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What is done to the lights of a sensor whose camera fails to close."""
-    done: list[str] = []
+    """The calls to the light driver of a sensor whose camera fails to close."""
+    calls: list[str] = []
 
     def jam(camera: ReplayCamera) -> None:
         raise Jammed("the camera is jammed")
 
     monkeypatch.setattr(ReplayCamera, "_close", jam)
     monkeypatch.setattr(ReplayCamera, "live", True)
-    monkeypatch.setattr(playback, "_make_driver", lambda profile: Box(done))
-    return done
+    monkeypatch.setattr(playback, "_make_driver", lambda profile: Box(calls))
+    return calls
 
 
-def test_the_lights_go_out_even_when_the_camera_fails_to_close(
+def test_the_lights_are_switched_off_even_if_the_camera_fails_to_close(
     lab: VirtualLab, lights: list[str]
 ) -> None:
     sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
@@ -119,7 +125,7 @@ def test_the_lights_go_out_even_when_the_camera_fails_to_close(
     sensor.close()
 
 
-def test_why_opening_failed_is_said_and_the_lights_are_out_even_when_closing_fails(
+def test_a_failed_open_reports_its_cause_and_switches_the_lights_off(
     lab: VirtualLab, lights: list[str]
 ) -> None:
     with pytest.raises(CalibrationError, match="serial") as caught:
@@ -128,7 +134,7 @@ def test_why_opening_failed_is_said_and_the_lights_are_out_even_when_closing_fai
     assert lights == ["open", "dark", "dark", "closed"]
 
 
-def test_a_scan_s_scale_at_which_markers_fill_no_image_is_refused(tmp_path: Path) -> None:
+def test_a_scan_scale_with_impossible_marker_sizes_is_rejected(tmp_path: Path) -> None:
     write_png(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8))
     (tmp_path / "scan.yaml").write_text("images: [a.png]\nmmperpixel: 1e-6\n")
     with pytest.raises(InputError, match=r"gives a scale of .* has markers of .* px"):

@@ -1,4 +1,4 @@
-"""Readings go where the user says, and what fails there is named."""
+"""Readings are written to the chosen sinks, and failing sinks are reported by name."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LogOptions(Options):
 
 
 class Log(Sink):
-    """Writes down what happens to it."""
+    """Records its calls."""
 
     Options = LogOptions
     events = []
@@ -66,7 +66,7 @@ def events(install: Install) -> list[str]:
     return found.events  # type: ignore[no-any-return]
 
 
-def test_a_plugin_s_sink_is_opened_given_each_reading_and_closed(
+def test_a_plugin_sink_is_opened_gets_each_reading_and_is_closed(
     pipeline: Pipeline, events: list[str]
 ) -> None:
     with Sinks(pipeline.profile, ["logs.log"]).open(pipeline) as sinks:
@@ -75,20 +75,20 @@ def test_a_plugin_s_sink_is_opened_given_each_reading_and_closed(
     assert events == ["open hex_fingertip", "write a", "write b", "close"]
 
 
-def test_a_profile_names_a_sink_and_gives_it_options(events: list[str]) -> None:
-    named = load_profile(
+def test_a_profile_names_a_sink_and_sets_its_options(events: list[str]) -> None:
+    profile = load_profile(
         "hex_fingertip", overrides={"sinks": {"paper": {"use": "logs.log", "fails": "write"}}}
     )
     for name in ("paper", "logs.log"):
         with (
             pytest.raises(PluginFault, match=rf"the sink '{name}' \(logs\.log.*no more paper"),
-            Sinks(named, [name]).open(Pipeline(named)) as sinks,
+            Sinks(profile, [name]).open(Pipeline(profile)) as sinks,
         ):
             sinks.write(reading())
         assert events[-1] == "close"
 
 
-def test_wrong_options_of_a_sink_are_a_mistake_of_the_profile(events: list[str]) -> None:
+def test_wrong_options_of_a_sink_are_profile_errors(events: list[str]) -> None:
     with pytest.raises(ProfileError, match=r"sinks\.paper\.fial: .*did you mean 'fails'"):
         load_profile(
             "hex_fingertip", overrides={"sinks": {"paper": {"use": "logs.log", "fial": 1}}}
@@ -96,7 +96,7 @@ def test_wrong_options_of_a_sink_are_a_mistake_of_the_profile(events: list[str])
 
 
 @pytest.mark.parametrize("fails", ["open", "write", "close"])
-def test_a_sink_that_fails_is_named_and_leaves_the_others_closed_and_readable(
+def test_a_failing_sink_is_named_and_the_others_are_completed(
     tmp_path: Path, events: list[str], fails: str
 ) -> None:
     profile = load_profile(
@@ -113,7 +113,7 @@ def test_a_sink_that_fails_is_named_and_leaves_the_others_closed_and_readable(
         assert "height_mm" in read_npz(tmp_path / "press.v1.npz")
 
 
-def test_a_name_that_is_no_sink_is_refused_with_those_that_are(pipeline: Pipeline) -> None:
+def test_an_unknown_sink_is_rejected_with_the_available_ones(pipeline: Pipeline) -> None:
     with pytest.raises(InputError, match=r"no sink 'jpg'; choose from npz, tmd, png, ply"):
         Sinks(pipeline.profile, ["npz", "jpg"])
 
@@ -123,6 +123,6 @@ def test_files_need_a_folder(pipeline: Pipeline) -> None:
         Sinks(pipeline.profile, ["png"]).open(pipeline)
 
 
-def test_a_session_says_what_readings_may_hold(pipeline: Pipeline) -> None:
+def test_a_pipeline_lists_its_quantities_and_channels(pipeline: Pipeline) -> None:
     assert HeightMap in pipeline.gives
     assert pipeline.channels == ("red", "green", "blue")

@@ -1,4 +1,4 @@
-"""Frames that several processes measure come out as from one, and in order."""
+"""Several worker processes give the same readings as one, in order."""
 
 import os
 import signal
@@ -20,17 +20,17 @@ def frames(lab: VirtualLab, count: int) -> Iterator[Frame]:
         yield Frame(pixels, ("red", "green", "blue"), 0.1, sequence=number)
 
 
-def test_readings_of_two_workers_are_those_of_one_in_order(lab: VirtualLab) -> None:
+def test_two_workers_give_the_readings_of_one_in_order(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
-    alone = list(pipeline.map(frames(lab, 6)))
-    shared = list(Pipeline(lab.profile, lab.bundle).map(frames(lab, 6), workers=2))
-    assert [reading.frame.sequence for reading in shared] == list(range(6))
-    assert [reading.warnings for reading in shared] == [reading.warnings for reading in alone]
-    for one, other in zip(alone, shared, strict=True):
+    serial = list(pipeline.map(frames(lab, 6)))
+    parallel = list(Pipeline(lab.profile, lab.bundle).map(frames(lab, 6), workers=2))
+    assert [reading.frame.sequence for reading in parallel] == list(range(6))
+    assert [reading.warnings for reading in parallel] == [reading.warnings for reading in serial]
+    for one, other in zip(serial, parallel, strict=True):
         np.testing.assert_allclose(other[HeightMap].mm, one[HeightMap].mm, atol=1e-5)
 
 
-def test_no_more_frames_are_taken_than_keep_the_workers_busy(lab: VirtualLab) -> None:
+def test_only_a_few_frames_are_read_ahead(lab: VirtualLab) -> None:
     taken = 0
 
     def counted() -> Iterator[Frame]:
@@ -46,19 +46,19 @@ def test_no_more_frames_are_taken_than_keep_the_workers_busy(lab: VirtualLab) ->
     readings.close()  # type: ignore[attr-defined]
 
 
-def test_steps_that_need_the_frames_before_are_named() -> None:
+def test_stateful_steps_are_named_as_needing_one_worker() -> None:
     pipeline = Pipeline("hex_fingertip")
     with pytest.raises(InputError, match=r"tracking.*slip; use one worker"):
         next(pipeline.map(iter(()), workers=2))
 
 
 class Killed:
-    """A processor that its machine kills."""
+    """A processor whose process the operating system kills."""
 
     def process(self, frame: Frame) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_a_worker_that_is_killed_is_said_so(lab: VirtualLab) -> None:
+def test_a_killed_worker_is_reported(lab: VirtualLab) -> None:
     with pytest.raises(ChildProcessError, match="fewer workers"):
         list(shared_out(Killed(), frames(lab, 2), 1))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""A calibrator that does not keep to its interface is named."""
+"""Calibrators that violate their interface are reported by name."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class Own(Calibration):
         raise NotImplementedError
 
 
-class Careless(Calibrator):
-    """Returns what it is told to."""
+class FakeCalibrator(Calibrator):
+    """Returns any value that a test sets."""
 
     returned: Any = None
 
@@ -55,34 +55,36 @@ class Careless(Calibrator):
 
 
 @pytest.fixture
-def careless() -> Careless:
-    return Careless(Careless.Options())
+def calibrator() -> FakeCalibrator:
+    return FakeCalibrator(FakeCalibrator.Options())
 
 
-def test_a_model_that_is_none_is_refused(careless: Careless) -> None:
-    careless.returned = "a model"
-    with pytest.raises(PluginFault, match=r"Careless.* fitted str, not a Calibration"):
-        fitted_by(careless, [], REFERENCE)
+def test_a_result_that_is_not_a_calibration_is_rejected(calibrator: FakeCalibrator) -> None:
+    calibrator.returned = "a model"
+    with pytest.raises(PluginFault, match=r"FakeCalibrator.* fitted str, not a Calibration"):
+        fitted_by(calibrator, [], REFERENCE)
     with pytest.raises(PluginFault, match="made str from lights, not a Calibration"):
-        uncalibrated_by(careless, [])
+        uncalibrated_by(calibrator, [])
 
 
-def test_a_model_that_measures_other_pixels_than_it_was_fitted_on_is_refused(
-    careless: Careless,
+def test_a_model_with_another_compensation_than_its_calibrator_is_rejected(
+    calibrator: FakeCalibrator,
 ) -> None:
-    careless.returned = Own()
+    calibrator.returned = Own()
     with pytest.raises(PluginFault, match="'channel', but its model Own measures with 'none'"):
-        fitted_by(careless, [], REFERENCE)
+        fitted_by(calibrator, [], REFERENCE)
 
 
 @pytest.mark.parametrize("smoothing", [np.nan, np.inf, -1.0, "wide"])
-def test_a_smoothing_that_is_no_width_is_refused(careless: Careless, smoothing: object) -> None:
-    careless.returned = smoothing
+def test_an_invalid_smoothing_width_is_rejected(
+    calibrator: FakeCalibrator, smoothing: object
+) -> None:
+    calibrator.returned = smoothing
     with pytest.raises(PluginFault):
-        smoothing_px_of(careless, 0.1)
+        smoothing_px_of(calibrator, 0.1)
 
 
-def test_nothing_need_be_declared_of_a_model_that_does_not_smooth() -> None:
+def test_smoothing_is_zero_by_default() -> None:
     class Plain(Calibrator):
         def fit(self, presses: Sequence[Press], reference: Reference) -> Calibration:
             return Own()
@@ -92,6 +94,6 @@ def test_nothing_need_be_declared_of_a_model_that_does_not_smooth() -> None:
     assert uncalibrated_by(plain, []) is None
 
 
-def test_a_calibrator_is_made_with_the_options_of_the_profile() -> None:
+def test_a_calibrator_gets_the_options_of_the_profile() -> None:
     made = calibrator_of(Component.model_validate({"use": "core.polynomial", "blur_mm": 0.3}))
     assert made.smoothing_px(0.1) == pytest.approx(3.0)

@@ -1,4 +1,4 @@
-"""Plugins are found by metadata, imported by name, and never take the host down."""
+"""Plugins are found by metadata, imported by name, and cannot crash the host."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Site = Callable[[str], None]
 
 @pytest.fixture
 def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
-    """Put a committed folder of fake distributions on the path, for one test."""
+    """Add a committed folder of fake distributions to the path for one test."""
 
     def forget() -> None:
         for name in [name for name in sys.modules if name.startswith("fake_")]:
@@ -34,7 +34,7 @@ def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
 
 @pytest.fixture
 def fakes(site: Site) -> None:
-    """Healthy and broken plugins side by side."""
+    """Valid and broken plugins together."""
     site("site_packages")
 
 
@@ -66,26 +66,26 @@ def test_a_component_is_found_by_its_name() -> None:
 
 
 @pytest.mark.usefixtures("fakes")
-def test_naming_one_component_imports_its_plugin_and_its_module_and_nothing_else() -> None:
+def test_resolving_a_component_imports_only_its_plugin_and_module() -> None:
     resolve("estimator", "mylab.peak")
     assert imported_fakes() == {"fake_mylab", "fake_mylab.peak"}
 
 
 @pytest.mark.usefixtures("fakes")
-def test_asking_what_is_installed_imports_nothing() -> None:
+def test_listing_installed_plugins_imports_none() -> None:
     names = {offer.name for offer in installed_offers()}
     assert {"mylab", "broken", "twin", "futuristic"} <= names
     assert imported_fakes() == set()
 
 
-def test_a_distribution_that_appears_on_the_path_is_seen_at_once(site: Site) -> None:
+def test_a_distribution_added_to_the_path_is_found_immediately(site: Site) -> None:
     assert "mylab" not in {offer.name for offer in installed_offers()}
     site("site_packages")
     assert "mylab" in {offer.name for offer in installed_offers()}
 
 
 @pytest.mark.usefixtures("fakes")
-def test_the_same_distribution_twice_on_the_path_is_no_collision(
+def test_the_same_distribution_twice_on_the_path_is_not_a_conflict(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy = tmp_path / "Tactile_MyLab-1.5.dist-info"
@@ -98,40 +98,40 @@ def test_the_same_distribution_twice_on_the_path_is_no_collision(
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_missing_plugin_says_which_pip_command_brings_it() -> None:
+def test_a_missing_plugin_is_reported_with_its_pip_command() -> None:
     message = refusal("illumination", "unheard_rig.three_colour")
     assert "illumination 'unheard_rig.three_colour'" in message
     assert "pip install tactile-unheard-rig" in message
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_misspelt_plugin_is_reported_the_nearest_name() -> None:
+def test_a_misspelt_plugin_gets_a_suggestion() -> None:
     assert "did you mean 'mylab'?" in refusal("camera", "my_lab.still")
     assert imported_fakes() == set()
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_misspelt_component_is_reported_the_nearest_name() -> None:
+def test_a_misspelt_component_gets_a_suggestion() -> None:
     message = refusal("estimator", "mylab.peek")
     assert "did you mean 'peak'?" in message
     assert "tactile-mylab 1.4" in message
 
 
 @pytest.mark.usefixtures("fakes")
-def test_an_unlike_component_is_reported_what_there_is() -> None:
+def test_an_unknown_component_gets_the_list_of_available_ones() -> None:
     assert "it has peak, peak_again" in refusal("estimator", "mylab.xyz")
     assert "it has none" in refusal("calibrator", "mylab.xyz")
 
 
 @pytest.mark.usefixtures("fakes")
-def test_a_component_of_another_kind_is_reported_its_kind() -> None:
+def test_a_component_of_another_kind_is_reported_with_its_kind() -> None:
     message = refusal("camera", "mylab.peak")
     assert "mylab.peak" in message
     assert "is of the kind estimator" in message
 
 
 @pytest.mark.parametrize("name", ["replay", "", "core.", "."])
-def test_a_name_without_plugin_and_component_is_refused(name: str) -> None:
+def test_a_name_without_plugin_and_component_is_rejected(name: str) -> None:
     assert "camera" in refusal("camera", name)
 
 
@@ -157,7 +157,7 @@ def test_a_plugin_that_raises_is_named_with_distribution_version_and_cause(
     assert isinstance(caught.value.__cause__, cause_type)
 
 
-def test_the_users_interrupt_is_not_swallowed(site: Site) -> None:
+def test_a_keyboard_interrupt_is_not_suppressed(site: Site) -> None:
     site("interrupted")
     with pytest.raises(KeyboardInterrupt):
         resolve("camera", "interrupted.x")
@@ -178,9 +178,7 @@ def test_the_users_interrupt_is_not_swallowed(site: Site) -> None:
         ("camera", "unfinished", "does not define _close, _read"),
     ],
 )
-def test_a_component_that_is_not_what_it_claims_is_refused(
-    kind: str, name: str, fault: str
-) -> None:
+def test_an_invalid_component_is_rejected_with_its_fault(kind: str, name: str, fault: str) -> None:
     message = refusal(kind, f"clumsy.{name}")
     assert f"{kind} clumsy.{name}" in message
     assert "tactile-clumsy 0.5" in message
@@ -197,14 +195,14 @@ def test_a_component_that_is_not_what_it_claims_is_refused(
         ("unmarked", "decorate tactile_cameras with @hookimpl"),
     ],
 )
-def test_a_plugin_that_breaks_the_hook_contract_is_refused(plugin: str, fault: str) -> None:
+def test_a_plugin_that_breaks_the_hook_contract_is_rejected(plugin: str, fault: str) -> None:
     message = refusal("camera", f"{plugin}.still")
     assert f"tactile-{plugin} 0.1" in message
     assert fault in message
 
 
 @pytest.mark.usefixtures("fakes")
-def test_two_distributions_that_claim_one_name_are_both_named() -> None:
+def test_two_distributions_with_the_same_plugin_name_are_both_reported() -> None:
     message = refusal("camera", "twin.x")
     assert "tactile-twin-a 1.0" in message
     assert "tactile-twin-b 2.1" in message
@@ -218,7 +216,7 @@ def test_two_distributions_that_claim_one_name_are_both_named() -> None:
         ("futuristic", "tactile_core.v2", "tactile-core"),
     ],
 )
-def test_a_plugin_for_another_api_is_reported_without_being_imported(
+def test_a_plugin_for_another_api_is_reported_without_importing_it(
     plugin: str, group: str, upgrade: str
 ) -> None:
     message = refusal("camera", f"{plugin}.x")
@@ -227,7 +225,7 @@ def test_a_plugin_for_another_api_is_reported_without_being_imported(
     assert imported_fakes() == set()
 
 
-def test_a_distribution_with_unreadable_entry_points_is_named(site: Site) -> None:
+def test_a_distribution_with_unreadable_entry_points_is_reported(site: Site) -> None:
     site("garbled")
     assert "tactile-garbled 0.1" in refusal("camera", "garbled.x")
     info = list_plugins()[-1]
@@ -235,7 +233,7 @@ def test_a_distribution_with_unreadable_entry_points_is_named(site: Site) -> Non
     assert "entry_points.txt" in info.problems[0]
 
 
-def test_listing_survives_every_broken_plugin_and_says_what_is_wrong_with_each(
+def test_listing_reports_the_problem_of_every_broken_plugin(
     listed: dict[tuple[str, str], PluginInfo],
 ) -> None:
     broken = {
@@ -250,7 +248,7 @@ def test_listing_survives_every_broken_plugin_and_says_what_is_wrong_with_each(
         assert info.problems
 
 
-def test_listing_tells_what_a_healthy_plugin_registers(
+def test_listing_shows_the_components_of_a_valid_plugin(
     listed: dict[tuple[str, str], PluginInfo],
 ) -> None:
     info = listed["mylab", "tactile-mylab"]
@@ -263,7 +261,7 @@ def test_listing_tells_what_a_healthy_plugin_registers(
     }
 
 
-def test_listing_names_both_claimants_of_a_name(
+def test_listing_reports_both_plugins_with_the_same_name(
     listed: dict[tuple[str, str], PluginInfo],
 ) -> None:
     for distribution in ("tactile-twin-a", "tactile-twin-b"):
@@ -280,14 +278,14 @@ def test_listing_reports_another_api_without_importing_it(
     assert "fake_raises_if_imported" not in sys.modules
 
 
-def test_distributions_that_are_no_plugins_are_not_listed(
+def test_distributions_without_plugins_are_not_listed(
     listed: dict[tuple[str, str], PluginInfo],
 ) -> None:
     assert not [info for info in listed.values() if info.distribution == "bystander"]
 
 
 @pytest.mark.usefixtures("fakes")
-def test_listing_can_try_every_component() -> None:
+def test_listing_can_import_every_component() -> None:
     shallow, deep = (
         {info.name: info for info in list_plugins(import_components=deep)}["clumsy"]
         for deep in (False, True)
@@ -298,22 +296,22 @@ def test_listing_can_try_every_component() -> None:
 
 
 @pytest.mark.usefixtures("fakes")
-def test_profile_folders_come_from_every_plugin_that_works() -> None:
+def test_profile_folders_are_those_of_valid_plugins() -> None:
     folders = profile_directories()
     assert folders["mylab"] == FAKES / "site_packages" / "fake_mylab" / "profiles"
     assert "clumsy" not in folders
 
 
 @pytest.mark.usefixtures("fakes")
-def test_no_other_distribution_can_take_the_place_of_the_core() -> None:
-    core, usurper = (info for info in list_plugins() if info.name == "core")
+def test_no_other_distribution_can_replace_the_core() -> None:
+    core, other = (info for info in list_plugins() if info.name == "core")
     assert (core.distribution, core.status) == ("tactile-core", "ok")
-    assert (usurper.distribution, usurper.status) == ("tactile-usurper", "broken")
-    assert "tactile-usurper 6.6" in usurper.problems[0]
+    assert (other.distribution, other.status) == ("tactile-usurper", "broken")
+    assert "tactile-usurper 6.6" in other.problems[0]
     assert "tactile-core" in refusal("camera", "core.replai")
 
 
-def test_the_core_is_there_without_any_metadata(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_core_is_found_without_metadata(monkeypatch: pytest.MonkeyPatch) -> None:
     package = Path(sys.modules["tactile_core"].__file__ or "").parents[1]
     library = [entry for entry in sys.path if "site-packages" not in entry]
     monkeypatch.setattr(sys, "path", [str(package), *library])
@@ -322,17 +320,17 @@ def test_the_core_is_there_without_any_metadata(monkeypatch: pytest.MonkeyPatch)
     assert "did you mean 'replay'?" in refusal("camera", "core.reply")
 
 
-def test_the_core_offers_replay_through_the_hooks_of_everyone() -> None:
+def test_the_core_registers_replay_through_the_public_hooks() -> None:
     core = list_plugins()[0]
     assert (core.name, core.distribution, core.status) == ("core", "tactile-core", "ok")
     assert "replay" in core.components["camera"]
 
 
-def test_importing_this_module_imports_no_interface_and_no_metadata_reader() -> None:
-    heavy = ("importlib.metadata", "numpy", "pydantic", "cv2", "tactile_core.builtin")
+def test_importing_the_registry_imports_no_heavy_modules() -> None:
+    unwanted = ("importlib.metadata", "numpy", "pydantic", "cv2", "tactile_core.builtin")
     code = (
         f"import sys, tactile_core.plugins.registry; "
-        f"print(*[m for m in {heavy!r} if m in sys.modules])"
+        f"print(*[m for m in {unwanted!r} if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

@@ -1,4 +1,4 @@
-"""Components are checked by their own options, and their paths belong to files."""
+"""Component options are validated by their own models, and their paths are relative to the file."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def write(folder: Path, options: str) -> Path:
     return path
 
 
-def said_of(folder: Path, options: str) -> list[str]:
+def problems_of(folder: Path, options: str) -> list[str]:
     with pytest.raises(ProfileError) as caught:
         load_profile(write(folder, options))
     return [f"{p.line}:{p.column}: {p.key}: {p.message}" for p in caught.value.problems]
@@ -95,16 +95,16 @@ def test_options_that_are_paths_are_relative_to_the_profile(
 
 
 @pytest.mark.usefixtures("nets")
-def test_a_word_beside_a_path_stays_a_word(tmp_path: Path) -> None:
+def test_a_literal_option_is_not_taken_for_a_path(tmp_path: Path) -> None:
     options = load_profile(write(tmp_path, "    weights: ~/w\n    table: auto\n")).components
     assert options["estimators.height"].options["table"] == "auto"
     assert options["estimators.height"].options["weights"] == str(Path("~/w").expanduser())
 
 
 @pytest.mark.usefixtures("nets")
-def test_each_option_is_reported_at_its_line(tmp_path: Path) -> None:
+def test_each_wrong_option_is_reported_at_its_line(tmp_path: Path) -> None:
     options = "    wieghts: w\n    gain: 10\n    layers:\n      - {size: 1}\n      - {size: big}\n"
-    assert said_of(tmp_path, options) == [
+    assert problems_of(tmp_path, options) == [
         "7:5: estimators.height.wieghts: unknown key; did you mean 'weights'?",
         "8:5: estimators.height.gain: more than the amplifier has",
         "11:10: estimators.height.layers.1.size: should be a whole number, not 'big'",
@@ -112,22 +112,22 @@ def test_each_option_is_reported_at_its_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("nets")
-def test_a_mistake_of_the_whole_component_is_reported_at_its_head(tmp_path: Path) -> None:
-    assert said_of(tmp_path, "    weights: net.bin\n    title: net\n") == [
+def test_an_error_of_the_whole_component_is_reported_at_its_key(tmp_path: Path) -> None:
+    assert problems_of(tmp_path, "    weights: net.bin\n    title: net\n") == [
         "5:3: estimators.height: give the title in words"
     ]
 
 
 @pytest.mark.usefixtures("nets")
-def test_what_is_required_is_said_to_be_missing(tmp_path: Path) -> None:
-    assert said_of(tmp_path, "") == ["5:3: estimators.height.weights: is missing; add it"]
+def test_a_missing_required_option_is_reported(tmp_path: Path) -> None:
+    assert problems_of(tmp_path, "") == ["5:3: estimators.height.weights: is missing; add it"]
 
 
-def test_a_plugin_that_fails_to_import_is_a_mistake_where_it_is_named(
+def test_an_import_failure_is_reported_at_the_use_of_the_plugin(
     tmp_path: Path, install: Install
 ) -> None:
     install("nets", {"net.py": "1 / 0"}, tactile_estimators={"net": "own_nets.net:Net"})
-    (said,) = said_of(tmp_path, "    weights: w\n")
-    assert said.startswith("6:5: estimators.height.use: ")
-    assert "tactile-nets 1.0" in said
-    assert "ZeroDivisionError" in said
+    (problem,) = problems_of(tmp_path, "    weights: w\n")
+    assert problem.startswith("6:5: estimators.height.use: ")
+    assert "tactile-nets 1.0" in problem
+    assert "ZeroDivisionError" in problem

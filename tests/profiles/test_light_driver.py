@@ -1,4 +1,4 @@
-"""What switches the lights is a component of its own beside the illumination's options."""
+"""The light driver is a separate component within the illumination."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def revised(base: Path, illumination: str) -> Component | None:
     return load_profile(path).illumination.driver
 
 
-def test_the_driver_has_options_of_its_own(base: Path) -> None:
+def test_the_driver_has_its_own_options(base: Path) -> None:
     profile = load_profile(base)
     assert profile.illumination.driver is not None
     assert profile.illumination.driver.use == "mylab.box"
@@ -51,7 +51,7 @@ def test_the_driver_has_options_of_its_own(base: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("baud: 300", "bauds: 300", "7:37: illumination.driver.bauds: unknown key; did you mean"),
         ("baud: 300", "baud: 0", "7:37: illumination.driver.baud: should be greater than 0"),
@@ -66,23 +66,23 @@ def test_the_driver_has_options_of_its_own(base: Path) -> None:
         ("use: mylab.box, ", "", "7:3: illumination.driver.use: is missing"),
     ],
 )
-def test_what_is_wrong_with_it_is_said_at_its_place(
-    base: Path, old: str, new: str, said: str
+def test_an_error_of_the_driver_is_reported_at_its_position(
+    base: Path, old: str, new: str, message: str
 ) -> None:
     base.write_text(BASE.replace(old, new))
     with pytest.raises(ProfileError) as caught:
         load_profile(base)
     (problem,) = caught.value.problems
-    assert said in str(problem)
+    assert message in str(problem)
 
 
-def test_a_revision_changes_an_option_of_the_driver_alone(base: Path) -> None:
+def test_a_revision_changes_only_the_options_it_names(base: Path) -> None:
     driver = revised(base, "{driver: {port: b}}")
     assert driver is not None
     assert driver.options == {"port": "b", "baud": 300}
 
 
-def test_another_driver_takes_nothing_over(base: Path) -> None:
+def test_another_driver_inherits_no_options(base: Path) -> None:
     text = BASE.replace("mylab.box, port: a, baud: 300", "mylab.other, wire: 3")
     base.write_text(text)
     driver = revised(base, "{driver: {use: mylab.box, port: b}}")
@@ -100,12 +100,12 @@ def test_another_illumination_keeps_the_driver(base: Path) -> None:
     assert driver.options == {"port": "a", "baud": 300}
 
 
-def test_a_calibration_does_not_depend_on_what_switches_the_lights(base: Path) -> None:
+def test_the_profile_hash_does_not_depend_on_the_driver(base: Path) -> None:
     with_driver = load_profile(base)
     without = load_profile(base, overrides={"illumination": {"driver": None}})
     assert profile_hash(with_driver) == profile_hash(without)
 
 
-def test_the_schema_knows_it() -> None:
+def test_the_schema_includes_the_driver() -> None:
     lighting = profile_schema()["$defs"]["Lighting"]
     assert {"use", "driver"} <= lighting["properties"].keys()

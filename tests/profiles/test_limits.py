@@ -1,4 +1,4 @@
-"""What no sensor has is refused, with a reason, before memory or time are spent on it."""
+"""Impossible values are rejected with a reason before they cost memory or time."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Step(Estimator):
 """
 
 
-def said(folder: Path, text: str) -> str:
+def refusal(folder: Path, text: str) -> str:
     path = folder / "bench.yaml"
     path.write_text(text)
     with pytest.raises(ProfileError) as caught:
@@ -54,7 +54,7 @@ def said(folder: Path, text: str) -> str:
     return message.removeprefix(f"{path}:")
 
 
-def test_the_profile_itself_is_sound(tmp_path: Path) -> None:
+def test_the_unmodified_profile_is_valid(tmp_path: Path) -> None:
     (tmp_path / "bench.yaml").write_text(PROFILE)
     assert load_profile(tmp_path / "bench.yaml").name == "bench"
 
@@ -62,13 +62,13 @@ def test_the_profile_itself_is_sound(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["..", ".", ".bench", "-bench", '"abc\\n"', "a" * 101, '"\\e[31m"']
 )
-def test_a_name_that_no_folder_should_have_is_refused(tmp_path: Path, name: str) -> None:
-    message = said(tmp_path, PROFILE.replace("name: bench", f"name: {name}"))
+def test_an_unsafe_profile_name_is_rejected(tmp_path: Path, name: str) -> None:
+    message = refusal(tmp_path, PROFILE.replace("name: bench", f"name: {name}"))
     assert "name: should consist of up to 100 letters" in message
     assert message.isprintable()
 
 
-def test_a_component_s_name_has_no_line_end() -> None:
+def test_a_component_name_with_a_line_break_is_rejected() -> None:
     with pytest.raises(ValidationError, match=r"should be plugin\.name"):
         Component(use="core.poisson\n")
 
@@ -84,22 +84,22 @@ def test_a_component_s_name_has_no_line_end() -> None:
         ("pitch_mm: 1.0", "gel.markers.pitch_mm"),
     ],
 )
-def test_what_is_no_finite_number_is_refused(
+def test_a_number_that_is_not_finite_is_rejected(
     tmp_path: Path, written: str, key: str, value: str
 ) -> None:
     text = PROFILE.replace(written, f"{written.split(':')[0]}: {value}")
-    assert f"{key}: should be a finite number" in said(tmp_path, text)
+    assert f"{key}: should be a finite number" in refusal(tmp_path, text)
 
 
 @pytest.mark.parametrize("option", ["gain: .nan", "layers: [{a: 1}, {b: .inf}]"])
-def test_options_of_a_stranger_are_finite_whatever_their_model_allows(
+def test_plugin_options_must_be_finite_even_if_their_model_allows_others(
     tmp_path: Path, install: Install, option: str
 ) -> None:
     install("limits", {"step.py": OWN_OPTIONS}, tactile_estimators={"step": "own_limits.step:Step"})
     text = PROFILE.replace(
         "{use: core.poisson, drift_slope: 0.1}", f"{{use: limits.step, {option}}}"
     )
-    assert "should be a finite number" in said(tmp_path, text)
+    assert "should be a finite number" in refusal(tmp_path, text)
 
 
 @pytest.mark.parametrize(
@@ -123,20 +123,20 @@ def test_options_of_a_stranger_are_finite_whatever_their_model_allows(
         ),
     ],
 )
-def test_what_would_take_all_memory_is_refused(
+def test_values_that_would_exhaust_memory_are_rejected(
     tmp_path: Path, old: str, new: str, words: str
 ) -> None:
-    assert words in said(tmp_path, PROFILE.replace(old, new))
+    assert words in refusal(tmp_path, PROFILE.replace(old, new))
 
 
 @pytest.mark.parametrize("digits", ["0x" + "f" * 9000, "9" * 9000])
-def test_a_number_too_long_to_be_written_out_is_refused(tmp_path: Path, digits: str) -> None:
-    message = said(tmp_path, PROFILE.replace("thickness_mm: 2.0", f"thickness_mm: {digits}"))
+def test_a_number_too_long_to_print_is_rejected(tmp_path: Path, digits: str) -> None:
+    message = refusal(tmp_path, PROFILE.replace("thickness_mm: 2.0", f"thickness_mm: {digits}"))
     assert "gel.thickness_mm: should be a " in message
     assert len(message) < 200
 
 
-def test_a_long_chain_of_profiles_is_refused(tmp_path: Path) -> None:
+def test_a_long_chain_of_profiles_is_rejected(tmp_path: Path) -> None:
     for i in range(2000):
         (tmp_path / f"p{i}.yaml").write_text(f"extends: ./p{i + 1}.yaml\n")
     (tmp_path / "p2000.yaml").write_text(PROFILE)
@@ -145,7 +145,7 @@ def test_a_long_chain_of_profiles_is_refused(tmp_path: Path) -> None:
     assert load_profile(tmp_path / "p1980.yaml").name == "bench"
 
 
-def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
+def test_paths_that_are_not_files_are_rejected(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.yaml")
     for path in (tmp_path / "pipe.yaml", Path("/dev/zero")):
         with pytest.raises(ProfileError, match="a pipe or a device"):
@@ -158,14 +158,14 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(ProfileError, match="home folder"):
         load_profile("~no_such_user/bench.yaml")
     text = PROFILE.replace("schema: 1", "schema: 1\nextends: ./pipe.yaml")
-    assert "extends: there is no file" in said(tmp_path, text)
+    assert "extends: there is no file" in refusal(tmp_path, text)
 
 
-def test_a_path_in_nobody_s_home_is_refused_at_its_line(tmp_path: Path) -> None:
+def test_a_path_in_an_unknown_home_folder_is_reported_at_its_line(tmp_path: Path) -> None:
     text = f"{PROFILE}camera: {{use: core.replay, path: ~no_such_user/x.png}}\n"
-    assert said(tmp_path, text).startswith("10:1: camera: ~no_such_user/x.png: there is no such")
+    assert refusal(tmp_path, text).startswith("10:1: camera: ~no_such_user/x.png: this user has")
 
 
-def test_what_a_terminal_obeys_is_escaped_in_keys_and_values(tmp_path: Path) -> None:
-    assert said(tmp_path, f'{PROFILE}"\\e[31m{"x" * 900}": 1\n').isprintable()
-    assert len(said(tmp_path, f'{PROFILE}"\\e[31m{"x" * 900}": 1\n')) < 400
+def test_control_characters_in_keys_are_escaped(tmp_path: Path) -> None:
+    assert refusal(tmp_path, f'{PROFILE}"\\e[31m{"x" * 900}": 1\n').isprintable()
+    assert len(refusal(tmp_path, f'{PROFILE}"\\e[31m{"x" * 900}": 1\n')) < 400

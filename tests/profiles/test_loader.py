@@ -1,11 +1,11 @@
-"""From a name or a path to a profile, or to every mistake in it."""
+"""Loading a profile by name or path, and reporting all its errors."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -20,10 +20,7 @@ from tactile_core.profiles.loader import (
     validate_structure,
 )
 
-if TYPE_CHECKING:
-    pass
-
-SOUND = """\
+VALID = """\
 schema: 1
 name: bench
 image: {width_px: 320, height_px: 240, mm_per_px: 0.05}
@@ -34,7 +31,7 @@ estimators:
   contact: {use: core.contact}
 """
 
-TWELVE = """\
+INVALID = """\
 schema: 1
 name: my bench
 revision: 2017
@@ -54,7 +51,7 @@ illumination: {use: nolab.lamp}
 calibration: {use: core.automatic, presses_for_network: few}
 """
 
-TWELVE_MESSAGES = [
+INVALID_MESSAGES = [
     "2:1: name: should consist of up to 100 letters, digits, '_', '.' and '-' and not begin "
     "with '.' or '-', not 'my bench'",
     '3:1: revision: should be text, not 2017; write it in quotes: "2017"',
@@ -112,32 +109,32 @@ def problems_of(path: Path | str, **how: Any) -> list[Problem]:
     return list(caught.value.problems)
 
 
-def said_of(text: str, folder: Path) -> list[str]:
+def messages_of(text: str, folder: Path) -> list[str]:
     path = write(folder, "p.yaml", text)
     return [str(problem).removeprefix(f"{path}:") for problem in problems_of(path)]
 
 
-def test_twelve_mistakes_are_reported_at_once_each_at_its_line(tmp_path: Path) -> None:
-    assert said_of(TWELVE, tmp_path) == TWELVE_MESSAGES
+def test_all_errors_are_reported_together_with_their_lines(tmp_path: Path) -> None:
+    assert messages_of(INVALID, tmp_path) == INVALID_MESSAGES
 
 
-def test_the_message_counts_them(tmp_path: Path) -> None:
+def test_the_message_counts_the_errors(tmp_path: Path) -> None:
     with pytest.raises(ProfileError, match=r"^there are 12 mistakes in the profile:\n"):
-        load_profile(write(tmp_path, "p.yaml", TWELVE))
+        load_profile(write(tmp_path, "p.yaml", INVALID))
     with pytest.raises(ProfileError) as one:
-        load_profile(write(tmp_path, "p.yaml", SOUND + "gell: {}\n"))
+        load_profile(write(tmp_path, "p.yaml", VALID + "gell: {}\n"))
     assert "\n" not in str(one.value)
 
 
-def test_mistakes_say_file_line_column_and_key(tmp_path: Path) -> None:
-    path = write(tmp_path, "p.yaml", SOUND.replace("loop: true", "loop: maybe"))
+def test_errors_have_file_line_column_and_key(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", VALID.replace("loop: true", "loop: maybe"))
     assert problems_of(path) == [
         Problem(path, 5, 28, "camera.loop", "should be true or false, not 'maybe'")
     ]
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("schema: 1", "schema: 2", "1:1: schema: should be 1, not 2"),
         ("name: bench", "", "1:1: name: is missing; add it"),
@@ -183,15 +180,15 @@ def test_mistakes_say_file_line_column_and_key(tmp_path: Path) -> None:
         ("{use: core.poisson}", "[1]", "estimators.height: should be a mapping of keys to values"),
     ],
 )
-def test_a_mistake_is_said_in_plain_words(tmp_path: Path, old: str, new: str, said: str) -> None:
-    assert old in SOUND
-    (only,) = said_of(SOUND.replace(old, new), tmp_path)
-    assert said in only
+def test_each_error_has_a_clear_message(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in VALID
+    (only,) = messages_of(VALID.replace(old, new), tmp_path)
+    assert message in only
 
 
 @settings(deadline=None, max_examples=100)
 @given(st.lists(st.tuples(st.sampled_from(PATHS), junk), min_size=1, max_size=4))
-def test_whatever_a_profile_says_it_is_loaded_or_refused_with_reasons(
+def test_any_profile_is_loaded_or_rejected_with_reasons(
     changes: list[tuple[tuple[str, ...], Any]],
 ) -> None:
     overrides: dict[str, Any] = {}
@@ -208,8 +205,8 @@ def test_whatever_a_profile_says_it_is_loaded_or_refused_with_reasons(
         load_profile("hex_fingertip", sim=True, overrides=overrides)
 
 
-def test_a_file_that_needs_nothing_more_is_loaded(tmp_path: Path) -> None:
-    profile = load_profile(write(tmp_path, "p.yaml", "\n".join(SOUND.splitlines()[:3])))
+def test_a_minimal_profile_is_loaded_with_defaults(tmp_path: Path) -> None:
+    profile = load_profile(write(tmp_path, "p.yaml", "\n".join(VALID.splitlines()[:3])))
     assert {key: part.use for key, part in profile.components.items()} == {
         "camera": "core.replay",
         "illumination": "core.constant",
@@ -218,15 +215,15 @@ def test_a_file_that_needs_nothing_more_is_loaded(tmp_path: Path) -> None:
 
 
 def test_the_components_are_listed_in_order(tmp_path: Path) -> None:
-    profile = load_profile(write(tmp_path, "p.yaml", SOUND))
+    profile = load_profile(write(tmp_path, "p.yaml", VALID))
     assert list(profile.components) == [
         *("camera", "illumination", "calibration"),
         *("estimators.height", "estimators.contact"),
     ]
 
 
-def test_a_revision_says_only_what_differs(tmp_path: Path) -> None:
-    write(tmp_path, "lab/base.yaml", SOUND)
+def test_a_revision_contains_only_differences(tmp_path: Path) -> None:
+    write(tmp_path, "lab/base.yaml", VALID)
     revised = write(
         tmp_path,
         "revised.yaml",
@@ -241,20 +238,20 @@ def test_a_revision_says_only_what_differs(tmp_path: Path) -> None:
     assert profile.camera.options == {}
 
 
-def test_an_inherited_mistake_is_reported_in_the_file_that_makes_it(tmp_path: Path) -> None:
-    base = write(tmp_path, "base.yaml", SOUND.replace("thickness_mm: 2", "thickness_mm: two"))
+def test_an_inherited_error_is_reported_in_its_own_file(tmp_path: Path) -> None:
+    base = write(tmp_path, "base.yaml", VALID.replace("thickness_mm: 2", "thickness_mm: two"))
     top = write(tmp_path, "top.yaml", "extends: base.yaml\ngel: {friction: -1}\n")
     first, second = problems_of(top)
     assert (first.file, first.line, first.key) == (base, 4, "gel.thickness_mm")
     assert (second.file, second.line, second.key) == (top, 2, "gel.friction")
 
 
-def test_a_profile_may_extend_a_shipped_one_of_its_own_name(tmp_path: Path) -> None:
+def test_a_profile_can_extend_a_shipped_one_of_the_same_name(tmp_path: Path) -> None:
     path = write(tmp_path, "hex_fingertip.yaml", "extends: hex_fingertip\nrevision: mine\n")
     assert load_profile(path).gel == load_profile("hex_fingertip").gel
 
 
-def test_a_circle_names_its_members(tmp_path: Path) -> None:
+def test_a_cycle_of_profiles_is_reported_with_its_members(tmp_path: Path) -> None:
     write(tmp_path, "a.yaml", "extends: b.yaml\n")
     write(tmp_path, "b.yaml", "extends: c.yaml\n")
     c = write(tmp_path, "c.yaml", "extends: ./a.yaml\n")
@@ -263,13 +260,13 @@ def test_a_circle_names_its_members(tmp_path: Path) -> None:
     assert problem.message.endswith("in a circle: a.yaml → b.yaml → c.yaml → a.yaml")
 
 
-def test_a_profile_that_extends_itself_is_a_circle(tmp_path: Path) -> None:
+def test_a_profile_that_extends_itself_is_a_cycle(tmp_path: Path) -> None:
     (problem,) = problems_of(write(tmp_path, "a.yaml", "extends: a.yaml\n"))
     assert "circle: a.yaml → a.yaml" in problem.message
 
 
 @pytest.mark.parametrize(
-    ("extends", "said"),
+    ("extends", "message"),
     [
         ("hex_fingertp", "did you mean 'hex_fingertip'?"),
         ("gone.yaml", "there is no file"),
@@ -277,19 +274,19 @@ def test_a_profile_that_extends_itself_is_a_circle(tmp_path: Path) -> None:
         ("bad.yaml", "not YAML"),
     ],
 )
-def test_a_lost_parent_does_not_hide_other_mistakes(
-    tmp_path: Path, extends: str, said: str
+def test_a_missing_parent_does_not_hide_other_errors(
+    tmp_path: Path, extends: str, message: str
 ) -> None:
     write(tmp_path, "bad.yaml", "a: [\n")
     path = write(tmp_path, "p.yaml", f"extends: {extends}\ngel: {{friction: -1}}\n")
     problems = problems_of(path)
     assert len(problems) == 2
-    assert any(said in str(problem) for problem in problems)
+    assert any(message in str(problem) for problem in problems)
     assert Problem(path, 2, 7, "gel.friction", "should be at least 0, not -1") in problems
 
 
-def test_relative_paths_belong_to_the_file_that_says_them(tmp_path: Path) -> None:
-    write(tmp_path, "lab/base.yaml", SOUND.replace("loop: true", "path: in/press.png"))
+def test_relative_paths_are_relative_to_their_own_file(tmp_path: Path) -> None:
+    write(tmp_path, "lab/base.yaml", VALID.replace("loop: true", "path: in/press.png"))
     top = write(tmp_path, "top.yaml", "extends: lab/base.yaml\n")
     assert load_profile(top).camera.options["path"] == str(tmp_path / "lab/in/press.png")
     own = write(tmp_path, "own.yaml", "extends: lab/base.yaml\ncamera: {path: here.png}\n")
@@ -298,16 +295,16 @@ def test_relative_paths_belong_to_the_file_that_says_them(tmp_path: Path) -> Non
     assert load_profile(fixed).camera.options["path"] == "/data"
 
 
-def test_the_virtual_sensor_is_the_profile_with_an_overlay(tmp_path: Path) -> None:
-    path = write(tmp_path, "p.yaml", SOUND + "sim: {gel: {friction: 0.7, markers: null}}\n")
+def test_the_virtual_sensor_is_the_profile_with_its_sim_section(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", VALID + "sim: {gel: {friction: 0.7, markers: null}}\n")
     real, virtual_profile = load_profile(path), load_profile(path, sim=True)
     assert (real.gel.friction, virtual_profile.gel.friction) == (None, 0.7)
     assert real.gel.markers is not None
     assert virtual_profile.gel == real.gel.model_copy(update={"friction": 0.7, "markers": None})
 
 
-def test_mistakes_in_the_overlay_are_found_without_it(tmp_path: Path) -> None:
-    path = write(tmp_path, "p.yaml", SOUND + "sim:\n  gel: {fricton: 0.7}\n  name: true\n")
+def test_errors_in_the_sim_section_are_always_reported(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", VALID + "sim:\n  gel: {fricton: 0.7}\n  name: true\n")
     assert [(p.line, p.key) for p in problems_of(path)] == [
         (10, "sim.gel.fricton"),
         (11, "sim.name"),
@@ -315,8 +312,8 @@ def test_mistakes_in_the_overlay_are_found_without_it(tmp_path: Path) -> None:
     assert {p.line for p in problems_of(path, sim=True)} == {10, 11}
 
 
-def test_a_program_may_override(tmp_path: Path) -> None:
-    path = write(tmp_path, "p.yaml", SOUND + "sim: {gel: {friction: 0.7}}\n")
+def test_overrides_take_precedence_over_the_sim_section(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", VALID + "sim: {gel: {friction: 0.7}}\n")
     overrides = {"gel": {"friction": 0.2, "markers": None}, "estimators": {"contact": None}}
     profile = load_profile(path, sim=True, overrides=overrides)
     assert profile.gel.friction == 0.2
@@ -324,34 +321,34 @@ def test_a_program_may_override(tmp_path: Path) -> None:
     assert list(profile.estimators) == ["height"]
 
 
-def test_a_mistake_in_an_override_is_said_to_be_one(tmp_path: Path) -> None:
-    path = write(tmp_path, "p.yaml", SOUND)
+def test_an_error_in_an_override_is_reported_as_such(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", VALID)
     (problem,) = problems_of(path, overrides={"gel": {"frict": 0.2}})
     assert str(problem) == "overrides: gel.frict: unknown key; did you mean 'friction'?"
 
 
-def test_a_profile_survives_being_told_what_it_says(tmp_path: Path) -> None:
-    path = write(tmp_path, "p.yaml", SOUND)
+def test_overriding_a_profile_with_itself_changes_nothing(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", VALID)
     profile = load_profile(path)
-    said = profile.model_dump(by_alias=True, exclude_unset=True)
-    assert load_profile(path, overrides=said) == profile
+    values = profile.model_dump(by_alias=True, exclude_unset=True)
+    assert load_profile(path, overrides=values) == profile
 
 
-def test_without_its_plugin_a_shipped_profile_says_what_to_install(tmp_path: Path) -> None:
-    text = SOUND + "illumination: {use: not_here_yet.tricolour}\n"
-    (said,) = said_of(text, tmp_path)
-    assert said.startswith("9:16: illumination.use: ")
-    assert said.endswith("run 'pip install tactile-not-here-yet'")
+def test_a_missing_plugin_is_reported_with_its_package(tmp_path: Path) -> None:
+    text = VALID + "illumination: {use: not_here_yet.tricolour}\n"
+    (message,) = messages_of(text, tmp_path)
+    assert message.startswith("9:16: illumination.use: ")
+    assert message.endswith("run 'pip install tactile-not-here-yet'")
 
 
-def test_the_two_stages_stand_alone(tmp_path: Path) -> None:
-    source = load_source(write(tmp_path, "p.yaml", TWELVE))
+def test_structure_and_components_are_validated_separately(tmp_path: Path) -> None:
+    source = load_source(write(tmp_path, "p.yaml", INVALID))
     assert {p.line for p in source.problems} == {13}
     assert {p.line for p in validate_structure(source)} == {2, 3, 5, 7, 8, 9, 10, 14}
     assert {p.line for p in validate_components(source)} == {15, 16, 17}
 
 
-def test_the_profile_alone_is_judged_without_importing_a_plugin() -> None:
+def test_structure_is_validated_without_importing_plugins() -> None:
     script = (
         "import sys\n"
         "from tactile_core.profiles.loader import load_profile\n"
@@ -365,7 +362,7 @@ def test_the_profile_alone_is_judged_without_importing_a_plugin() -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_the_fingerprint_is_of_what_a_calibration_depends_on() -> None:
+def test_the_profile_hash_covers_what_a_calibration_depends_on() -> None:
     def changed(**overrides: Any) -> bool:
         other = load_profile("hex_fingertip", overrides=overrides)
         return profile_hash(other) != profile_hash(load_profile("hex_fingertip"))
@@ -383,8 +380,8 @@ def test_the_fingerprint_is_of_what_a_calibration_depends_on() -> None:
     assert changed(illumination={"lights": [{"name": "r", **light}, *rest]})
 
 
-def test_one_number_written_two_ways_is_one_fingerprint(tmp_path: Path) -> None:
-    text = SOUND + "illumination: {use: core.constant, lights: [{name: a, azimuth_deg: 1, "
-    whole = write(tmp_path, "a.yaml", text + "elevation_deg: 19}]}\n")
-    point = write(tmp_path, "b.yaml", text + "elevation_deg: 19.0}]}\n")
-    assert profile_hash(load_profile(whole)) == profile_hash(load_profile(point))
+def test_a_number_written_in_two_ways_has_one_hash(tmp_path: Path) -> None:
+    text = VALID + "illumination: {use: core.constant, lights: [{name: a, azimuth_deg: 1, "
+    integer = write(tmp_path, "a.yaml", text + "elevation_deg: 19}]}\n")
+    decimal = write(tmp_path, "b.yaml", text + "elevation_deg: 19.0}]}\n")
+    assert profile_hash(load_profile(integer)) == profile_hash(load_profile(decimal))

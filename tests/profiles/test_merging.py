@@ -1,4 +1,4 @@
-"""Laying one profile over another, as laws of a pure function."""
+"""Algebraic properties of merging one profile into another."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ values = st.recursive(
     max_leaves=8,
 )
 trees = st.dictionaries(st.sampled_from(["a", "b", "use", "gel", "shape"]), values, max_size=4)
-# Small letters hold numbers, capitals hold mappings: no key changes between the two.
-alike = st.recursive(
+# Lower-case keys have numbers and upper-case keys have mappings, so no key changes its type.
+consistent_trees = st.recursive(
     st.dictionaries(st.sampled_from("ab"), st.integers(), max_size=2),
     lambda inner: st.dictionaries(st.sampled_from("AB"), inner, max_size=2),
     max_leaves=6,
@@ -38,53 +38,55 @@ def merged(*trees: dict[str, Any]) -> dict[str, Any]:
     return plain
 
 
-def settled(tree: dict[str, Any]) -> dict[str, Any]:
+def nulls_removed(tree: dict[str, Any]) -> dict[str, Any]:
     plain: dict[str, Any] = without_nulls(Node.of(tree, BASE)).plain()
     return plain
 
 
 @law
 @given(trees)
-def test_nothing_laid_over_a_profile_changes_nothing(tree: dict[str, Any]) -> None:
+def test_the_empty_profile_is_neutral(tree: dict[str, Any]) -> None:
     assert merged(tree, {}) == tree
     assert merged({}, tree) == tree
 
 
 @law
 @given(trees)
-def test_a_profile_laid_over_itself_is_itself(tree: dict[str, Any]) -> None:
+def test_merging_is_idempotent(tree: dict[str, Any]) -> None:
     assert merged(tree, tree) == tree
 
 
 @law
 @given(trees, trees)
-def test_laying_the_same_over_it_twice_is_once(base: dict[str, Any], top: dict[str, Any]) -> None:
+def test_merging_the_same_twice_equals_merging_once(
+    base: dict[str, Any], top: dict[str, Any]
+) -> None:
     assert merged(base, top, top) == merged(base, top)
 
 
 @law
-@given(alike, alike, alike)
-def test_revisions_of_a_kind_may_be_merged_in_any_grouping(
-    a: dict[str, Any], b: dict[str, Any], c: dict[str, Any]
-) -> None:
+@given(consistent_trees, consistent_trees, consistent_trees)
+def test_merging_is_associative(a: dict[str, Any], b: dict[str, Any], c: dict[str, Any]) -> None:
     assert merged(merged(a, b), c) == merged(a, merged(b, c))
 
 
 @law
 @given(trees, trees)
-def test_what_the_top_says_stands(base: dict[str, Any], top: dict[str, Any]) -> None:
-    def said(part: Any, whole: Any) -> bool:
-        if isinstance(part, dict) and isinstance(whole, dict):
-            return all(key in whole and said(value, whole[key]) for key, value in part.items())
-        return bool(part == whole)
+def test_values_of_the_upper_profile_take_precedence(
+    base: dict[str, Any], top: dict[str, Any]
+) -> None:
+    def contained(part: Any, tree: Any) -> bool:
+        if isinstance(part, dict) and isinstance(tree, dict):
+            return all(key in tree and contained(value, tree[key]) for key, value in part.items())
+        return bool(part == tree)
 
-    assert said(top, merged(base, top))
+    assert contained(top, merged(base, top))
 
 
 @law
 @given(trees, st.sampled_from(["a", "b", "gel"]))
-def test_null_takes_a_key_back(base: dict[str, Any], key: str) -> None:
-    assert key not in settled(merged(base, {key: None}))
+def test_null_removes_a_key(base: dict[str, Any], key: str) -> None:
+    assert key not in nulls_removed(merged(base, {key: None}))
 
 
 @law
@@ -96,7 +98,7 @@ def test_the_order_of_the_base_is_kept(base: dict[str, Any], top: dict[str, Any]
 
 @law
 @given(trees, trees)
-def test_every_value_stands_in_one_of_the_two_files(
+def test_every_value_keeps_the_position_of_its_file(
     base: dict[str, Any], top: dict[str, Any]
 ) -> None:
     def check(node: Node, below: Node | None, above: Node | None) -> None:
@@ -112,7 +114,7 @@ def test_every_value_stands_in_one_of_the_two_files(
     check(merge(below, above), below, above)
 
 
-def test_another_component_takes_nothing_over() -> None:
+def test_another_component_inherits_no_options() -> None:
     base = {"camera": {"use": "core.replay", "path": "in", "loop": True}}
     assert merged(base, {"camera": {"use": "lab.usb", "path": "0"}}) == {
         "camera": {"use": "lab.usb", "path": "0"}
@@ -125,14 +127,14 @@ def test_the_same_component_keeps_its_options() -> None:
     assert merged(base, top) == {"camera": {"use": "core.replay", "path": "in", "loop": True}}
 
 
-def test_another_shape_drops_what_only_the_old_one_knows() -> None:
+def test_another_shape_drops_the_keys_of_the_old_one() -> None:
     base = {"gel": {"shape": "dome", "radius_mm": 20, "thickness_mm": 2}}
     assert merged(base, {"gel": {"shape": "flat"}}) == {"gel": {"shape": "flat", "thickness_mm": 2}}
-    assert settled(merged(base, {"gel": {"shape": None}})) == {"gel": {"thickness_mm": 2}}
+    assert nulls_removed(merged(base, {"gel": {"shape": None}})) == {"gel": {"thickness_mm": 2}}
     assert merged(base, {"gel": {"thickness_mm": 3}})["gel"]["radius_mm"] == 20
 
 
-def test_a_component_may_have_a_shape_of_its_own() -> None:
+def test_an_option_named_shape_does_not_drop_other_options() -> None:
     base = {"camera": {"use": "lab.card", "shape": {"radius_mm": 1}, "radius_mm": 3}}
     top = {"camera": {"shape": {"radius_mm": 2}}}
     assert merged(base, top)["camera"] == {
@@ -142,7 +144,7 @@ def test_a_component_may_have_a_shape_of_its_own() -> None:
     }
 
 
-def test_a_removed_step_that_comes_back_comes_back_bare() -> None:
+def test_a_removed_and_restored_step_has_no_inherited_options() -> None:
     base = {"estimators": {"height": {"use": "core.poisson", "boundary": "dirichlet"}}}
     removed = {"estimators": {"height": None}}
     again = {"estimators": {"height": {"use": "core.poisson"}}}

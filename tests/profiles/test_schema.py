@@ -1,4 +1,4 @@
-"""The JSON schema speaks of the keys as they stand in YAML."""
+"""The JSON schema describes the keys of a profile's YAML."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def sections() -> Iterator[dict[str, Any]]:
     yield from schema["$defs"].values()
 
 
-def test_its_keys_are_those_of_a_file() -> None:
+def test_its_keys_are_those_of_a_profile() -> None:
     keys = set(profile_schema()["properties"])
     assert keys == {field.alias or name for name, field in Profile.model_fields.items()} | {
         "extends"
@@ -30,19 +30,19 @@ def test_every_key_is_described() -> None:
         ] == []
 
 
-def test_null_may_reset_every_key() -> None:
+def test_every_key_accepts_null() -> None:
     for section in sections():
         for value in section["properties"].values():
             assert {"type": "null"} in value.get("anyOf", ()) or "null" in value["type"]
 
 
-def test_a_revision_may_leave_out_what_it_inherits() -> None:
+def test_a_revision_can_omit_inherited_keys() -> None:
     assert not any("required" in section for section in sections())
     assert profile_schema()["if"] == {"not": {"required": ["extends"]}}
     assert profile_schema()["then"]["required"] == ["schema", "name", "image"]
 
 
-def test_every_reference_leads_somewhere() -> None:
+def test_every_reference_resolves() -> None:
     schema = profile_schema()
 
     def references(value: Any) -> Iterator[str]:
@@ -59,5 +59,5 @@ def test_every_reference_leads_somewhere() -> None:
             target = target[part]
 
 
-def test_it_can_be_written_as_json() -> None:
+def test_the_schema_is_valid_json() -> None:
     assert json.loads(json.dumps(profile_schema())) == profile_schema()

@@ -1,4 +1,4 @@
-"""The profiles that ship and the sensors added by YAML alone."""
+"""The shipped profiles, and the example sensors that need only YAML."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
         "hex_fingertip_unmarked",
     ],
 )
-def test_a_shipped_profile_is_sound_and_named_like_its_file(name: str) -> None:
+def test_a_shipped_profile_is_valid_and_named_like_its_file(name: str) -> None:
     assert load_profile(name).name == name
     assert name in [entry.name for entry in list_profiles() if entry.origin == "shipped"]
 
 
-def test_the_gel_of_2015_is_that_of_the_paper() -> None:
+def test_the_gel_of_2015_has_the_values_of_the_paper() -> None:
     profile = load_profile("baxter_fingertip_marked")
     gel, image = profile.gel, profile.image
     assert (gel.shape, gel.size_mm, gel.thickness_mm) == ("flat", (23.4, 22.6), 2.0)
@@ -41,13 +41,13 @@ def test_the_gel_of_2015_is_that_of_the_paper() -> None:
     assert profile.calibration.use == load_profile("baxter_fingertip").calibration.use
 
 
-def test_the_wedge_needs_no_plugin_of_its_own() -> None:
+def test_the_wedge_uses_only_the_core_plugin() -> None:
     wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
     assert {part.use.partition(".")[0] for part in wedge.components.values()} == {"core"}
     assert (wedge.image.width_px, wedge.image.height_px) == (240, 320)
 
 
-def test_the_wedge_fills_its_image() -> None:
+def test_the_warp_of_the_wedge_fills_its_image() -> None:
     image = load_profile(EXAMPLES / "wedge" / "wedge.yaml").image
     assert image.warp is not None
     assert set(image.warp.target) == {
@@ -56,7 +56,7 @@ def test_the_wedge_fills_its_image() -> None:
 
 
 @pytest.mark.recordings
-def test_the_markers_of_the_wedge_are_where_its_profile_says(recordings: Path) -> None:
+def test_the_markers_of_the_wedge_match_its_profile(recordings: Path) -> None:
     import cv2
     import numpy as np
 
@@ -73,7 +73,7 @@ def test_the_markers_of_the_wedge_are_where_its_profile_says(recordings: Path) -
     assert isinstance(markers, Markers)
     diameter_mm, pitch_mm = np.multiply(found, wedge.image.mm_per_px)
     assert pitch_mm == pytest.approx(markers.pitch_mm, rel=0.02)
-    # What is found is the size at half darkness; the profile adds the blurred rim, a pixel a side.
+    # measured at half contrast; the profile's diameter includes a blurred rim of a pixel per side
     assert diameter_mm < markers.diameter_mm < diameter_mm + 2 * wedge.image.mm_per_px
 
 

@@ -1,4 +1,4 @@
-"""One YAML file: values as YAML 1.2 means them, each with its line and column."""
+"""Parsing a profile's YAML 1.2, with the line and column of each value."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def read(file: Path, text: str) -> Node:
 
 
 def refusals(file: Path, text: str | bytes) -> list[str]:
-    """What is said of a file, without its folder."""
+    """Return the problems of a file, without its folder."""
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     try:
         problems = read_yaml(file)[1]
@@ -40,7 +40,7 @@ def refusals(file: Path, text: str | bytes) -> list[str]:
     return [str(problem).removeprefix(f"{file.parent}/") for problem in problems]
 
 
-def test_every_value_knows_its_line_and_column(file: Path) -> None:
+def test_every_value_has_its_line_and_column(file: Path) -> None:
     tree = read(file, "# a comment\na: 1\nb:\n  c: [2, {d: 3}]\n")
     assert tree.plain() == {"a": 1, "b": {"c": [2, {"d": 3}]}}
     assert tree.origin(("a",)) == Place(file, 2, 1)
@@ -76,19 +76,19 @@ def test_every_value_knows_its_line_and_column(file: Path) -> None:
         ("9" * 5000, "9" * 5000),
     ],
 )
-def test_words_mean_what_yaml_1_2_says(text: str, value: Any) -> None:
+def test_scalars_are_parsed_as_yaml_1_2(text: str, value: Any) -> None:
     assert scalar(text) == value
     assert type(scalar(text)) is type(value)
 
 
 @law
 @given(st.integers() | st.floats(allow_nan=False))
-def test_numbers_come_back(number: float) -> None:
+def test_numbers_are_parsed_from_their_text(number: float) -> None:
     text = str(number).replace("inf", ".inf")
     assert scalar(text) == number
 
 
-def test_what_is_in_quotes_is_text(file: Path) -> None:
+def test_quoted_scalars_are_text(file: Path) -> None:
     assert read(file, "a: '12'\nb: \"true\"\nc: |\n  3\n").plain() == {
         "a": "12",
         "b": "true",
@@ -100,14 +100,14 @@ def test_an_empty_file_is_an_empty_profile(file: Path) -> None:
     assert read(file, "# nothing yet\n").plain() == {}
 
 
-def test_a_byte_order_marker_and_windows_lines_are_no_matter(file: Path) -> None:
+def test_a_byte_order_mark_and_windows_lines_are_accepted(file: Path) -> None:
     file.write_bytes("\ufeffa: 1\r\nb: ä\r\n".encode())
     tree, _ = read_yaml(file)
     assert tree.plain() == {"a": 1, "b": "ä"}
     assert tree.origin(("a",)) == Place(file, 1, 1)
 
 
-def test_a_repeated_key_names_the_first(file: Path) -> None:
+def test_a_repeated_key_is_reported_with_the_first(file: Path) -> None:
     assert refusals(file, "a: 1\nb:\n  c: 1\n  c: 2\na: 3\n") == [
         "p.yaml:4:3: b.c: repeated key; the first is on line 3",
         "p.yaml:5:1: a: repeated key; the first is on line 1",
@@ -115,7 +115,7 @@ def test_a_repeated_key_names_the_first(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("a:\n\tb: 1\n", "p.yaml:2:1: not YAML: indented with a tab; use spaces"),
         ("a: [1\nb: 2\n", "p.yaml:2:2: not YAML: expected ',' or ']', but got ':' while"),
@@ -134,15 +134,15 @@ def test_a_repeated_key_names_the_first(file: Path) -> None:
         ("#" * (MOST_BYTES + 1), "p.yaml: too large for a profile; is this the right file?"),
     ],
 )
-def test_what_is_no_profile_is_refused_in_one_sentence(
-    file: Path, text: str | bytes, said: str
+def test_an_invalid_file_is_rejected_in_one_sentence(
+    file: Path, text: str | bytes, message: str
 ) -> None:
     (refusal,) = refusals(file, text)
-    assert refusal.startswith(said)
+    assert refusal.startswith(message)
     assert "\n" not in refusal
 
 
-def test_an_alias_bomb_is_refused_in_one_sentence(file: Path) -> None:
+def test_an_alias_bomb_is_rejected_in_one_sentence(file: Path) -> None:
     levels = "".join(
         f"l{i}: &l{i} [{', '.join([f'*l{i - 1}'] * 9)}]\n" if i else "l0: &l0 [ha]\n"
         for i in range(12)
@@ -153,12 +153,12 @@ def test_an_alias_bomb_is_refused_in_one_sentence(file: Path) -> None:
     ]
 
 
-def test_what_was_wrong_before_a_syntax_error_is_said_too(file: Path) -> None:
-    said = refusals(file, "a: 1\na: 2\nb: [\n")
-    assert [line.split(":")[1] for line in said] == ["2", "4"]
+def test_errors_before_a_syntax_error_are_reported_too(file: Path) -> None:
+    messages = refusals(file, "a: 1\na: 2\nb: [\n")
+    assert [message.split(":")[1] for message in messages] == ["2", "4"]
 
 
-def test_a_missing_file_and_a_folder_say_so(tmp_path: Path) -> None:
+def test_a_missing_file_and_a_folder_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(ProfileError, match="there is no such file"):
         read_yaml(tmp_path / "gone.yaml")
     with pytest.raises(ProfileError, match="cannot be read"):
@@ -167,7 +167,7 @@ def test_a_missing_file_and_a_folder_say_so(tmp_path: Path) -> None:
 
 @law
 @given(st.text(max_size=60) | st.binary(max_size=60))
-def test_any_file_is_read_or_refused(text: str | bytes) -> None:
+def test_any_file_is_read_or_rejected(text: str | bytes) -> None:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "p.yaml"
         file.write_bytes(text if isinstance(text, bytes) else text.encode())

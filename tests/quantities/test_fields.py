@@ -1,4 +1,4 @@
-"""A field's annotation is its description, and results are held to it."""
+"""The annotation of a field describes it, and results are checked against it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHAPE = (6, 8)
 
 @dataclass(frozen=True, eq=False)
 class Friction(Quantity):
-    """Everything that a field can be."""
+    """Every kind of field."""
 
     coefficient: Annotated[Float32, FieldSpec("1", ("y", "x"))]
     std: Annotated[Float32 | None, FieldSpec("1", ("y", "x"), std_of="coefficient")]
@@ -50,7 +50,7 @@ class Friction(Quantity):
 
 def friction(**changed: Any) -> Friction:
     plane = np.ones(SHAPE, np.float32)
-    sound = Friction(
+    valid = Friction(
         plane,
         0.1 * plane,
         plane > 0,
@@ -64,7 +64,7 @@ def friction(**changed: Any) -> Friction:
         np.arange(3),
         0.1,
     )
-    return replace(sound, **changed)
+    return replace(valid, **changed)
 
 
 def test_type_and_dtype_are_read_from_the_annotation() -> None:
@@ -78,7 +78,7 @@ def test_type_and_dtype_are_read_from_the_annotation() -> None:
     assert found["mode"] == (str, None, False)
 
 
-def test_a_name_in_files_is_the_author_s_or_holds_the_type() -> None:
+def test_the_name_in_files_defaults_to_type_and_field() -> None:
     names = {field.name: field.spec.saved_as for field in fields_of(Friction)}
     assert names["mean"] == "mean_friction"
     assert names["coefficient"] == "Friction.coefficient"
@@ -90,34 +90,36 @@ def test_a_quantity_as_described_has_no_fault() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"coefficient": np.ones(SHAPE)}, "coefficient is float64 where it must be float32"),
         ({"coefficient": None}, "coefficient is NoneType where it must be float32"),
         ({"coefficient": [1.0]}, "coefficient is list where it must be float32"),
         ({"std": np.ones((2, 2), np.float32)}, r"std has the shape (2, 2) where the image has"),
-        ({"coefficient": np.full(SHAPE, np.nan, np.float32)}, "values that are no numbers"),
+        ({"coefficient": np.full(SHAPE, np.nan, np.float32)}, "values that are not finite"),
         ({"traction": np.ones((9, 4, 2), np.float32)}, "traction has the shape (9, 4, 2) where"),
         ({"traction": np.ones((3, 4, 3), np.float32)}, "traction has the shape (3, 4, 3) where"),
         ({"sizes": np.zeros(4, np.int32)}, "sizes has the shape (4,) where the quantity has (5,)"),
         ({"mean": float("nan")}, "mean is nan where it must be a number"),
         ({"mean": "much"}, "mean is 'much' where it must be a number"),
-        ({"anything": np.array([1.0, np.inf])}, "anything holds values that are no numbers"),
+        ({"anything": np.array([1.0, np.inf])}, "anything holds values that are not finite"),
     ],
 )
-def test_what_differs_from_the_description_is_named(changed: dict[str, Any], said: str) -> None:
-    assert said in form_fault(friction(**changed), SHAPE)
+def test_a_field_that_differs_from_its_description_is_named(
+    changed: dict[str, Any], message: str
+) -> None:
+    assert message in form_fault(friction(**changed), SHAPE)
     assert form_fault(friction(**changed), SHAPE).startswith("Friction.")
 
 
-def test_the_core_s_own_are_held_to_theirs() -> None:
+def test_quantities_of_the_core_are_checked_too() -> None:
     flat = HeightMap(np.zeros(SHAPE, np.float32), np.ones(SHAPE, np.bool_), 0.1)
     assert form_fault(flat, SHAPE) == ""
     assert form_fault(flat, (3, 8)).startswith("HeightMap.mm has the shape (6, 8)")
     assert form_fault(SlipState("stick", float("nan"))).startswith("SlipState.degree is nan")
 
 
-def test_a_coarse_field_gives_the_full_image_when_asked() -> None:
+def test_a_coarse_field_is_interpolated_to_the_image() -> None:
     traction = friction().full("traction")
     assert traction.shape == (*SHAPE, 2)
     assert traction == pytest.approx(1)
@@ -125,21 +127,21 @@ def test_a_coarse_field_gives_the_full_image_when_asked() -> None:
     assert fine.full("traction") is fine.traction
 
 
-def test_a_ramp_on_a_coarse_grid_is_the_same_ramp_between_the_middles_of_its_cells() -> None:
+def test_a_ramp_on_a_coarse_grid_is_the_same_ramp_between_the_centres_of_its_cells() -> None:
     cells = np.zeros((4, 8, 2), np.float32)
-    cells[..., 0] = np.arange(8) * 10.0  # x of each cell's middle is 10 n + 4.5 px
+    cells[..., 0] = np.arange(8) * 10.0  # x of each cell's centre is 10 n + 4.5 px
     field = DisplacementField(cells, np.ones((40, 80), np.bool_), 0.1)
     x = np.arange(5, 75)
     np.testing.assert_allclose(field.mm[20, 5:75, 0], x - 4.5, atol=1e-4)
     assert field.mm.shape == (40, 80, 2)
 
 
-def test_what_is_drawn_follows_from_the_fields() -> None:
+def test_layers_follow_from_the_fields() -> None:
     kinds = [type(layer) for layer in friction().layers()]
     assert kinds == [ScalarMap, Outline, VectorMap, Points]
 
 
-def test_scalars_are_the_summary() -> None:
+def test_the_summary_holds_the_scalars() -> None:
     assert friction().summary() == {
         "mean_friction": 0.4,
         "friction_spread": None,
@@ -149,24 +151,24 @@ def test_scalars_are_the_summary() -> None:
 
 @dataclass(frozen=True, eq=False)
 class Lost(Quantity):
-    """Its annotation names nothing."""
+    """Its annotation refers to an undefined name."""
 
     value: Missing  # type: ignore[name-defined]  # noqa: F821
 
 
-def test_annotations_that_cannot_be_read_are_said() -> None:
+def test_annotations_that_cannot_be_read_are_reported() -> None:
     with pytest.raises(PluginError, match=r"the quantity Lost cannot be read .*'Missing'"):
         fields_of(Lost)
 
 
 @dataclass(frozen=True, eq=False)
 class Tabular(Quantity):
-    """No array can hold its field."""
+    """An array cannot hold its field."""
 
     table: Mapping[str, int]
 
 
-def test_what_no_array_can_hold_is_left_out_of_form_summary_and_picture() -> None:
+def test_a_field_that_is_no_array_is_left_out_of_form_summary_and_layers() -> None:
     table = Tabular({"a": 1})
     assert form_fault(table) == ""
     assert table.summary() == {}

@@ -1,4 +1,4 @@
-"""Signs and units of slopes, heights and contacts, against surfaces that are known."""
+"""Signs and units of slopes, heights and contacts on surfaces with known geometry."""
 
 from __future__ import annotations
 
@@ -19,9 +19,7 @@ def gradients(height_mm: NDArray[np.float64]) -> Gradients:
 
 
 @pytest.mark.parametrize(("along_x", "along_y"), [(0.5, 0.0), (0.0, 0.5), (-0.3, 0.8)])
-def test_a_normal_stands_upright_on_every_line_in_the_surface(
-    along_x: float, along_y: float
-) -> None:
+def test_normals_are_perpendicular_to_the_surface(along_x: float, along_y: float) -> None:
     normals = gradients(along_x * X + along_y * Y).normals
     assert normals @ [1, 0, along_x] == pytest.approx(0, abs=1e-6)
     assert normals @ [0, 1, along_y] == pytest.approx(0, abs=1e-6)
@@ -29,10 +27,10 @@ def test_a_normal_stands_upright_on_every_line_in_the_surface(
     assert (normals[..., 2] > 0).all()
 
 
-def test_normals_of_a_ball_point_away_from_its_middle() -> None:
-    middle = np.array([1.0, 0.7, -2.0])
-    height = middle[2] + np.sqrt(9 - (X - middle[0]) ** 2 - (Y - middle[1]) ** 2)
-    radial = np.dstack([X, Y, height]) - middle
+def test_normals_of_a_ball_point_away_from_its_centre() -> None:
+    centre = np.array([1.0, 0.7, -2.0])
+    height = centre[2] + np.sqrt(9 - (X - centre[0]) ** 2 - (Y - centre[1]) ** 2)
+    radial = np.dstack([X, Y, height]) - centre
     inner = (slice(1, -1), slice(1, -1))  # differences are one-sided at the border
     np.testing.assert_allclose(gradients(height).normals[inner], (radial / 3)[inner], atol=1e-3)
 
@@ -44,16 +42,16 @@ def test_an_area_is_that_of_its_pixels() -> None:
 
 
 @pytest.mark.parametrize("domed", [False, True])
-def test_what_is_pressed_lies_nearer_to_the_camera_than_the_gel_at_rest(domed: bool) -> None:
+def test_indented_gel_is_nearer_to_the_camera_than_undeformed_gel(domed: bool) -> None:
     rest = (-0.1 * X**2).astype(np.float32) if domed else None
-    at_rest, pressed = (
+    undeformed, pressed = (
         HeightMap(np.full(SHAPE, mm, np.float32), VALID, MM_PER_PX, rest_mm=rest).points_mm
         for mm in (0.0, 0.3)
     )
-    assert at_rest[..., 2] == pytest.approx(0 if rest is None else rest)
-    assert (pressed - at_rest)[..., :2] == pytest.approx(0)
-    assert (pressed - at_rest)[..., 2] == pytest.approx(-0.3)
-    # the image's middle is the origin, x right and y down
-    assert at_rest[..., 0].mean() == pytest.approx(0, abs=1e-6)
-    assert at_rest[0, -1, 0] - at_rest[0, 0, 0] == pytest.approx(39 * MM_PER_PX)
-    assert at_rest[-1, 0, 1] - at_rest[0, 0, 1] == pytest.approx(29 * MM_PER_PX)
+    assert undeformed[..., 2] == pytest.approx(0 if rest is None else rest)
+    assert (pressed - undeformed)[..., :2] == pytest.approx(0)
+    assert (pressed - undeformed)[..., 2] == pytest.approx(-0.3)
+    # the image centre is the origin, x right and y down
+    assert undeformed[..., 0].mean() == pytest.approx(0, abs=1e-6)
+    assert undeformed[0, -1, 0] - undeformed[0, 0, 0] == pytest.approx(39 * MM_PER_PX)
+    assert undeformed[-1, 0, 1] - undeformed[0, 0, 1] == pytest.approx(29 * MM_PER_PX)

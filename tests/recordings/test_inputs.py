@@ -1,4 +1,4 @@
-"""No output may hit what a command reads."""
+"""Outputs of a command never overwrite its inputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tactile_core.recordings.inputs import Inputs
 
 @pytest.fixture
 def given(tmp_path: Path) -> Inputs:
-    """A folder of presses, a picture in another folder, and a profile in a third."""
+    """A folder of presses, an image in a second folder, and a profile in a third."""
     for path in ("presses/a.png", "ref/b.png", "mine/mine.yaml"):
         (tmp_path / path).parent.mkdir()
         (tmp_path / path).write_text("mine")
@@ -28,15 +28,13 @@ def given(tmp_path: Path) -> Inputs:
 
 
 def names(folder: Path, path: str) -> list[Path]:
-    """A path, the path with dots in it, and a link to it."""
+    """Return a path, the same path with '..' in it, and a link to it."""
     link = folder / "link"
     link.symlink_to(folder / path)
     return [folder / path, folder / "presses" / ".." / path, link]
 
 
-def test_a_folder_that_is_replaced_may_neither_be_nor_hold_an_input(
-    given: Inputs, tmp_path: Path
-) -> None:
+def test_a_replaced_folder_must_not_be_or_contain_an_input(given: Inputs, tmp_path: Path) -> None:
     for name in names(tmp_path, "presses"):
         with pytest.raises(InputError, match=r"--out .* is --presses .* itself"):
             given.refuse_whole(name)
@@ -50,9 +48,7 @@ def test_a_folder_that_is_replaced_may_neither_be_nor_hold_an_input(
     given.refuse_whole(tmp_path / "presses" / "bundle")
 
 
-def test_a_folder_for_results_may_not_be_a_recording_nor_have_one_in_it(
-    given: Inputs, tmp_path: Path
-) -> None:
+def test_a_result_folder_must_not_be_or_contain_a_recording(given: Inputs, tmp_path: Path) -> None:
     for name in names(tmp_path, "ref"):
         with pytest.raises(InputError, match=r"contains --reference .* could overwrite"):
             given.refuse_shared(name)
@@ -63,7 +59,7 @@ def test_a_folder_for_results_may_not_be_a_recording_nor_have_one_in_it(
     given.refuse_shared(tmp_path / "presses" / "results")
 
 
-def test_a_file_may_not_be_an_input_by_any_of_its_names(given: Inputs, tmp_path: Path) -> None:
+def test_an_output_file_must_not_be_a_link_to_an_input(given: Inputs, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is the profile"):
         given.refuse_file(tmp_path / "mine" / "mine.yaml")
     (tmp_path / "hard.png").hardlink_to(tmp_path / "ref" / "b.png")

@@ -1,4 +1,4 @@
-"""Only what a command wrote is written again."""
+"""Only files that a command wrote are overwritten."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ def write(folder: OutputFolder, text: str, name: str = "a.txt") -> Path:
     return folder.write(name, lambda path: path.write_text(text) and None, of=text)
 
 
-def test_a_later_run_replaces_what_a_former_one_wrote(tmp_path: Path) -> None:
+def test_a_later_run_replaces_files_of_an_earlier_one(tmp_path: Path) -> None:
     for text in ("one", "two", "three"):
         assert write(OutputFolder(tmp_path / "out"), text).read_text() == text
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [WRITTEN, "a.txt"]
 
 
-def test_a_copied_folder_is_written_again_as_well(tmp_path: Path) -> None:
+def test_files_of_a_copied_folder_are_replaced_too(tmp_path: Path) -> None:
     write(OutputFolder(tmp_path / "out"), "one")
     shutil.copytree(tmp_path / "out", tmp_path / "copy")
     assert write(OutputFolder(tmp_path / "copy"), "two").read_text() == "two"
 
 
-def test_what_somebody_else_put_there_is_refused_and_kept(tmp_path: Path) -> None:
+def test_files_that_no_command_wrote_are_kept(tmp_path: Path) -> None:
     folder = OutputFolder(tmp_path)
     write(folder, "ours")
     (tmp_path / "b.txt").write_text("mine")
@@ -49,7 +49,7 @@ def test_what_somebody_else_put_there_is_refused_and_kept(tmp_path: Path) -> Non
     assert not (tmp_path / "nowhere").exists()
 
 
-def test_what_was_deleted_and_made_anew_is_no_longer_ours(tmp_path: Path) -> None:
+def test_a_file_that_the_user_recreated_is_kept(tmp_path: Path) -> None:
     path = write(OutputFolder(tmp_path), "one")
     path.unlink()
     path.write_text("two")
@@ -57,7 +57,7 @@ def test_what_was_deleted_and_made_anew_is_no_longer_ours(tmp_path: Path) -> Non
         write(OutputFolder(tmp_path), "new")
 
 
-def test_one_run_writes_no_file_twice_and_names_both_reasons(tmp_path: Path) -> None:
+def test_writing_a_file_twice_in_one_run_names_both_observations(tmp_path: Path) -> None:
     write(OutputFolder(tmp_path), "former")
     folder = OutputFolder(tmp_path)
     write(folder, "first")
@@ -66,7 +66,7 @@ def test_one_run_writes_no_file_twice_and_names_both_reasons(tmp_path: Path) -> 
     assert (tmp_path / "a.txt").read_text() == "first"
 
 
-def test_a_file_that_comes_while_ours_is_made_is_kept(tmp_path: Path) -> None:
+def test_a_file_that_appears_during_writing_is_kept(tmp_path: Path) -> None:
     def slow(path: Path) -> None:
         (tmp_path / "a.txt").write_text("mine")
         path.write_text("ours")
@@ -77,7 +77,7 @@ def test_a_file_that_comes_while_ours_is_made_is_kept(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_what_fails_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_failed_write_keeps_the_old_file(tmp_path: Path) -> None:
     def fails(path: Path) -> None:
         path.write_text("half")
         raise OSError(28, "No space left on device")
@@ -93,7 +93,7 @@ def test_what_fails_leaves_what_was_there(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "tail", [b'\n{"file": "b.t', b"\n[[[", b"\n" + b"[" * 99_999, b"\n\xff", b"\n"]
 )
-def test_a_list_that_was_cut_off_still_tells_of_the_rest(tmp_path: Path, tail: bytes) -> None:
+def test_a_truncated_list_keeps_its_complete_entries(tmp_path: Path, tail: bytes) -> None:
     write(OutputFolder(tmp_path), "one")
     with (tmp_path / WRITTEN).open("ab") as file:
         file.write(tail)
@@ -102,7 +102,7 @@ def test_a_list_that_was_cut_off_still_tells_of_the_rest(tmp_path: Path, tail: b
     assert (tmp_path / "a.txt").read_text() == "three"
 
 
-def test_a_list_that_is_somebody_else_s_is_not_added_to(tmp_path: Path) -> None:
+def test_a_foreign_list_of_outputs_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "mine").write_text("mine")
     (tmp_path / WRITTEN).symlink_to(tmp_path / "mine")
     with pytest.raises(InputError, match="is not a list that tactile wrote"):
@@ -114,7 +114,7 @@ def test_a_list_that_is_somebody_else_s_is_not_added_to(tmp_path: Path) -> None:
     assert (tmp_path / WRITTEN).read_text() == (tmp_path / "mine").read_text() == "mine"
 
 
-def test_our_own_file_is_not_replaced_while_it_is_an_input(tmp_path: Path) -> None:
+def test_an_output_that_is_also_an_input_is_not_replaced(tmp_path: Path) -> None:
     path = write(OutputFolder(tmp_path / "out"), "one")
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "linked").hardlink_to(path)
@@ -135,14 +135,14 @@ OutputFolder(sys.argv[1]).write("a.txt", die)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no SIGKILL")
-def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_run_are_removed_by_the_next(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
     assert len(list(tmp_path.iterdir())) == 1
     write(OutputFolder(tmp_path), "one")
     assert sorted(path.name for path in tmp_path.iterdir()) == [WRITTEN, "a.txt"]
 
 
-def test_the_folder_is_made_with_the_first_file_and_not_before(tmp_path: Path) -> None:
+def test_the_folder_is_created_with_the_first_file(tmp_path: Path) -> None:
     folder = OutputFolder(tmp_path / "a" / "b")
     folder.check(["a.txt"])
     assert list(tmp_path.iterdir()) == []
@@ -155,13 +155,13 @@ def test_the_folder_is_made_with_the_first_file_and_not_before(tmp_path: Path) -
             write(OutputFolder(path), "one")
 
 
-def test_names_that_had_to_be_changed_stay_apart() -> None:
+def test_changed_names_stay_distinct() -> None:
     sources = ["a/b", "a_b", "a\\b", "x" * 300, "x" * 301, "..", "."]
     assert len({safe_stem(source) for source in sources}) == len(sources)
     assert safe_stem("press.v1") == "press.v1"
 
 
-def test_results_of_two_observations_never_take_one_name(tmp_path: Path) -> None:
+def test_observations_whose_results_would_share_a_name_are_rejected(tmp_path: Path) -> None:
     folder = OutputFolder(tmp_path / "out")
     pictures = [".png", "_normals.png"]
     with pytest.raises(InputError, match=r"results of a and of a_normals would both be a_normals"):
@@ -172,7 +172,7 @@ def test_results_of_two_observations_never_take_one_name(tmp_path: Path) -> None
     assert not folder.path.exists()
 
 
-def test_a_file_that_no_command_wrote_is_refused_before_anything_is_measured(
+def test_a_foreign_file_is_rejected_before_measuring(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "press.tmd").write_bytes(b"my own")

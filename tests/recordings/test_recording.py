@@ -1,4 +1,4 @@
-"""Every kind of input becomes the same thing: observations in order."""
+"""Recordings of every kind are read as a sequence of observations."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def names(recording: Recording) -> list[str]:
 
 
 def values(recording: Recording) -> list[list[int]]:
-    """The first pixel of each image of each observation."""
+    """Return the first pixel of each image of each observation."""
     return [[int(image.pixels.flat[0]) for image in one.images] for one in recording]
 
 
@@ -52,7 +52,7 @@ def test_one_image_is_one_observation(tmp_path: Path) -> None:
     assert (recording.mm_per_px, recording.crop) == (None, None)
 
 
-def test_a_folder_is_read_in_the_order_of_its_names_and_numbers(tmp_path: Path) -> None:
+def test_a_folder_is_read_in_natural_order_of_names(tmp_path: Path) -> None:
     for number in (10, 2, 1):
         picture(tmp_path / f"ball-{number}.png", number)
     (tmp_path / "labels.csv").write_text("not an image")
@@ -62,13 +62,13 @@ def test_a_folder_is_read_in_the_order_of_its_names_and_numbers(tmp_path: Path) 
     assert values(recording) == [[1], [2], [10]]
 
 
-def test_reading_again_begins_again(tmp_path: Path) -> None:
+def test_each_iteration_starts_from_the_beginning(tmp_path: Path) -> None:
     picture(tmp_path / "a.png")
     recording = open_recording(tmp_path)
     assert names(recording) == names(recording) == ["a"]
 
 
-def test_images_are_counted_and_their_times_rise(tmp_path: Path) -> None:
+def test_images_are_numbered_and_timed_at_30_hz(tmp_path: Path) -> None:
     images = [
         image
         for one in open_recording(scan(tmp_path / "s"), images_per_observation=6)
@@ -80,9 +80,7 @@ def test_images_are_counted_and_their_times_rise(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("named", [".", "scan.yaml"])
-def test_a_scan_is_one_observation_and_other_pictures_are_ignored(
-    tmp_path: Path, named: str
-) -> None:
+def test_a_scan_is_one_observation_and_other_images_are_ignored(tmp_path: Path, named: str) -> None:
     folder = scan(tmp_path / "scan07", text="mmperpixel: 0.02\ncrop: [1, 2, 3, 4]\n")
     picture(folder / "thumbnail.png", 99, (2, 2, 3))
     recording = open_recording(folder / named, images_per_observation=6)
@@ -91,13 +89,13 @@ def test_a_scan_is_one_observation_and_other_pictures_are_ignored(
     assert (recording.mm_per_px, recording.crop) == (0.02, (1, 2, 3, 4))
 
 
-def test_a_scan_that_does_not_know_its_scale_or_crop_says_nothing(tmp_path: Path) -> None:
+def test_a_scan_without_scale_or_crop_leaves_them_unknown(tmp_path: Path) -> None:
     scan(tmp_path, 1, "mmperpixel: 0\ncrop: [0, 0, 0, 0]\n")
     recording = open_recording(tmp_path)
     assert (recording.mm_per_px, recording.crop) == (None, None)
 
 
-def test_a_folder_of_scans_is_one_observation_each(tmp_path: Path) -> None:
+def test_a_folder_of_scans_has_one_observation_per_scan(tmp_path: Path) -> None:
     scan(tmp_path / "s10", 2, "mmperpixel: 0.02\n")
     scan(tmp_path / "s9", 2, "mmperpixel: 0\n")
     picture(tmp_path / "overview.png", 0, (3, 3))
@@ -106,7 +104,7 @@ def test_a_folder_of_scans_is_one_observation_each(tmp_path: Path) -> None:
     assert recording.mm_per_px == 0.02
 
 
-def test_scans_of_different_scale_or_crop_are_not_one_recording(tmp_path: Path) -> None:
+def test_scans_of_different_scale_or_crop_are_rejected(tmp_path: Path) -> None:
     scan(tmp_path / "a", 1, "mmperpixel: 0.02\n")
     scan(tmp_path / "b", 1, "mmperpixel: 0.0203\n")
     assert "0.02 mm per pixel" in refusal(tmp_path)
@@ -115,14 +113,14 @@ def test_scans_of_different_scale_or_crop_are_not_one_recording(tmp_path: Path) 
     assert "crop" in refusal(tmp_path)
 
 
-def test_a_folder_with_an_image_for_each_light_is_one_observation(tmp_path: Path) -> None:
+def test_a_folder_with_one_image_per_light_is_one_observation(tmp_path: Path) -> None:
     for i in range(6):
         picture(tmp_path / "press" / f"{i}.png", i, (6, 8))
     recording = open_recording(tmp_path / "press", images_per_observation=6)
     assert names(recording) == ["press"]
     assert values(recording) == [[0, 1, 2, 3, 4, 5]]
-    whole = open_recording(tmp_path, images_per_observation=6)
-    assert names(whole) == ["press"]
+    parent = open_recording(tmp_path, images_per_observation=6)
+    assert names(parent) == ["press"]
 
 
 @pytest.mark.parametrize("count", [5, 7, 12])
@@ -146,7 +144,7 @@ def video(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_video_s_frames_are_numbered_and_timed(video: Path) -> None:
+def test_video_frames_are_numbered_and_timed(video: Path) -> None:
     recording = open_recording(video)
     assert names(recording) == ["clip_000000", "clip_000001", "clip_000002"]
     assert recording.count is None
@@ -155,33 +153,33 @@ def test_a_video_s_frames_are_numbered_and_timed(video: Path) -> None:
     np.testing.assert_allclose(times, [0, 0.05, 0.1], atol=1e-3)
 
 
-def test_images_of_different_kinds_are_refused_with_both_names(tmp_path: Path) -> None:
+def test_images_of_different_kinds_are_rejected_with_both_names(tmp_path: Path) -> None:
     picture(tmp_path / "a.png")
     picture(tmp_path / "b.png")
-    odd = picture(tmp_path / "c.png", 0, (6, 9, 3))
+    different = picture(tmp_path / "c.png", 0, (6, 9, 3))
     message = refusal(tmp_path)
     assert "a.png is 8 × 6 RGB, 8 bits" in message
     assert "c.png is 9 × 6 RGB, 8 bits" in message
-    picture(odd, 0, (6, 8))
+    picture(different, 0, (6, 8))
     assert "c.png is 8 × 6 grey" in refusal(tmp_path)
-    write_png(odd, np.zeros((6, 8, 3), np.uint16))
+    write_png(different, np.zeros((6, 8, 3), np.uint16))
     assert "c.png is 8 × 6 RGB, 16 bits" in refusal(tmp_path)
 
 
-def test_mixed_images_are_noticed_before_any_is_read(tmp_path: Path) -> None:
+def test_an_unreadable_image_is_detected_on_opening(tmp_path: Path) -> None:
     picture(tmp_path / "a.png")
-    (tmp_path / "b.png").write_text("this is no image")
-    with pytest.raises(InputError, match="no image"):
+    (tmp_path / "b.png").write_text("this is not an image")
+    with pytest.raises(InputError, match="not a readable image"):
         open_recording(tmp_path)
 
 
-def test_two_files_whose_results_would_share_a_name_are_refused(tmp_path: Path) -> None:
+def test_files_whose_results_would_share_a_name_are_rejected(tmp_path: Path) -> None:
     picture(tmp_path / "a.png")
     cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((6, 8, 3), np.uint8))
     assert "the same name" in refusal(tmp_path)
 
 
-def test_nothing_to_read_is_said_with_what_there_is_instead(tmp_path: Path, video: Path) -> None:
+def test_a_folder_without_images_is_rejected_with_its_content(tmp_path: Path, video: Path) -> None:
     (tmp_path / "empty").mkdir()
     assert "it is empty" in refusal(tmp_path / "empty")
     assert "no such file" in refusal(tmp_path / "absent")
@@ -190,15 +188,15 @@ def test_nothing_to_read_is_said_with_what_there_is_instead(tmp_path: Path, vide
     assert "presses" in refusal(tmp_path / "above")
     (tmp_path / "empty" / "notes.txt").write_text("hello")
     assert "notes.txt" in refusal(tmp_path / "empty")
-    assert "no image" in refusal(tmp_path / "empty" / "notes.txt")
+    assert "not a readable image" in refusal(tmp_path / "empty" / "notes.txt")
 
 
-def test_a_scan_names_the_image_that_it_misses(tmp_path: Path) -> None:
+def test_a_missing_image_of_a_scan_is_named(tmp_path: Path) -> None:
     (scan(tmp_path / "s", 2) / "image01.png").unlink()
     assert "image01.png" in refusal(tmp_path / "s", 2)
 
 
-def test_real_recordings_of_every_kind_open(recordings: Path) -> None:
+def test_recorded_data_of_every_kind_opens(recordings: Path) -> None:
     grid = open_recording(recordings / "six_led/ball_grid", images_per_observation=6)
     assert (grid.count, grid.size_px) == (3, (2448, 2048))
     assert grid.mm_per_px == pytest.approx(0.0034035, abs=1e-7)
@@ -218,7 +216,7 @@ def test_linked_scans_keep_the_names_of_their_links(tmp_path: Path) -> None:
     assert names(open_recording(folder)) == ["a", "b"]
 
 
-def test_a_scan_is_named_by_its_folder_however_it_is_reached(
+def test_a_scan_is_named_after_its_folder_for_any_path_to_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inside = scan(tmp_path / "scan001", 1, shape=(6, 8, 3)) / "deeper"
@@ -228,14 +226,14 @@ def test_a_scan_is_named_by_its_folder_however_it_is_reached(
         assert names(open_recording(path)) == ["scan001"]
 
 
-def test_an_image_outside_the_scan_s_folder_is_refused(tmp_path: Path) -> None:
+def test_an_image_outside_the_scan_folder_is_rejected(tmp_path: Path) -> None:
     picture(tmp_path / "x.png")
     folder = scan(tmp_path / "scan", 1)
     (folder / "scan.yaml").write_text("images: ['../x.png']\n")
-    assert "leads out" in refusal(folder)
+    assert "is outside it" in refusal(folder)
 
 
-def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
+def test_pipes_and_devices_are_rejected(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     for name in ("pipe.png", "pipe.avi", "pipe.yaml", "in/pipe.png"):
         os.mkfifo(tmp_path / name)
@@ -246,14 +244,14 @@ def test_what_never_ends_is_refused_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + ".png", "a\0.png", "absent.png/b.png"])
-def test_a_name_that_no_file_has_is_refused(tmp_path: Path, name: str) -> None:
+def test_an_invalid_file_name_is_rejected(tmp_path: Path, name: str) -> None:
     picture(tmp_path / "absent.png")
     assert refusal(tmp_path / name)
 
 
-def test_a_name_in_no_encoding_is_read_and_its_message_can_be_written(tmp_path: Path) -> None:
-    odd = Path(os.fsdecode(bytes(tmp_path) + b"/\xff.png"))
-    assert names(open_recording(picture(odd, 3))) == ["\udcff"]
-    odd.write_bytes(b"")
+def test_a_file_name_that_is_not_utf8_is_read(tmp_path: Path) -> None:
+    path = Path(os.fsdecode(bytes(tmp_path) + b"/\xff.png"))
+    assert names(open_recording(picture(path, 3))) == ["\udcff"]
+    path.write_bytes(b"")
     with pytest.raises(InputError):
-        open_recording(odd)
+        open_recording(path)

@@ -1,4 +1,4 @@
-"""What came from outside is given again from what a run saved."""
+"""External inputs of an earlier run are replayed from its results."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from tactile_core.recordings.saved_inputs import SavedInputs
 
 @dataclass(frozen=True, eq=False)
 class Pose(Quantity):
-    """Where the gripper is."""
+    """Position of the gripper."""
 
     xyz_mm: Annotated[Float32, FieldSpec("mm", ("xyz",))]
 
 
-def posed(source: str, x_mm: float) -> Reading:
+def reading_with_pose(source: str, x_mm: float) -> Reading:
     pose = Pose(np.float32([x_mm, 0, 0]))
     return Reading(reading(source=source).frame, {}, {}, {Pose: pose})
 
 
-def test_each_frame_is_given_what_came_with_it(tmp_path: Path) -> None:
+def test_each_frame_gets_its_saved_inputs(tmp_path: Path) -> None:
     for number in (3, 5):
-        saved(posed(f"press_{number}", number), tmp_path, ["npz"])
+        saved(reading_with_pose(f"press_{number}", number), tmp_path, ["npz"])
     inputs = SavedInputs(tmp_path, {Pose})
     for number in (5, 3):
         (pose,) = inputs(reading(source=f"press_{number}").frame)
@@ -38,7 +38,7 @@ def test_each_frame_is_given_what_came_with_it(tmp_path: Path) -> None:
         assert pose.xyz_mm.tolist() == [number, 0, 0]
 
 
-def test_a_frame_without_a_file_or_without_the_quantity_is_given_nothing(tmp_path: Path) -> None:
+def test_a_frame_without_file_or_quantity_gets_no_inputs(tmp_path: Path) -> None:
     saved(reading(height(), source="a"), tmp_path, ["npz"])
     inputs = SavedInputs(tmp_path, {Pose})
     for source in ("a", "b"):
@@ -46,7 +46,7 @@ def test_a_frame_without_a_file_or_without_the_quantity_is_given_nothing(tmp_pat
         assert inputs(frame) == ()
 
 
-def test_a_folder_that_is_not_there_and_a_file_of_something_else_are_refused(
+def test_a_missing_folder_and_a_foreign_file_are_rejected(
     tmp_path: Path,
 ) -> None:
     with pytest.raises(InputError, match="is not a folder; name one that an earlier run wrote"):

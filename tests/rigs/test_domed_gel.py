@@ -1,4 +1,4 @@
-"""A domed gel: heights from the rest shape, positions on the curved skin."""
+"""A domed gel: heights relative to its undeformed shape, positions on the curved surface."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def sphere(points: Array) -> tuple[Array, float, float]:
 
 @pytest.fixture(scope="module")
 def exact(profile: Profile) -> tuple[DomedPress, Reading]:
-    """A reading from true slopes relative to rest, at 0.05 mm per px, off the apex."""
+    """A reading from true slopes relative to the dome, off the apex."""
     fine = profile.model_copy(
         update={
             "image": profile.image.model_copy(
@@ -99,7 +99,7 @@ def test_slopes_relative_to_the_dome_give_the_height_above_it(
     assert abs(np.median(height.mm)) < 0.005
 
 
-def test_the_contact_is_that_of_the_ball_and_not_of_the_dome(
+def test_the_contact_area_is_that_of_the_ball_and_not_of_the_dome(
     exact: tuple[DomedPress, Reading],
 ) -> None:
     press, reading = exact
@@ -111,7 +111,7 @@ def test_the_contact_is_that_of_the_ball_and_not_of_the_dome(
     np.testing.assert_allclose(middle, press.touch_mm, atol=0.05)
 
 
-def test_the_mesh_of_an_imprint_has_the_radius_and_the_place_of_the_ball(
+def test_the_mesh_of_an_imprint_has_the_radius_and_position_of_the_ball(
     exact: tuple[DomedPress, Reading], tmp_path: Path
 ) -> None:
     press, reading = exact
@@ -134,7 +134,7 @@ def test_the_mesh_of_an_imprint_has_the_radius_and_the_place_of_the_ball(
         )
 
 
-def test_a_flat_gel_says_nothing_of_a_rest_shape() -> None:
+def test_a_flat_gel_has_no_rest_shape() -> None:
     flat = HeightMap(np.ones((3, 4), np.float32), np.ones((3, 4), bool), 0.5)
     assert "rest_mm" not in flat.arrays()
     np.testing.assert_array_equal(flat.points_mm[..., 2], -1)
@@ -152,7 +152,7 @@ def calibrated(profile: Profile, tmp_path_factory: pytest.TempPathFactory) -> Ca
     return calibrate(profile, folder, undeformed, ball_diameter_mm=2 * BALL_MM)
 
 
-def test_presses_on_a_dome_are_found_where_the_ball_touches(calibrated: Calibrated) -> None:
+def test_presses_on_a_dome_are_found_at_the_first_contact(calibrated: Calibrated) -> None:
     rng = np.random.default_rng(5)
     assert sum(press.circle.used for press in calibrated.presses) >= 10
     for press in calibrated.presses:
@@ -162,7 +162,9 @@ def test_presses_on_a_dome_are_found_where_the_ball_touches(calibrated: Calibrat
             np.testing.assert_allclose(found, touch, atol=0.07)
 
 
-def test_the_truth_of_a_press_on_a_dome_is_the_ball_less_the_dome(calibrated: Calibrated) -> None:
+def test_the_ground_truth_of_a_press_on_a_dome_is_the_ball_minus_the_dome(
+    calibrated: Calibrated,
+) -> None:
     found = next(press for press in calibrated.presses if press.used)
     touch = (np.asarray(found.circle.centre_px) - [79.5, 59.5]) * 0.1
     press = pressed(*touch)
@@ -179,7 +181,7 @@ def test_the_truth_of_a_press_on_a_dome_is_the_ball_less_the_dome(calibrated: Ca
     np.testing.assert_allclose(found.height_errors_mm(measured, mask), 0, atol=1e-5)
 
 
-def test_a_calibration_on_a_dome_measures_an_unseen_press(
+def test_a_calibration_on_a_dome_measures_a_held_out_press(
     profile: Profile, calibrated: Calibrated
 ) -> None:
     press, (x, y) = pressed(2.0, -1.5), pixels_mm(profile)

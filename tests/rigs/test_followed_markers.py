@@ -1,4 +1,4 @@
-"""Markers of real recordings, found and followed from the first frame."""
+"""Markers of real recordings, detected and tracked from the first frame."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ pytest.importorskip("tactile_core.builtin.markers", reason="no step of the core 
         ("slip/grasp_lift/object001/067_30_mm", (640, 480), 0.98),
     ],
 )
-def test_markers_are_kept_through_all_frames(
+def test_markers_are_tracked_through_all_frames(
     recordings: Path, name: str, size: tuple[int, int], share: float
 ) -> None:
     fields = followed(recordings / name, size)
@@ -39,10 +39,10 @@ def test_markers_are_kept_through_all_frames(
 
 
 @pytest.mark.recordings
-def test_inferred_markers_of_a_recording_are_where_they_would_be_seen(recordings: Path) -> None:
+def test_interpolated_markers_are_near_their_detections(recordings: Path) -> None:
     fields = followed(recordings / MINI, MINI_SIZE)
     full = np.array([field.px for field in fields])
     places, seen = thinned(fields, 0.3, np.random.default_rng(0))
-    apart = np.hypot(*np.moveaxis(places - full, -1, 0))
-    assert apart[seen].max() < 1e-3
-    assert np.percentile(apart[~seen], 95) < 1
+    distance = np.hypot(*np.moveaxis(places - full, -1, 0))
+    assert distance[seen].max() < 1e-3
+    assert np.percentile(distance[~seen], 95) < 1

@@ -1,4 +1,4 @@
-"""Four colours at once, on a recording of a grid of balls; test_headline_numbers.py has another."""
+"""Four colours on a recording of a grid of balls; test_headline_numbers.py uses another one."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "four_colour.yaml"
 
 @pytest.mark.recordings
 @pytest.mark.headline
-def test_balls_held_out_of_a_grid_are_measured_to_two_degrees(recordings: Path) -> None:
+def test_held_out_balls_of_a_grid_are_measured_within_two_degrees(recordings: Path) -> None:
     folder = recordings / "four_colour" / "ball_grid"
     made = calibrate(
         EXAMPLE,

@@ -1,6 +1,6 @@
-"""The published figures of accuracy, measured anew through the whole chain on all their recordings.
+"""The published accuracies, measured again by the complete chain on all their recordings.
 
-`python benchmarks/accuracy.py` measures the same rows, and says what each is of.
+`python benchmarks/accuracy.py` measures and describes the same rows.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ BEAR_DEG = 7.82
 MARKERS_PX, MARKERS_KEPT_PERCENT = 0.506, 98.4
 SLIPS, SLIPS_FOUND, FALSE_ALARMS = 19, 18, 0
 UNSEEN_FOUND_PERCENT = 80
-"""Of five slips, of objects on whose lifts nothing was chosen."""
+"""Share of five slips of objects that were not used to choose any parameter."""
 
 SLIP_AREA, SLIP_CONTROL = 0.998, 0.933
 GRIPPER_AREA, GRIPPER_CONTROL = 0.757, 0.656
 
 DEGREES = 0.1
-"""Normals are as wrong as is published, to within this on any machine."""
+"""Tolerance of the published errors of normals between machines."""
 
 
 def only(rows: list[Row]) -> Row:
@@ -46,17 +46,17 @@ def only(rows: list[Row]) -> Row:
 @pytest.mark.parametrize(
     ("which", "published"), [(grids.SIX, SIX_LED_DEG), (grids.FOUR, FOUR_COLOUR_DEG)]
 )
-def test_balls_of_another_grid_are_as_wrong_as_published_in_both_directions(
+def test_errors_on_another_grid_are_as_published_in_both_directions(
     recordings: Path, which: grids.Grids, published: dict[str, float]
 ) -> None:
     row = only(grids.rows(recordings, which))
     assert row.values == pytest.approx(published, abs=DEGREES)
     assert row.value == max(row.values.values())
-    assert row.value < 0.05 * min(row.control.values()), "far better than saying flat"
+    assert row.value < 0.05 * min(row.control.values()), "far better than the flat baseline"
 
 
 @pytest.mark.parametrize("chosen", SETS, ids=lambda chosen: str(chosen.name))
-def test_presses_not_seen_are_as_wrong_as_published_in_both_directions(
+def test_errors_on_held_out_presses_are_as_published_in_both_directions(
     recordings: Path, chosen: Presses
 ) -> None:
     row = only(presses.rows(recordings, chosen, folds=False))
@@ -67,18 +67,18 @@ def test_presses_not_seen_are_as_wrong_as_published_in_both_directions(
         assert ratios == pytest.approx([1, 1], abs=SPHERE[chosen.name])
 
 
-def test_grooves_on_rows_not_fitted_are_as_deep_as_published(recordings: Path) -> None:
+def test_depths_of_grooves_on_held_out_rows_are_as_published(recordings: Path) -> None:
     row = only(groove.rows(recordings))
     assert row.values == pytest.approx(GROOVES_PERCENT, abs=1)
 
 
-def test_an_object_under_given_lights_is_as_wrong_as_published(recordings: Path) -> None:
+def test_the_error_of_an_object_under_given_lights_is_as_published(recordings: Path) -> None:
     row = only(given_lights.rows(recordings))
     assert row.value == pytest.approx(BEAR_DEG, abs=DEGREES)
     assert row.value < row.control["least squares of the six lights"]
 
 
-def test_markers_are_followed_as_near_as_published(recordings: Path) -> None:
+def test_marker_tracking_is_as_accurate_as_published(recordings: Path) -> None:
     distance, kept = marker_rows.rows(recordings)
     assert distance.value == pytest.approx(MARKERS_PX, abs=0.05)
     assert distance.also["swapped"] == 0

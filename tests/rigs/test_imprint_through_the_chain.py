@@ -1,4 +1,4 @@
-"""Markers, displacement and slip of a whole chain, on pictures whose skin and object are known."""
+"""Markers, displacement and slip of a complete chain, on images with known motion."""
 
 from __future__ import annotations
 
@@ -50,28 +50,30 @@ def frame(
 
 
 def states(profile: Profile, frames: list[Frame]) -> list[SlipState]:
-    """As the first frame's reference, which may show a contact, lets them be told."""
+    """Slip states relative to the first frame, which may show a contact."""
     pipeline = Pipeline(profile, None, replace(average(frames[:1]), relative=True))
     return [pipeline.process(frame)[SlipState] for frame in frames]
 
 
-def test_an_object_that_slides_over_gel_which_it_does_not_drag_slips(path: Path) -> None:
+def test_an_object_that_slides_over_unmoved_gel_slips(path: Path) -> None:
     slides = [frame(n, (3.0 * max(n - 2, 0), 0)) for n in range(10)]
-    told = states(load_profile(path), slides)
-    assert {state.state for state in told[:3]} == {"none"}
-    assert told[-1].state == "slip"
-    assert told[-1].kind == "translation"
+    estimated = states(load_profile(path), slides)
+    assert {state.state for state in estimated[:3]} == {"none"}
+    assert estimated[-1].state == "slip"
+    assert estimated[-1].kind == "translation"
 
 
-def test_an_object_that_takes_the_gel_along_does_not(path: Path) -> None:
-    ways = [(1.5 * max(n - 2, 0), 0.0) for n in range(10)]
-    sheared = [frame(n, way, surface_px=way) for n, way in enumerate(ways)]
-    told = states(load_profile(path), sheared)
-    assert "slip" not in {state.state for state in told}
+def test_an_object_that_shears_the_gel_does_not_slip(path: Path) -> None:
+    paths = [(1.5 * max(n - 2, 0), 0.0) for n in range(10)]
+    sheared = [frame(n, offset, surface_px=offset) for n, offset in enumerate(paths)]
+    estimated = states(load_profile(path), sheared)
+    assert "slip" not in {state.state for state in estimated}
 
 
 @pytest.mark.parametrize("name", ["object001", "object002", "object003"])
-def test_real_lifts_that_slip_are_reported_by_the_whole_chain(recordings: Path, name: str) -> None:
+def test_real_lifts_that_slip_are_reported_by_the_complete_chain(
+    recordings: Path, name: str
+) -> None:
     folder = recordings / "slip" / "grasp_lift"
     with (folder / "labels.csv").open() as lines:
         rows = [row for row in csv.DictReader(lines) if row["object"] == name]
@@ -81,16 +83,16 @@ def test_real_lifts_that_slip_are_reported_by_the_whole_chain(recordings: Path, 
     for row in (rows[0], rows[-1]):
         lift = folder / name / f"{row['trial_folder']}_mm"
         with open_sensor(profile, input=lift, reference="first") as sensor:
-            told = [reading[SlipState].state for reading in sensor.stream()]
-        assert "slip" not in told[:6], "nothing moves before the lift"
-        assert ("slip" in told) == (row["label_stable1_slip0"] == "0")
+            estimated = [reading[SlipState].state for reading in sensor.stream()]
+        assert "slip" not in estimated[:6], "nothing moves before the lift"
+        assert ("slip" in estimated) == (row["label_stable1_slip0"] == "0")
 
 
 def test_the_load_of_the_tared_frame_is_zero_from_there_on(path: Path, tmp_path: Path) -> None:
     video, out = tmp_path / "video", tmp_path / "out"
     video.mkdir()
-    for number, way in enumerate([(0, 0), (3, 0), (6, 0), (6, 0), (6, -4)]):
-        cv2.imwrite(str(video / f"{number}.png"), scene(way, surface_px=way)[0][..., ::-1])
+    for number, offset in enumerate([(0, 0), (3, 0), (6, 0), (6, 0), (6, -4)]):
+        cv2.imwrite(str(video / f"{number}.png"), scene(offset, surface_px=offset)[0][..., ::-1])
     words = ["run", path, "--input", video, "--reference", video / "0.png"]
     words += ["--tare-frame", 2, "--out", out, "--json"]
     done = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
@@ -110,8 +112,8 @@ def test_another_reference_keeps_tare_and_tracks(path: Path) -> None:
     pipeline = Pipeline(path, None, average([first]))
     pipeline.process(first)
     tared = pipeline.process(frame(1, (5, 0), (5, 0)), tare=True)[MarkerField]
-    anew = pipeline.with_reference(average([first]))
-    later = anew.process(frame(2, (5, -3), (5, -3)))[MarkerField]
+    replaced = pipeline.with_reference(average([first]))
+    later = replaced.process(frame(2, (5, -3), (5, -3)))[MarkerField]
     np.testing.assert_array_equal(later.ids, tared.ids)
     assert np.abs(tared.displacement_mm).max() == 0
     moved_px = np.median(later.displacement_mm[later.seen], axis=0) / MM_PER_PX

@@ -1,7 +1,7 @@
-"""What Yuan et al. (ICRA 2015, Sensors 2017) saw, measured on frames of the virtual rigs.
+"""Observations of Yuan et al. (ICRA 2015, Sensors 2017), reproduced on virtual rigs.
 
-Each frame is rendered, and measured by the whole pipeline with a calibration of the rig. What is
-true of the skin by itself is in ``tests/sim/test_papers.py``.
+Each frame is rendered, and measured by the complete pipeline with a calibration of the rig.
+``tests/sim/test_papers.py`` tests the mechanics of the gel without rendering.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ PRESSES: dict[str, tuple[dict[str, Any], float]] = {
     "plate": ({"kind": "flat", "size_mm": (40.0, 40.0)}, 45.0),
     # all of its contact is in view
     "disc": ({"kind": "flat", "diameter_mm": 9.0}, 8.0),
-    # moved along its length, as a can that is lifted
+    # moved along its length, like a can that is lifted
     "can": ({"kind": "cylinder", "diameter_mm": 38.08, "angle_deg": 90.0}, 18.0),
 }
 
 
 class Rig:
-    """A calibrated virtual rig: what is done on its stage is measured on its frames."""
+    """A calibrated virtual rig: a stage that moves objects, and a pipeline for its frames."""
 
     def __init__(self, name: str) -> None:
         profile = load_profile(name, sim=True)
@@ -53,7 +53,7 @@ class Rig:
         return self.pipeline.process(self.stage.frame(), tare=tare)
 
     def press(self, force_n: float, **indenter: Any) -> Reading:
-        """Press an object on the untouched skin."""
+        """Press an object on the undeformed gel."""
         self.stage.reset()
         self.pipeline.reset()
         self.look()
@@ -74,7 +74,7 @@ class Rig:
         return float(self.stage.truth().wrench[1])
 
     def places_mm(self) -> tuple[Array, Array]:
-        """x and y of the pixels, from the middle of the image."""
+        """x and y of the pixels, from the image centre."""
         y, x = np.indices(self.shape, np.float32)
         middle_y, middle_x = ((side - 1) / 2 for side in self.shape)
         return self.mm_per_px * (x - middle_x), self.mm_per_px * (y - middle_y)
@@ -100,14 +100,15 @@ def rigs() -> Callable[[str], Rig]:
 
 @dataclass(frozen=True)
 class Sheared:
-    """An object pressed and then moved along y in steps; displacements since it was pressed.
+    """An object that is pressed and then moved along y in steps.
 
     Attributes
     ----------
-    moved_mm, force_n, mean_mm, whole_mm, largest_mm, entropy_bits, lagging : (N,)
-        Of each step: of the object, shear force; as measured, mean displacement over the contact
-        and over the image, the largest, its entropy, and the share of the contact that has fallen
-        behind the object.
+    moved_mm, force_n : (N,)
+        Displacement of the object since the press and shear force, by step.
+    mean_mm, whole_mm, largest_mm, entropy_bits, lagging : (N,)
+        Measured mean displacement over the contact and over the image, its maximum, its entropy,
+        and the share of the contact that lags behind the object, by step.
     field_mm : list of (H, W)
         Displacement along y.
     contact : list of (H, W) bool
@@ -131,7 +132,7 @@ class Sheared:
 
 
 BEHIND_MM = 0.02
-"""Five times what noise and interpolation do to the field of skin that sticks."""
+"""Five times the error of the displacement in stick regions due to noise and interpolation."""
 
 
 @pytest.fixture(scope="session")
@@ -154,7 +155,7 @@ def _shear(rig: Rig, kind: str) -> Sheared:
         rig.stage.shear(dy_mm=STEP_MM)
         reading = rig.look()
         mm, slip = reading[DisplacementField].mm, reading[SlipState]
-        # a plate larger than the view has no border to be seen by
+        # the border of a plate larger than the view is not visible
         contact = np.ones(rig.shape, np.bool_) if kind == "plate" else reading[ContactMask].mask
         along = mm[..., 1]
         rows.append(
@@ -195,7 +196,7 @@ Shear = Callable[..., Sheared]
 
 
 @pytest.mark.parametrize("name", RIGS)
-def test_shear_of_a_flat_indenter_is_linear_then_grows_less_and_in_the_end_no_more(
+def test_shear_of_a_flat_indenter_is_linear_then_sublinear_then_constant(
     shear: Shear, name: str
 ) -> None:
     plate = shear("plate", name)
@@ -207,7 +208,7 @@ def test_shear_of_a_flat_indenter_is_linear_then_grows_less_and_in_the_end_no_mo
     assert abs(stiffness[late]) < 0.12
 
 
-def test_a_flat_indenter_slips_in_part_at_0_6_mm_and_wholly_by_0_7(shear: Shear) -> None:
+def test_a_flat_indenter_slips_partially_at_0_6_mm_and_fully_at_0_7(shear: Shear) -> None:
     plate = shear("plate")
     assert set(plate.states[: plate.at(0.4)]) == {"stick"}
     assert plate.states[plate.at(0.6)] == "incipient"
@@ -215,7 +216,7 @@ def test_a_flat_indenter_slips_in_part_at_0_6_mm_and_wholly_by_0_7(shear: Shear)
 
 
 @pytest.mark.parametrize("name", RIGS)
-def test_mean_displacement_in_view_of_a_plate_is_proportional_to_the_force(
+def test_mean_displacement_under_a_plate_is_proportional_to_the_force(
     shear: Shear, name: str
 ) -> None:
     plate = shear("plate", name)
@@ -230,7 +231,7 @@ def test_mean_displacement_in_a_measured_contact_is_proportional_to_the_force(
     assert _r2_of_proportion(sheared.force_n, sheared.mean_mm) > 0.99
 
 
-def test_mean_displacement_of_all_gel_that_a_disc_shears_is_the_force_over_the_stiffness(
+def test_mean_displacement_of_the_entire_gel_under_a_disc_is_proportional_to_the_force(
     shear: Shear,
 ) -> None:
     disc = shear("disc")
@@ -264,7 +265,7 @@ def test_partial_slip_starts_at_the_border_and_moves_inwards(shear: Shear) -> No
 def _distance_to_border(mask: Bool) -> NDArray[np.float64]:
     from scipy.ndimage import distance_transform_edt
 
-    # the view's edge is none of the contact's
+    # the border of the view is no border of the contact
     return np.asarray(distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1])
 
 
@@ -299,7 +300,7 @@ def test_entropy_of_a_cylinder_is_4_to_6_5_in_partial_slip(shear: Shear) -> None
 
 @pytest.fixture(scope="session")
 def turned(rig: Rig) -> dict[float, Reading]:
-    """By angle of the plate: what is measured."""
+    """Readings by angle of the plate."""
     rig.press_and_tare("plate")
     found, before = {}, 0.0
     for angle in (0.6, 1.5, 3.0, 4.5):
@@ -314,21 +315,21 @@ def _turn_deg(rig: Rig, reading: Reading, ring: Bool) -> float:
     return decomposed(field.mm, ring, mm_per_px=rig.mm_per_px).rotation_deg
 
 
-def test_a_turn_of_0_6_degrees_is_taken_along_everywhere(
-    rig: Rig, turned: dict[float, Reading]
-) -> None:
+def test_a_rotation_of_0_6_degrees_is_homogeneous(rig: Rig, turned: dict[float, Reading]) -> None:
     r = np.hypot(*rig.places_mm())
     for ring in (r < 3, (r > 3) & (r < 6), r > 8):
         assert _turn_deg(rig, turned[0.6], ring) == pytest.approx(0.6, rel=0.06)
 
 
-def test_at_4_5_degrees_the_outer_markers_turn_less(rig: Rig, turned: dict[float, Reading]) -> None:
+def test_at_4_5_degrees_the_outer_markers_rotate_less(
+    rig: Rig, turned: dict[float, Reading]
+) -> None:
     r = np.hypot(*rig.places_mm())
     assert _turn_deg(rig, turned[4.5], r < 3) == pytest.approx(4.5, rel=0.03)
     assert _turn_deg(rig, turned[4.5], r > 8) < 3.8
 
 
-def test_the_field_of_a_turn_is_a_spiral(rig: Rig, turned: dict[float, Reading]) -> None:
+def test_the_field_of_a_rotation_is_a_spiral(rig: Rig, turned: dict[float, Reading]) -> None:
     x, y = rig.places_mm()
     u, v = np.moveaxis(turned[3.0][DisplacementField].mm, 2, 0)
     far = np.hypot(x, y) > 2
@@ -340,8 +341,7 @@ def test_the_field_of_a_turn_is_a_spiral(rig: Rig, turned: dict[float, Reading])
 def _step_in_shear(rig: Rig, before_mm: float, step_mm: float) -> list[Array]:
     """Fields along y before, right after, 10 s, 3 min and 10 min after a step."""
     rig.press_and_tare("plate")
-    # all markers of an even print that are a pitch farther on look the same: they are followed
-    # there
+    # the markers of a regular lattice look alike: they are tracked in steps below one pitch
     for _ in range(4):
         rig.stage.shear(dy_mm=before_mm / 4, steps=2)
         before = rig.look()
@@ -374,7 +374,7 @@ def test_a_small_step_causes_no_slip(rig: Rig) -> None:
 
 
 def test_a_large_step_ends_near_the_displacement_before_it(rig: Rig) -> None:
-    """And so near the force, to which the mean displacement is proportional."""
+    """The mean displacement is proportional to the force, which thus ends near the prior one."""
     before, *_, after = (field.mean() for field in _step_in_shear(rig, 0.6, 0.5))
     assert after == pytest.approx(before, rel=0.06)
 

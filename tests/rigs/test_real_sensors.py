@@ -1,4 +1,4 @@
-"""The promises of the README on recordings of real sensors, through the command line."""
+"""The claims of the README, on recordings of real sensors and by the command line."""
 
 import json
 import shutil
@@ -25,9 +25,7 @@ def split(recordings: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_sensor_added_by_yaml_measures_presses_that_it_has_not_seen(
-    recordings: Path, split: Path
-) -> None:
+def test_a_sensor_added_by_yaml_measures_held_out_presses(recordings: Path, split: Path) -> None:
     profile = EXAMPLES / "objectfolder.yaml"
     reference = recordings / "three_colour/objectfolder/reference.png"
     done = tactile(
@@ -35,10 +33,10 @@ def test_a_sensor_added_by_yaml_measures_presses_that_it_has_not_seen(
         *("--ball-diameter-mm", 4.0, "--out", split / "bundle", "--json"),
     )
     assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
-    assert said["model"] == "core.mlp"
-    assert all(press["used"] for press in said["presses"])
-    assert said["held_out"]["normal_error_deg"]["mean"] < 2.6
+    report = json.loads(done.stdout)
+    assert report["model"] == "core.mlp"
+    assert all(press["used"] for press in report["presses"])
+    assert report["held_out"]["normal_error_deg"]["mean"] < 2.6
 
     done = tactile(
         *("run", profile, "--bundle", split / "bundle", "--input", split / "held_out"),
@@ -68,7 +66,7 @@ def test_a_sensor_with_markers_and_a_warp_finds_its_presses(
     )
     assert done.returncode == 0, done.stderr
     presses = {press["file"]: press for press in json.loads(done.stdout)["presses"]}
-    gauge = presses.pop("5mm-0.jpg")
+    other_object = presses.pop("5mm-0.jpg")
     assert all(press["used"] for press in presses.values())
-    assert not gauge["used"]
-    assert gauge["why"]
+    assert not other_object["used"]
+    assert other_object["why"]

@@ -1,4 +1,4 @@
-"""Six lamps in turn, on recordings of two ball grids of one device and of an object."""
+"""Six sequential lights, on recordings of two ball grids and of an object."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Scene = tuple[Pipeline, Frame, BallGrid]
 
 @pytest.fixture(scope="module")
 def unseen(recordings: Path) -> Scene:
-    """A pipeline that knows one grid, and a frame of another."""
+    """A pipeline calibrated on one grid, and a frame of another."""
     folder = recordings / "six_led" / "ball_grid"
     made = calibrate(
         "desktop_six_led",
@@ -41,13 +41,13 @@ def unseen(recordings: Path) -> Scene:
 
 
 @pytest.mark.headline
-def test_a_press_that_is_held_stays_while_the_lights_drift(unseen: Scene) -> None:
+def test_a_held_press_does_not_fade_while_the_lights_drift(unseen: Scene) -> None:
     pipeline, frame, grid = unseen
     before = pipeline.process(frame)
-    away = np.array([1, -1, 0.5, 1, 0, -0.5])
+    drift = np.array([1, -1, 0.5, 1, 0, -0.5])
     for minute in range(1, 11):
-        shone = np.rint(frame.pixels * (1 + 0.003 * minute * away))
-        now = pipeline.process(replace(frame, pixels=shone.astype(np.uint8), sequence=minute))
+        drifted = np.rint(frame.pixels * (1 + 0.003 * minute * drift))
+        now = pipeline.process(replace(frame, pixels=drifted.astype(np.uint8), sequence=minute))
         assert on_balls(now[Gradients], grid)[0].mean() < 1.6
         assert now[ContactMask].area_mm2 == pytest.approx(before[ContactMask].area_mm2, rel=0.02)
         assert now[HeightMap].mm.max() == pytest.approx(before[HeightMap].mm.max(), rel=0.05)

@@ -1,4 +1,4 @@
-"""From the camera to slip a frame passes each of ten stations once."""
+"""From the camera to the slip state, a frame passes each of ten functions once."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def sensor() -> Iterator[Sensor]:
         yield opened
 
 
-def test_a_frame_passes_each_station_once_and_in_order(sensor: Sensor) -> None:
+def test_a_frame_passes_each_function_once_and_in_order(sensor: Sensor) -> None:
     calls = Calls()
     with counted(calls, STATIONS):
         reading = sensor.read()

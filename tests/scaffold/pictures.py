@@ -1,4 +1,4 @@
-"""Pictures of virtual sensors, for tests of what is found in them."""
+"""Images of virtual sensors for the tests of the scaffold."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tactile_core.sim.analytic_ball import BallPress, render
 
 
 def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:
-    """A small sensor that differs from a shipped one; its lamps are soft, without shadows."""
+    """A small sensor that differs from a shipped one; its soft lights cast no shadows."""
     image = {"width_px": 160, "height_px": 120, "mm_per_px": 0.125}
     soft = {"lights": {"distance_mm": 40, "scatter": 1.0}}
     return load_profile(parent, overrides={"image": image, "optics": soft, **overrides})
 
 
 def lights(red: float, green: float, blue: float) -> dict[str, Any]:
-    """Three lamps at these azimuths."""
+    """Three lights at these azimuths."""
     azimuths = {"red": red, "green": green, "blue": blue}
     return {
         "lights": [
@@ -32,7 +32,7 @@ def lights(red: float, green: float, blue: float) -> dict[str, Any]:
 
 
 def photograph(profile: Profile, path: Path, press: BallPress | None = None, seed: int = 0) -> Path:
-    """Write what the camera sees."""
+    """Render an image and write it."""
     image = profile.image
     shape = image.height_px, image.width_px
     height_mm = np.zeros(shape) if press is None else press.height_mm(shape, image.mm_per_px)
@@ -44,7 +44,7 @@ def photograph(profile: Profile, path: Path, press: BallPress | None = None, see
 def photograph_presses(
     profile: Profile, folder: Path, count: int = 5, depth_mm: float = 0.8
 ) -> Path:
-    """Write pictures of a ball of 4 mm pressed here and there."""
+    """Write images of a ball of 4 mm at different positions."""
     random = np.random.default_rng(1)
     for number in range(count):
         centre = float(random.uniform(30, 130)), float(random.uniform(30, 90))

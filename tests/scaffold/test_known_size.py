@@ -1,4 +1,4 @@
-"""A length or a rectangle of known size, as it is typed."""
+"""Parsing of a length or a rectangle of known size."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_a_rectangle_has_four_corners() -> None:
     assert known.size_mm == (24.0, 32.0)
 
 
-def test_neither_is_nothing() -> None:
+def test_without_options_there_is_none() -> None:
     assert KnownSize.parse(None, None) is None
 
 
@@ -43,12 +43,12 @@ def test_neither_is_nothing() -> None:
     ],
     ids=str,
 )
-def test_anything_else_is_refused_with_what_is_wanted(size: str | None, points: str | None) -> None:
+def test_other_forms_are_refused(size: str | None, points: str | None) -> None:
     with pytest.raises(InputError, match="--known-"):
         KnownSize.parse(size, points)
 
 
-def test_points_outside_of_the_picture_are_refused() -> None:
+def test_points_outside_the_image_are_refused() -> None:
     known = KnownSize.parse("10", "20,60,100,60")
     assert known is not None
     known.check_within((101, 61))

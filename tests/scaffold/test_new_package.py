@@ -20,7 +20,7 @@ from tactile_core.scaffold.package import profile_path
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> NewPackage:
     """A package around the profile of a small sensor."""
-    picture = photograph(sensor(), tmp_path_factory.mktemp("pictures") / "untouched.png")
+    picture = photograph(sensor(), tmp_path_factory.mktemp("pictures") / "reference.png")
     return new_package(new_profile("ourtip", "hex_fingertip_unmarked", picture, mm_per_px=0.125))
 
 
@@ -51,20 +51,20 @@ def test_its_own_tests_pass(written: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_its_profile_is_known_by_name_and_valid(written: Path) -> None:
+def test_its_profile_is_found_by_name_and_valid(written: Path) -> None:
     done = run(written, "-m", "tactile_core.cli", "doctor", "ourtip")
     assert done.returncode == 0, done.stderr
     assert "plugin ourtip" in done.stdout
 
 
-def test_its_code_is_as_tidy_as_the_cores(written: Path) -> None:
+def test_its_code_passes_the_linters_of_the_core(written: Path) -> None:
     common = ("--isolated", "--line-length=100", "--no-cache", ".")
     for words in (("check", "--select=B,E,F,I,N,UP,W"), ("format", "--check")):
         done = run(written, "-m", "ruff", *words, *common)
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_what_is_there_is_replaced_only_by_force(package: NewPackage, tmp_path: Path) -> None:
+def test_existing_files_are_replaced_only_by_force(package: NewPackage, tmp_path: Path) -> None:
     folder = tmp_path / "tactile-ourtip"
     folder.mkdir()
     (folder / "README.md").write_text("precious")
@@ -103,7 +103,7 @@ def test_force_replaces_no_folder_by_a_file(package: NewPackage, tmp_path: Path)
 
 
 def test_a_package_extends_a_profile_by_name(package: NewPackage, tmp_path: Path) -> None:
-    picture = photograph(sensor(), tmp_path / "untouched.png")
+    picture = photograph(sensor(), tmp_path / "reference.png")
     new_profile("first", "hex_fingertip_unmarked", picture).write(tmp_path / "first.yaml")
     second = new_profile("second", tmp_path / "first.yaml", picture)
     with pytest.raises(InputError, match="a profile's name"):

@@ -1,4 +1,4 @@
-"""A profile from a picture: only what differs, found where it can be, said where it cannot."""
+"""A profile from an image: it holds the differences from its parent, measured if possible."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ UNMARKED = "hex_fingertip_unmarked"
 
 @pytest.fixture
 def picture(tmp_path: Path) -> Path:
-    """The untouched skin of a small sensor without markers."""
-    return photograph(sensor(), tmp_path / "untouched.png")
+    """The undeformed gel of a small sensor without markers."""
+    return photograph(sensor(), tmp_path / "reference.png")
 
 
 def saved(made: NewProfile, folder: Path) -> Profile:
@@ -37,9 +37,9 @@ def known(size: str, points: str) -> KnownSize:
     return made
 
 
-def test_the_profile_says_only_what_differs(picture: Path, tmp_path: Path) -> None:
+def test_the_profile_holds_only_differences(picture: Path, tmp_path: Path) -> None:
     made = new_profile("mine", UNMARKED, picture, mm_per_px=0.125)
-    keys = [line.split(":")[0].strip() for line in made.text.splitlines() if _says(line)]
+    keys = [line.split(":")[0].strip() for line in made.text.splitlines() if _has_key(line)]
     assert keys == [
         "extends",
         "name",
@@ -58,14 +58,14 @@ def test_the_profile_says_only_what_differs(picture: Path, tmp_path: Path) -> No
     assert profile.estimators == parent.estimators
 
 
-def test_a_picture_of_the_parents_size_leaves_the_scale_alone_to_be_said(tmp_path: Path) -> None:
+def test_for_an_image_of_the_parents_size_the_size_is_inherited(tmp_path: Path) -> None:
     parent = load_profile(UNMARKED)
     made = new_profile("mine", UNMARKED, photograph(parent, tmp_path / "a.png"))
     assert "width_px" not in made.text
     assert saved(made, tmp_path).image == parent.image
 
 
-def test_what_was_not_found_is_the_parents_and_is_said(picture: Path, tmp_path: Path) -> None:
+def test_inherited_values_are_reported(picture: Path, tmp_path: Path) -> None:
     made = new_profile("mine", UNMARKED, picture)
     parent = load_profile(UNMARKED).image
     view_mm = parent.width_px * parent.mm_per_px
@@ -82,7 +82,7 @@ def test_a_known_length_gives_the_scale(picture: Path, tmp_path: Path) -> None:
     assert not any("MEASURED" in note for note in made.notes)
 
 
-def test_a_length_is_the_same_whether_the_image_is_shrunk(tmp_path: Path) -> None:
+def test_the_scale_accounts_for_downscaling(tmp_path: Path) -> None:
     large = sensor(image={"width_px": 1280, "height_px": 960, "mm_per_px": 0.0138})
     picture = photograph(large, tmp_path / "large.png")
     made = new_profile("mine", UNMARKED, picture, known=known("10", "100,100,824.6,100"))
@@ -91,16 +91,16 @@ def test_a_length_is_the_same_whether_the_image_is_shrunk(tmp_path: Path) -> Non
     assert image.mm_per_px == pytest.approx(2 * 0.0138, rel=1e-3)
 
 
-def test_a_rectangle_straightens_the_view_and_gives_the_scale(tmp_path: Path) -> None:
+def test_a_rectangle_rectifies_the_view_and_gives_the_scale(tmp_path: Path) -> None:
     straight = photograph(sensor("hex_fingertip"), tmp_path / "straight.png")
     corners = np.array([[30, 20], [140, 32], [126, 110], [24, 100]], np.float32)
     full = np.array([[0, 0], [160, 0], [160, 120], [0, 120]], np.float32)
     view = cv2.getPerspectiveTransform(full, corners)
-    aside = cv2.warpPerspective(cv2.imread(str(straight)), view, (170, 130))
-    cv2.imwrite(str(tmp_path / "aside.png"), aside)
+    tilted = cv2.warpPerspective(cv2.imread(str(straight)), view, (170, 130))
+    cv2.imwrite(str(tmp_path / "tilted.png"), tilted)
     points = ",".join(f"{v:g}" for v in corners.ravel())
     rectangle = known("20x15", points)
-    made = new_profile("mine", UNMARKED, tmp_path / "aside.png", known=rectangle)
+    made = new_profile("mine", UNMARKED, tmp_path / "tilted.png", known=rectangle)
     image = saved(made, tmp_path).image
     assert image.width_px * image.mm_per_px == pytest.approx(20, rel=0.01)
     assert image.height_px * image.mm_per_px == pytest.approx(15, rel=0.01)
@@ -127,7 +127,7 @@ def test_a_gel_without_markers_is_reported_from_a_parent_with_them(
     assert any("no lattice of markers" in note for note in made.notes)
 
 
-def test_dark_surroundings_are_cut_off(tmp_path: Path) -> None:
+def test_dark_surroundings_are_cropped(tmp_path: Path) -> None:
     lit = cv2.imread(str(photograph(sensor(), tmp_path / "lit.png")))
     framed = cv2.copyMakeBorder(lit, 20, 10, 30, 40, cv2.BORDER_CONSTANT)
     cv2.imwrite(str(tmp_path / "framed.png"), framed)
@@ -142,7 +142,7 @@ def test_two_scales_that_contradict_each_other_are_refused(picture: Path) -> Non
         new_profile("mine", UNMARKED, picture, mm_per_px=0.2, known=known("5", "20,30,52,54"))
 
 
-def test_the_scale_is_asked_for_only_where_nothing_tells_it(picture: Path, tmp_path: Path) -> None:
+def test_the_scale_is_asked_for_only_if_no_input_gives_it(picture: Path, tmp_path: Path) -> None:
     asked = []
 
     def answer(question: str) -> str:
@@ -161,33 +161,33 @@ def test_the_scale_is_asked_for_only_where_nothing_tells_it(picture: Path, tmp_p
 
 
 @pytest.mark.parametrize("shift_deg", [0, 90])
-def test_presses_tell_where_the_lights_stand(tmp_path: Path, shift_deg: float) -> None:
+def test_presses_give_the_directions_of_the_lights(tmp_path: Path, shift_deg: float) -> None:
     turned = sensor(illumination=lights(90 + shift_deg, 210 + shift_deg, 330 + shift_deg))
     made = new_profile(
         "mine",
         UNMARKED,
-        photograph(turned, tmp_path / "untouched.png"),
+        photograph(turned, tmp_path / "reference.png"),
         mm_per_px=0.125,
         presses=photograph_presses(turned, tmp_path / "presses"),
         ball_diameter_mm=4.0,
     )
     assert ("lights:" in made.text) == bool(shift_deg)
-    said: list[dict[str, Any]] = saved(made, tmp_path).illumination.options["lights"]
+    written: list[dict[str, Any]] = saved(made, tmp_path).illumination.options["lights"]
     off = [
         light["azimuth_deg"] - azimuth - shift_deg
-        for light, azimuth in zip(said, (90, 210, 330), strict=True)
+        for light, azimuth in zip(written, (90, 210, 330), strict=True)
     ]
     assert np.abs((np.array(off) + 180) % 360 - 180).max() < 10
 
 
 @pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.16, True)])
-def test_a_ball_that_touches_as_wide_as_it_is_betrays_the_scale(
+def test_a_contact_as_wide_as_the_ball_gives_a_warning(
     tmp_path: Path, mm_per_px: float, warned: bool
 ) -> None:
     made = new_profile(
         "mine",
         UNMARKED,
-        photograph(sensor(), tmp_path / "untouched.png"),
+        photograph(sensor(), tmp_path / "reference.png"),
         mm_per_px=mm_per_px,
         presses=photograph_presses(sensor(), tmp_path / "presses", depth_mm=0.85),
         ball_diameter_mm=4.0,
@@ -195,12 +195,12 @@ def test_a_ball_that_touches_as_wide_as_it_is_betrays_the_scale(
     assert any("too large" in note for note in made.notes) == warned
 
 
-def test_swapped_colours_are_pointed_out(tmp_path: Path) -> None:
+def test_swapped_colours_are_reported(tmp_path: Path) -> None:
     swapped = sensor(illumination=lights(330, 210, 90))
     made = new_profile(
         "mine",
         UNMARKED,
-        photograph(swapped, tmp_path / "untouched.png"),
+        photograph(swapped, tmp_path / "reference.png"),
         mm_per_px=0.125,
         presses=photograph_presses(swapped, tmp_path / "presses"),
         ball_diameter_mm=4.0,
@@ -225,7 +225,7 @@ def test_the_parents_own_file_is_never_replaced(picture: Path, tmp_path: Path) -
         new_profile("second", place, picture, out=place)
 
 
-def test_what_is_there_is_replaced_only_by_force(picture: Path, tmp_path: Path) -> None:
+def test_an_existing_file_is_replaced_only_by_force(picture: Path, tmp_path: Path) -> None:
     made = new_profile("mine", UNMARKED, picture)
     place = tmp_path / "mine.yaml"
     place.write_text("precious")
@@ -238,7 +238,7 @@ def test_what_is_there_is_replaced_only_by_force(picture: Path, tmp_path: Path) 
         made.write(tmp_path, force=True)
 
 
-def test_not_even_force_replaces_what_it_was_made_from(picture: Path, tmp_path: Path) -> None:
+def test_force_does_not_replace_an_input(picture: Path, tmp_path: Path) -> None:
     first = tmp_path / "first.yaml"
     new_profile("first", UNMARKED, picture).write(first)
     new_profile("second", first, picture, out=tmp_path / "second.yaml").write(
@@ -260,7 +260,7 @@ def test_a_name_that_cannot_be_used_is_refused(name: str, picture: Path) -> None
         new_profile(name, UNMARKED, picture)
 
 
-def test_a_grey_picture_needs_a_parent_that_takes_grey(tmp_path: Path, picture: Path) -> None:
+def test_a_grey_image_needs_a_parent_with_grey_images(tmp_path: Path, picture: Path) -> None:
     cv2.imwrite(str(tmp_path / "grey.png"), np.full((120, 160), 90, np.uint8))
     with pytest.raises(InputError, match="grey"):
         new_profile("mine", UNMARKED, tmp_path / "grey.png")
@@ -271,7 +271,7 @@ def test_a_grey_picture_needs_a_parent_that_takes_grey(tmp_path: Path, picture: 
         new_profile("mine", "desktop_six_led", tmp_path / "scan")
 
 
-def test_more_bits_are_recognised(tmp_path: Path) -> None:
+def test_the_bit_depth_is_detected(tmp_path: Path) -> None:
     pixels = np.full((120, 160, 3), 900, np.uint16)
     cv2.imwrite(str(tmp_path / "deep.png"), pixels)
     made = new_profile("mine", UNMARKED, tmp_path / "deep.png", mm_per_px=0.125)
@@ -311,7 +311,7 @@ def test_real_sensors_get_their_scale(
 
 
 @pytest.mark.recordings
-def test_balls_pressed_are_not_taken_for_markers(recordings: Path, tmp_path: Path) -> None:
+def test_pressed_balls_are_not_mistaken_for_markers(recordings: Path, tmp_path: Path) -> None:
     pressed = recordings / "six_led/ball_grid/BGA-002"
     assert saved(new_profile("mine", "desktop_six_led", pressed), tmp_path).gel.markers is None
 
@@ -328,12 +328,12 @@ def test_a_grid_of_balls_gives_the_scale(recordings: Path, tmp_path: Path) -> No
     assert saved(made, tmp_path).image.mm_per_px == pytest.approx(0.0136152, rel=2e-3)
 
 
-def _says(line: str) -> bool:
+def _has_key(line: str) -> bool:
     return bool(line.strip()) and not line.strip().startswith("#")
 
 
-@pytest.mark.parametrize("odd", ["\u2028", "\u2029", "\x85", "\x1b[31m", "\udcff"])
-def test_a_picture_of_any_name_makes_a_profile_that_is_read(tmp_path: Path, odd: str) -> None:
-    picture = photograph(sensor(), tmp_path / "untouched.png")
-    picture = picture.rename(tmp_path / f"a{odd}name: broken.png")
+@pytest.mark.parametrize("special", ["\u2028", "\u2029", "\x85", "\x1b[31m", "\udcff"])
+def test_an_image_with_any_name_gives_a_valid_profile(tmp_path: Path, special: str) -> None:
+    picture = photograph(sensor(), tmp_path / "reference.png")
+    picture = picture.rename(tmp_path / f"a{special}name: broken.png")
     assert saved(new_profile("mine", UNMARKED, picture, mm_per_px=0.125), tmp_path).name == "mine"

@@ -1,4 +1,4 @@
-"""Where something new may be written."""
+"""Protection of existing files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from tactile_core.scaffold.place import refuse_existing
 
 @pytest.mark.parametrize("folder", [False, True])
 @pytest.mark.parametrize("force", [False, True])
-def test_a_link_that_leads_nowhere_is_not_written_over(
-    tmp_path: Path, folder: bool, force: bool
-) -> None:
+def test_a_broken_link_is_not_overwritten(tmp_path: Path, folder: bool, force: bool) -> None:
     link = tmp_path / "link"
     link.symlink_to("nowhere")
     with pytest.raises(InputError, match="link"):
@@ -23,7 +21,7 @@ def test_a_link_that_leads_nowhere_is_not_written_over(
 
 @pytest.mark.parametrize("folder", [False, True])
 @pytest.mark.parametrize("force", [False, True])
-def test_a_path_through_a_folder_that_is_not_there_is_refused(
+def test_a_path_through_a_missing_folder_is_refused(
     tmp_path: Path, folder: bool, force: bool
 ) -> None:
     (tmp_path / "mine").mkdir()

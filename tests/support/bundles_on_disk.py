@@ -1,4 +1,4 @@
-"""What is done to a bundle's files, and what a folder holds."""
+"""Helpers for the files of bundles."""
 
 import json
 from pathlib import Path
@@ -10,5 +10,5 @@ def edit(bundle: Path, **changes: object) -> None:
 
 
 def held(folder: Path) -> dict[str, bytes]:
-    """Everything in a folder, hidden files too."""
+    """Return the contents of all files in a folder, including hidden ones."""
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}

@@ -1,4 +1,4 @@
-"""The command ``tactile``, run in this process, which has imported everything already."""
+"""Runs the command ``tactile`` in this process, which saves the time of importing it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_core.cli import main
 
 
 def tactile(*words: object) -> subprocess.CompletedProcess[str]:
-    """Run the command as a process of its own would."""
+    """Run the command, with the same results as a separate process."""
     arguments = [os.fspath(word) if isinstance(word, os.PathLike) else str(word) for word in words]
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
     with (
@@ -29,12 +29,12 @@ def tactile(*words: object) -> subprocess.CompletedProcess[str]:
         except SystemExit as end:
             code = end.code
     assert isinstance(code, int)
-    said = [stream.buffer.getvalue().decode() for stream in (out, err)]  # type: ignore[attr-defined]
-    return subprocess.CompletedProcess(arguments, code, *said)
+    texts = [stream.buffer.getvalue().decode() for stream in (out, err)]  # type: ignore[attr-defined]
+    return subprocess.CompletedProcess(arguments, code, *texts)
 
 
 def refused(*words: object) -> str:
-    """Run a command that must refuse what it is given, and return its one sentence."""
+    """Run a command that must refuse its input, and return its message."""
     done = tactile(*words)
     assert done.returncode == 2, done.stderr
     assert done.stdout == ""

@@ -1,4 +1,4 @@
-"""Makes a project importable and visible to metadata, as installing it would, without network."""
+"""Makes a project importable and visible to metadata like an installation, without network."""
 
 from __future__ import annotations
 

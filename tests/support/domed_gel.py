@@ -1,4 +1,4 @@
-"""A ball pressed into a domed gel, by the geometry of two spheres, with frames of it."""
+"""A ball pressed into a domed gel: analytic geometry of two spheres, and rendered frames."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class DomedPress:
-    """A ball on a dome, both in the sensor frame: x, y from the image centre, in mm.
+    """A ball on a dome, in the sensor frame: x, y from the image centre, in mm.
 
     Attributes
     ----------
     touch_mm : (x, y)
-        Where the ball touches first.
+        Point of first contact.
     ball_mm, dome_mm : float
         Radii.
     contact_mm : float
@@ -35,21 +35,21 @@ class DomedPress:
 
     @property
     def ball_centre_mm(self) -> Array:
-        """(x, y) of the ball's centre, on the line from the dome's centre through the touch."""
+        """(x, y) of the ball's centre, on the line from the dome's centre to the first contact."""
         return np.asarray(self.touch_mm) * (1 + self.ball_mm / self.dome_mm)
 
     def imprint(self, x: Array, y: Array) -> Array:
-        """Where the skin lies on the ball: its height above the dome, up to a constant."""
+        """Height of the gel surface on the ball above the dome, up to a constant."""
         cx, cy = self.ball_centre_mm
         ball = np.sqrt(np.maximum(self.ball_mm**2 - (x - cx) ** 2 - (y - cy) ** 2, 0))
         return ball + np.sqrt(self.dome_mm**2 - x**2 - y**2)
 
     def inside(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Where the ball touches."""
+        """Mask of the contact area."""
         return np.asarray(np.hypot(x - self.touch_mm[0], y - self.touch_mm[1]) < self.contact_mm)
 
     def height_mm(self, x: Array, y: Array) -> Array:
-        """Height above the dome: the imprint, and a skirt that fades around it."""
+        """Height above the dome: the imprint, and a decaying skirt around it."""
         dx, dy = x - self.touch_mm[0], y - self.touch_mm[1]
         r = np.maximum(np.hypot(dx, dy), 1e-9)
         border = np.minimum(self.contact_mm / r, 1)
@@ -72,7 +72,7 @@ def pixels_mm(profile: Profile) -> tuple[Array, Array]:
 
 
 def photograph(profile: Profile, press: DomedPress | None, seed: int) -> NDArray[np.uint8]:
-    """What the camera sees."""
+    """Render an image of the press."""
     x, y = pixels_mm(profile)
     height_mm = np.zeros_like(x) if press is None else press.height_mm(x, y)
     return render(profile, height_mm, seed=seed)

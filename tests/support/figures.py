@@ -1,14 +1,14 @@
-"""The figures that pages state, and which of them nothing backs.
+"""Finds figures in pages, and those without evidence.
 
 A page of the documentation may state three kinds of figures:
 
 - a *measured* one, as the text of a link to the section of ``docs/reference/accuracy.md`` or
-  ``docs/reference/performance.md`` that holds these very words: ``[1.2°](accuracy.md#six-leds)``;
-- a *fact* (a setting, a dimension, what a paper says), listed for its page in
+  ``docs/reference/performance.md`` that contains the same text: ``[1.2°](accuracy.md#six-leds)``;
+- a *fact* (a setting, a dimension, a number from a paper), listed for its page in
   ``tests/docs/facts.yaml``;
-- in a decision that says :data:`OF_ITS_TIME`, any: it is a record and is not brought up to date.
+- any figure, in a decision with the note :data:`OF_ITS_TIME`: it is a record and is not updated.
 
-Code, in blocks or between backticks, states nothing.
+Code, in blocks or between backticks, is not checked.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def unbacked(page: str, text: str, facts: Iterable[str], held: Callable[[str], s
     facts : iterable of str
         Figures that are listed for it.
     held : callable
-        Gives the text of a page in the repository, for :data:`EVIDENCE`.
+        Returns the text of a page in the repository, for :data:`EVIDENCE`.
     """
     if page.startswith("docs/adr/") and OF_ITS_TIME in _spaced(text):
         return []
@@ -70,14 +70,14 @@ def unbacked(page: str, text: str, facts: Iterable[str], held: Callable[[str], s
 
 
 def stated(text: str, skipped: Callable[[str], bool] = lambda link: False) -> list[str]:
-    """Return the figures of a text, but for those in links that are ``skipped``."""
+    """Return the figures of a text, except those in links that are ``skipped``."""
     prose = _LINK.sub(lambda m: "…" if skipped(m[2]) else m[1], _SILENT.sub("…", text))
     prose = _spaced(re.sub(r"^\s*(?:\d+\.|[-*>]|#+(?: \d+\.)?) ", "¶ ", prose, flags=re.MULTILINE))
     return [found[0].strip() for found in _FIGURE.finditer(prose)]
 
 
 def section(text: str, anchor: str) -> str | None:
-    """Return what is beneath a heading, up to the next one that is as high; None if none is."""
+    """Return the section of a heading, up to the next heading of its level; None if missing."""
     headings = list(_HEADING.finditer(text))
     for i, heading in enumerate(headings):
         if _anchor(heading[2]) == anchor:
@@ -87,7 +87,7 @@ def section(text: str, anchor: str) -> str | None:
 
 
 def _misquoted(page: str, text: str, held: Callable[[str], str]) -> Iterator[str]:
-    """Yield each quoted figure that its section does not hold, and each quote of no section."""
+    """Yield each quoted figure that is missing in its section, and each quote without section."""
     is_evidence = _is_evidence(page)
     for words, link in _LINK.findall(_SILENT.sub("…", text)):
         if not is_evidence(link) or not stated(words):
@@ -99,7 +99,7 @@ def _misquoted(page: str, text: str, held: Callable[[str], str]) -> Iterator[str
 
 
 def _holds(there: str, words: str) -> bool:
-    """Whether a text has these words, not as a part of a longer number or word."""
+    """Return whether a text contains these words, not as part of a longer number or word."""
     return re.search(rf"(?<![\w.]){re.escape(words)}(?!\w|\.\d)", there) is not None
 
 

@@ -1,4 +1,4 @@
-"""Follows a page of the documentation as its reader would, in a folder of its own."""
+"""Executes a page of the documentation like a reader, in a folder of its own."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ BLOCK = re.compile(r"(?:^`([\w./-]+)`:\n\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE
 
 @dataclass
 class Reader:
-    """Somebody who does what pages say, from top to bottom.
+    """Executes the blocks of pages, from top to bottom.
 
-    A block under a file's name is written to that file. Python is run, in a process of its own. Of
-    a shell block every line is typed, and one that begins with ``!`` has to fail. A block of text
-    is what the commands before it have printed, among other things.
+    A block under a file name is written to that file. Python blocks run in a separate process. Each
+    line of a shell block is run; a line that begins with ``!`` has to fail. Each line of a text
+    block has to be part of the output of the preceding commands.
     """
 
     folder: Path
@@ -30,7 +30,7 @@ class Reader:
     installed: list[Path] = field(default_factory=list, init=False)
 
     def follow(self, page: Path) -> None:
-        """Do all that a page says."""
+        """Execute all blocks of a page."""
         for name, language, block in BLOCK.findall(page.read_text(encoding="utf-8")):
             if name:
                 path = self.folder / name
@@ -56,7 +56,7 @@ class Reader:
         self._run([sys.executable, "-m", module, *words], fails=fails)
 
     def _install(self, words: list[str]) -> None:
-        """Make a package known as ``pip install -e`` would, without network."""
+        """Install a package like ``pip install -e``, without network."""
         assert words[:2] == ["install", "-e"]
         site = self.folder / "site"
         site.mkdir(exist_ok=True)

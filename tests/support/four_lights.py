@@ -1,4 +1,4 @@
-"""Balls under four lamps with known light: what the tests know the truth of."""
+"""Balls under four lights, rendered with ground truth."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _LIGHTS = ((-90.0, (1, 0, 0)), (0.0, (0, 1, 0)), (90.0, (0, 0, 1)), (180.0, (0.6
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball somewhere, and the slopes within 0.8 of its radius."""
+    """A ball at a position, with slopes within 0.8 of its radius."""
 
     centre_px: tuple[float, float]
 
     def slopes(self) -> tuple[np.ndarray, np.ndarray]:
-        """(H, W, 2) slopes, 0 off the ball, and where the ball is."""
+        """(H, W, 2) slopes, 0 off the ball, and the (H, W) mask of the ball."""
         x = np.arange(WIDTH) - self.centre_px[0]
         y = np.arange(HEIGHT)[:, None] - self.centre_px[1]
         square = np.maximum(RADIUS_PX**2 - x**2 - y**2, 1.0)
@@ -31,7 +31,7 @@ class Ball:
 
 
 def shine(slopes: np.ndarray, *, mirrored: bool = False, gain: float = 1.0) -> np.ndarray:
-    """(H, W, 3) bytes of a Lambertian skin; each lamp is a third brighter on its own side."""
+    """(H, W, 3) bytes of a Lambertian surface; each light is a third brighter on its own side."""
     normal = np.concatenate([-slopes, np.ones((*slopes.shape[:2], 1))], 2)
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     x = np.linspace(-1, 1, slopes.shape[1])
@@ -46,18 +46,18 @@ def shine(slopes: np.ndarray, *, mirrored: bool = False, gain: float = 1.0) -> n
 
 
 def frame_of(ball: Ball | None, *, mirrored: bool = False, gain: float = 1.0) -> Frame:
-    """A frame of one ball, or of none."""
+    """A frame with one ball, or without."""
     slopes = ball.slopes()[0] if ball is not None else np.zeros((HEIGHT, WIDTH, 2))
     return Frame(shine(slopes, mirrored=mirrored, gain=gain), CHANNELS, SCALE_MM)
 
 
 def undeformed(*, mirrored: bool = False) -> Reference:
-    """The skin at rest."""
+    """The undeformed gel surface."""
     return Reference(frame_of(None, mirrored=mirrored).pixels.astype(np.float32), CHANNELS)
 
 
 def presses(count: int, *, mirrored: bool = False) -> list[Press]:
-    """Balls in many places, with as many resting pixels as a quarter of their own."""
+    """Balls at random positions, each with a quarter as many undeformed pixels."""
     rng = np.random.default_rng(3)
     made = []
     for number in range(count):

@@ -1,4 +1,4 @@
-"""By how much measured slopes are steeper than true ones."""
+"""Gain of measured slopes relative to the true ones."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 WELL_INSIDE = 0.7
-"""Of a contact's radius: smoothing brings in no light from beyond its border."""
+"""Share of a contact's radius within which smoothing mixes in no light from outside it."""
 
 MOST = 0.02
-"""By which a gain may differ from 1."""
+"""Tolerance of a gain of 1."""
 
 
 def gains(measured: NDArray[Any], true: NDArray[Any]) -> NDArray[np.float64]:

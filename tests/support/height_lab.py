@@ -1,4 +1,4 @@
-"""Six lamps in turn over a surface whose height map is known, on disk."""
+"""Recordings of a surface with a height map under six sequential lights, on disk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AZIMUTHS_DEG = (-90, -30, 30, 90, 150, -150)
 PROFILE = f"""\
 schema: 1
 name: height_lab
-description: Six lamps in turn
+description: Six sequential lights
 image: {{width_px: {WIDTH}, height_px: {HEIGHT}, mm_per_px: {MM_PER_PX}, color: grey}}
 camera: {{use: core.replay}}
 illumination:
@@ -35,7 +35,7 @@ estimators: {height: {use: core.poisson}}
 
 @dataclass(frozen=True)
 class HeightLab:
-    """Recordings of a known relief, and of the untouched sensor."""
+    """Recordings of a relief with ground truth, and of the undeformed sensor."""
 
     folder: Path
     height_mm: NDArray[np.float64]
@@ -58,7 +58,7 @@ class HeightLab:
 
 
 def relief() -> NDArray[np.float64]:
-    """Grooves, less deep than they are wide, that waver along the image; the rest is level."""
+    """Wavy grooves, less deep than wide, in a level surface."""
     x = np.arange(WIDTH) * MM_PER_PX
     y = np.arange(HEIGHT)[:, None] * MM_PER_PX
     height = np.zeros((HEIGHT, WIDTH))
@@ -69,7 +69,7 @@ def relief() -> NDArray[np.float64]:
 
 
 def lit(height_mm: NDArray[np.float64], seed: int) -> list[NDArray[np.uint8]]:
-    """One exposure a lamp: Lambertian, and each lamp fades across the gel."""
+    """One exposure per light: Lambertian, with a light that fades across the gel."""
     gy, gx = np.gradient(height_mm, MM_PER_PX)
     x = np.linspace(-1, 1, WIDTH)
     y = np.linspace(-1, 1, HEIGHT)[:, None]

@@ -1,4 +1,4 @@
-"""Pictures of an object's print on a skin with markers, each of which moves by itself."""
+"""Images of an object's imprint on a gel with markers; object and gel move independently."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CENTRE = 160.0, 120.0
 
 
 def texture() -> NDArray[np.float32]:
-    """(ROWS, COLUMNS, 3) what the object adds to the light of the skin, as a share of it."""
+    """(ROWS, COLUMNS, 3) relative change of intensity that the object's texture causes."""
     rng = np.random.default_rng(3)
     fine = cv2.GaussianBlur(rng.normal(size=(ROWS, COLUMNS, 3)), (0, 0), 5)
     within = np.exp(-(((X - CENTRE[0]) / 70) ** 4) - ((Y - CENTRE[1]) / 60) ** 4)
@@ -36,7 +36,7 @@ def scene(
     noise: float = 0.0,
     seed: int = 0,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """An object's print where the object is, and markers where the gel surface is."""
+    """Render the imprint at the object's pose, and markers at the gel surface's position."""
     pose = cv2.getRotationMatrix2D(CENTRE, -turn_deg, 1.0)
     pose[:, 2] += object_px
     printed = depth * cv2.warpAffine(TEXTURE, pose, (COLUMNS, ROWS))

@@ -1,7 +1,7 @@
-"""Tests of what has compiled kernels run twice: with them, and with the numpy that defines them.
+"""Runs tests twice: with compiled kernels, and with the numpy code that defines them.
 
-A module asks for it by ``pytestmark = pytest.mark.usefixtures("kernels_or_numpy")``; a module's
-fixture whose value is computed by kernels names ``kernels_or_numpy`` among its arguments, too.
+A module requests it by ``pytestmark = pytest.mark.usefixtures("kernels_or_numpy")``. A module's
+fixture whose value is computed by kernels has ``kernels_or_numpy`` among its arguments, too.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ PATHS = ("compiled", "numpy") if find_spec("numba") else ("numpy",)
 
 @pytest.fixture(scope="module", params=PATHS)
 def kernels_or_numpy(request: pytest.FixtureRequest) -> Iterator[str]:
-    """Which of the two computes; fresh processes follow through the environment."""
+    """Name of the implementation in use; new processes inherit it through the environment."""
     from tactile_core.algorithms import kernels
     from tactile_core.sim import kernels as of_sim
 
@@ -27,7 +27,7 @@ def kernels_or_numpy(request: pytest.FixtureRequest) -> Iterator[str]:
             for module in (kernels, of_sim):
                 patch.setattr(module, "load", lambda: None)
         else:
-            # also where a test makes a step or calls a function without saying which it wants
+            # also for steps and functions that are called without an explicit choice
             for module in (kernels, of_sim):
                 patch.setattr(module, "chosen", lambda compiled, load=module.load: load())
         yield request.param
@@ -35,26 +35,26 @@ def kernels_or_numpy(request: pytest.FixtureRequest) -> Iterator[str]:
 
 @pytest.fixture(scope="module", autouse=True)
 def _no_kernel_without_its_numpy(request: pytest.FixtureRequest) -> Iterator[None]:
-    """In the folders that import this: a module that meets kernels runs without them as well."""
+    """Check, in the folders that import this, that a module with kernels also runs without."""
     from tactile_core.algorithms import kernels
 
     marker = getattr(request.module, "pytestmark", None)
     runs_both = marker is not None and "kernels_or_numpy" in marker.args
-    if runs_both or request.path.name == "test_kernels.py":  # which compares the two
+    if runs_both or request.path.name == "test_kernels.py":  # that one compares the two
         yield
         return
-    asked: list[str] = []
+    calls: list[str] = []
     chosen = kernels.chosen
 
     def noted(compiled: bool) -> ModuleType | None:
         loops = chosen(compiled)
         if loops is not None:
-            asked.append("")
+            calls.append("")
         return loops
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(kernels, "chosen", noted)
         yield
-    assert not asked, (
-        "compiled kernels run here: mark the module as tests/support/kernel_paths.py says"
+    assert not calls, (
+        "compiled kernels run here: mark the module as described in tests/support/kernel_paths.py"
     )

@@ -1,4 +1,4 @@
-"""A plugin of one's own, installed for one test."""
+"""A plugin that is installed for one test."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Install(Protocol):
     def __call__(
         self, name: str, files: Mapping[str, str], **hooks: str | Mapping[str, str]
     ) -> Path:
-        """Write the package ``own_{name}`` with its files; a hook's string is a folder of it."""
+        """Write the package ``own_{name}`` with its files; a hook's string names its folder."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What a page shows: its blocks of code, and the commands that it tells to type."""
+"""The blocks of code of a page, and the commands in them."""
 
 import re
 import shlex
@@ -9,16 +9,16 @@ README = (ROOT / "README.md").read_text()
 
 
 def blocks(language: str, page: str = README) -> list[str]:
-    """All blocks of code in a language."""
+    """Return all blocks of code in a language."""
     return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
 
 
 def block(language: str) -> str:
-    """The first block of code in a language."""
+    """Return the first block of code in a language."""
     return blocks(language)[0]
 
 
 def commands(page: str = README) -> list[list[str]]:
-    """The words of every ``tactile …`` that a page tells to type."""
+    """Return the arguments of every command ``tactile …`` of a page."""
     lines = "\n".join(blocks("sh", page)).replace("\\\n", " ").splitlines()
     return [shlex.split(line)[1:] for line in lines if line.startswith("tactile ")]

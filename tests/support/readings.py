@@ -1,4 +1,4 @@
-"""Small readings made by hand, and what the core's sinks make of them."""
+"""Small synthetic readings, and the files that the core's sinks write for them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def shear() -> DisplacementField:
 
 
 def saved(taken: Reading, folder: OutputFolder | Path, names: Collection[str]) -> list[Path]:
-    """Let sinks write a reading; return the files that are new or were written again."""
+    """Let sinks write a reading; return the files that are new or changed."""
     out = folder if isinstance(folder, OutputFolder) else OutputFolder(folder)
     before = _stamps(out.path)
     pipeline = Pipeline(load_profile("hex_fingertip"))

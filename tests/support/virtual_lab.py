@@ -1,4 +1,4 @@
-"""A small virtual sensor with recordings on disk and a bundle, for tests of the whole path."""
+"""A small virtual sensor with recordings on disk and a bundle, for end-to-end tests."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class VirtualLab:
         return self.folder / "untouched.png"
 
     def image(self, press: BallPress | None, seed: int = 99) -> NDArray[np.uint8]:
-        """What the camera sees."""
+        """Render an image."""
         section = self.profile.image
         shape = (section.height_px, section.width_px)
         height = np.zeros(shape) if press is None else press.height_mm(shape, section.mm_per_px)
         return render(self.profile, height, seed=seed)
 
     def save(self, path: Path, press: BallPress | None, seed: int = 99) -> Path:
-        """Write what the camera sees."""
+        """Render an image and write it."""
         path.parent.mkdir(parents=True, exist_ok=True)
         cv2.imwrite(str(path), self.image(press, seed)[..., ::-1])
         return path
@@ -57,7 +57,7 @@ illumination:
     - {name: red, azimuth_deg: 90, elevation_deg: 35}
     - {name: green, azimuth_deg: 210, elevation_deg: 35}
     - {name: blue, azimuth_deg: 330, elevation_deg: 35}
-optics:                        # wide, soft lamps: no shadows to speak of
+optics:                        # wide, soft lights, almost without shadows
   lights: {distance_mm: 40, scatter: 1.0}
   sensor: {jpeg_quality: none}
 calibration: {use: core.automatic}

@@ -1,4 +1,4 @@
-"""Small rigs with one thing to look at, and skins that are known."""
+"""Small virtual rigs and synthetic gel surfaces with ground truth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def rig(
     gel: dict[str, Any] | None = None,
     optics: dict[str, Any] | None = None,
 ) -> Profile:
-    """One grey camera that is linear in light, and lamps at these azimuths."""
+    """Return a rig with a linear grey camera and lights at these azimuths."""
     lights = [
         {"name": f"lamp{k}", "azimuth_deg": azimuth, "elevation_deg": elevation_deg}
         for k, azimuth in enumerate(azimuths_deg)
@@ -49,11 +49,11 @@ def rig(
 
 
 QUIET = {"full_well_e": 1e9, "read_noise_e": 0.0, "vignetting": 0.0, "exposure": 0.2}
-"""A camera without noise, and a resting skin that leaves room above."""
+"""A camera without noise, exposed for headroom above the undeformed gel."""
 
 
 def level() -> NDArray[np.float32]:
-    """A skin at rest."""
+    """An undeformed gel surface."""
     return np.zeros(SHAPE, np.float32)
 
 
@@ -64,12 +64,12 @@ def slope(x: float = 0.0, y: float = 0.0) -> NDArray[np.float32]:
 
 
 def bump(height_mm: float = 0.5, radius_mm: float = 1.5) -> NDArray[np.float32]:
-    """A round hill in the middle."""
+    """A round bump at the centre."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     r = np.hypot(x - (WIDTH - 1) / 2, y - (HEIGHT - 1) / 2) * SCALE_MM
     return np.asarray(height_mm * np.exp(-((r / radius_mm) ** 2)), np.float32)
 
 
 def shift(x_mm: float, y_mm: float = 0.0) -> NDArray[np.float32]:
-    """A skin that has moved as a whole."""
+    """A uniform displacement of the gel surface."""
     return np.asarray(np.broadcast_to([x_mm, y_mm], (*SHAPE, 2)), np.float32)

@@ -86,7 +86,7 @@ CALIBRATIONS: Mapping[str, tuple[str, str]] = {
     "unfittable": ("fit", "too few presses"),
     "unseeded": ("fit", "two fits to the same presses measure differently"),
     "doubles": ("measurement", "Gradients.x is float64 where it must be float32"),
-    "gaps": ("measurement", "values that are no numbers"),
+    "gaps": ("measurement", "values that are not finite"),
     "dented": ("orientation", "∂z/∂x has the opposite sign"),
     "exchanged": ("orientation", "∂z/∂x and ∂z/∂y are swapped"),
     "degrees": ("orientation", "times the ball's; slopes are mm per mm"),

@@ -9,11 +9,11 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_calibrators() -> Mapping[str, str]:
-    """How the fingertip's colours were read."""
+    """Return the calibrator that maps hue and intensity to normals."""
     return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensityCalibrator"}
 
 
 @hookimpl
 def tactile_artefacts() -> Mapping[str, str]:
-    """What is fitted for it."""
+    """Return the model that it fits."""
     return {"hue_intensity": "tactile_baxter_fingertip.hue_intensity:HueIntensity"}

@@ -1,13 +1,21 @@
-"""Hue and saturation of a change of colour tell the yaw of the normal, intensity its pitch.
+"""Decode the normal from a change of colour: yaw from hue, pitch from saturation and intensity.
 
-The reading of the four-colour fingertip (Li et al. 2014; Yuan, Dong, Adelson 2017, section 4.2):
-lights of different colours stand on different sides, so that the colour of the change says to which
-side the skin turns, and its strength how far. The place enters first, as a linear map of the three
-channels that turns the light of each place into that of the whole image.
+This is the principle of the four-colour fingertip [1]_ [2]_. Lights of different colours illuminate
+the gel from different sides. The hue of the change therefore gives the direction in which the
+surface tilts, and its strength the angle. Before decoding, a matrix that depends on the position
+normalises the illumination: it maps the change of colour at each position to the average change
+that the same normal causes.
 
-The mean intensity hardly changes where a tilt turns as much towards one lamp as away from the
-opposite one: there it cannot tell the pitch, and the saturation does. Both are read, each weighted
-by how surely it told the pitch of the calibration's balls.
+Where a tilt turns the surface towards one light as much as away from the opposite one, the mean
+intensity barely changes and does not determine the pitch. The saturation does. The decoder averages
+both estimates with weights equal to the inverse of their variances on the calibration presses.
+
+References
+----------
+.. [1] R. Li, R. Platt, W. Yuan, A. ten Pas, N. Roscup, M. A. Srinivasan and E. H. Adelson,
+   "Localization and Manipulation of Small Parts Using GelSight Tactile Sensing", IROS, 2014.
+.. [2] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-Resolution Robot Tactile Sensors for
+   Estimating Geometry and Force", Sensors 17(12), 2017, section 4.2.
 """
 
 from __future__ import annotations
@@ -29,15 +37,51 @@ PitchFrom = Literal["both", "intensity", "saturation"]
 OPPONENT = np.array([[2, -1, -1], [0, 3**0.5, -(3**0.5)], [2**0.5] * 3]) / 6**0.5
 """Rows: two axes of the plane of hue and saturation, and the intensity; orthonormal."""
 
-_COLOUR_ORDER = 5
-_EVENING_RIDGE = 1e-2
-_REACH_PERCENT = 99.9
-_MARGIN = 1.05
-_SURE = 2e-4
-"""Variance of the sine that no reading falls below: grain, and what entries cannot resolve."""
 
-_LEVEL = 1e-6
-"""The same where the colour has not changed at all: then the saturation rules."""
+@dataclass(frozen=True)
+class DecoderParameters:
+    """Parameters of fitting a decoder. Nothing sets them: they are shares of the measured colours.
+
+    Attributes
+    ----------
+    colour_order : int, order
+        Order of the polynomial in the normal's components that describes the average colour.
+        Source: chosen by hand; no script derives it.
+    normalisation_ridge : float, share of the mean diagonal
+        Ridge penalty of the normalisation matrices.
+        Source: chosen by hand; no script derives it.
+    range_percent : float, percent
+        Percentile of the training colours that the tables span.
+        Source: chosen by hand; no script derives it.
+    range_margin : float, ratio
+        Largest chroma of the tables relative to that percentile.
+        Source: chosen by hand; no script derives it.
+    least_range : float, relative change
+        Smallest span of chroma and of intensity.
+        Source: chosen by hand; avoids a division by zero for constant colours.
+    least_variance : float, squared sine of the pitch
+        Lower limit of the variance of each estimate: grain, and the resolution of the entries.
+        Source: chosen by hand; no script derives it.
+    unchanged_variance : float, squared sine of the pitch
+        Lower limit of the variance of the saturation's estimate. It dominates where the colour has
+        not changed, where the saturation reliably reports a level surface.
+        Source: chosen by hand; no script derives it.
+    """
+
+    colour_order: int = 5
+    normalisation_ridge: float = 1e-2
+    range_percent: float = 99.9
+    range_margin: float = 1.05
+    least_range: float = 1e-3
+    least_variance: float = 2e-4
+    unchanged_variance: float = 1e-6
+
+
+DECODER = DecoderParameters()
+"""The values in use."""
+
+_NEGLIGIBLE_PRECISION = 1e-9
+"""Precision of an estimate that is switched off: the other one decides."""
 
 _SHAPES = {
     "evening": (6, 3, 3),
@@ -50,24 +94,25 @@ _SHAPES = {
 
 @dataclass(frozen=True, eq=False)
 class HueDecoder:
-    """Tables from evened colour to the normal.
+    """Lookup tables from normalised colour to the normal.
 
     Attributes
     ----------
     evening : (6, 3, 3) float32
-        For each of the terms 1, x, y, x², xy and y² of the place: the matrix that is applied
-        to (I − I₀) / I₀; their sum gives two chroma axes and the intensity.
+        Normalisation of the illumination: for each of the terms 1, x, y, x², xy and y² of the
+        position, a matrix that is applied to (I − I₀) / I₀. The sum of the products gives two
+        chroma axes and the intensity.
     limits : (3,) float32
-        Largest chroma, smallest and largest intensity that the tables hold.
+        Largest chroma, smallest and largest intensity of the tables.
     yaw : (256, 256) uint8
         Yaw by both chroma axes, in 256ths of a turn from −180°.
     by_intensity : (256, 256) complex64
-        By yaw and intensity: precision of the sine of the pitch (imaginary part) and sine times
+        By yaw and intensity: precision of the sine of the pitch (imaginary part), and sine times
         precision (real part).
     by_saturation : (256, 256) complex64
-        By yaw and saturation: variance of the sine over that of the saturation (imaginary part) and
-        sine over saturation (real part), the saturation counted in 128ths of the largest. A ratio,
-        for it hardly changes towards level skin, where a mean would not follow the slope to zero.
+        By yaw and saturation: variance of the ratio of sine and saturation (imaginary part), and
+        this ratio (real part), with the saturation in 128ths of the largest. Unlike the sine, the
+        ratio stays nearly constant towards level gel, so that averaging does not bias it.
     """
 
     evening: Float32
@@ -77,34 +122,37 @@ class HueDecoder:
     by_saturation: NDArray[np.complex64]
 
     def __call__(self, features: Float32) -> Float32:
-        """Sines (N, 2) of (N, 5) relative changes and places; steeper ones stay bounded."""
-        chroma, intensity = self.entries(evened(features, self.evening))
+        """Return normal_xy (N, 2) of (N, 5) relative changes and positions."""
+        chroma, intensity = self.entries(normalised(features, self.evening))
         yaw = self.yaw[chroma[:, 0], chroma[:, 1]]
-        told = self.by_chroma[chroma[:, 0], chroma[:, 1]] + self.by_intensity[yaw, intensity]
+        weighted = self.by_chroma[chroma[:, 0], chroma[:, 1]] + self.by_intensity[yaw, intensity]
         angle = angle_of(yaw)
-        sine = told.real / told.imag
+        sine = weighted.real / weighted.imag
         return np.stack([np.cos(angle) * sine, np.sin(angle) * sine], 1).astype(np.float32)
 
     @property
     def by_chroma(self) -> NDArray[np.complex64]:
-        """(256, 256) complex64: what the saturation tells, by both chroma axes."""
+        """(256, 256) complex64: the saturation's estimate by both chroma axes.
+
+        Precision of the sine of the pitch (imaginary part), and sine times precision (real part).
+        """
         axis = _centred(np.arange(ENTRIES))
         saturation = np.hypot(axis[:, None], axis)
         ratio = self.by_saturation[self.yaw, _saturation_entry(saturation)]
-        precision = 1 / (ratio.imag * saturation**2 + _LEVEL)
-        told = ratio.real * saturation * precision + 1j * precision
-        return np.asarray(told, np.complex64)
+        precision = 1 / (ratio.imag * saturation**2 + DECODER.unchanged_variance)
+        weighted = ratio.real * saturation * precision + 1j * precision
+        return np.asarray(weighted, np.complex64)
 
     @property
     def to_entries(self) -> tuple[Float32, Float32]:
-        """(3,) factors and offsets from chroma axes and intensity to entries."""
+        """(3,) factors and offsets that map chroma axes and intensity to entries."""
         reach, low, high = self.limits
         factors = np.array([128 / reach, 128 / reach, 255 / (high - low)])
         offsets = np.array([128, 128, -low * factors[2]])
         return factors.astype(np.float32), offsets.astype(np.float32)
 
     def entries(self, colour: Float32) -> tuple[Bytes, Bytes]:
-        """Entries (N, 2) of the chroma and (N,) of the intensity of (N, 3) evened colours."""
+        """Return entries (N, 2) of the chroma and (N,) of the intensity of (N, 3) colours."""
         factors, offsets = self.to_entries
         entries = np.clip(np.rint(colour * factors + offsets), 0, 255).astype(np.uint8)
         return entries[:, :2], entries[:, 2]
@@ -120,19 +168,22 @@ class HueDecoder:
         """
         for name, shape in _SHAPES.items():
             if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
-                raise ValueError(f"{name} is no part of a decoder")
+                raise ValueError(f"{name} does not fit a decoder")
         if arrays["yaw"].dtype != np.uint8:
-            raise ValueError("yaw is counted in bytes")
+            raise ValueError("yaw is not an array of bytes")
         return part_from(cls, arrays)
 
 
 def angle_of(yaw: Bytes) -> Float32:
-    """Angle in radians of yaw entries."""
+    """Return the angle of yaw entries in radians."""
     return (np.asarray(yaw, np.float32) - 128) * np.float32(2 * np.pi / ENTRIES)
 
 
-def evened(features: Float32, evening: Float32) -> Float32:
-    """(N, 3) chroma axes and intensity of (N, 5) changes and places, as in the mean light."""
+def normalised(features: Float32, evening: Float32) -> Float32:
+    """Return (N, 3) chroma axes and intensity of (N, 5) changes and positions.
+
+    The result is independent of the position's illumination.
+    """
     change, terms = features[:, :3], regression.terms(features[:, 3:], 2)
     return np.asarray(np.einsum("nt,tkj,nj->nk", terms, evening, change), np.float32)
 
@@ -140,29 +191,32 @@ def evened(features: Float32, evening: Float32) -> Float32:
 def fit_decoder(
     features: Float32, normal_xy: Float32, pitch_from: PitchFrom = "both"
 ) -> HueDecoder:
-    """Learn the tables from pixels whose slope is known.
+    """Fit the tables to pixels with ground-truth slopes.
 
     Parameters
     ----------
     features : (N, 5) float32
-        Relative change of the three channels, and place.
+        Relative change of the three channels, and position.
     normal_xy : (N, 2) float32
+        Components of the normal along x and y, uphill.
     pitch_from : {"both", "intensity", "saturation"}
-        What tells the pitch beside the yaw.
+        Which strength of the colour determines the pitch, in addition to the yaw.
     """
-    evening = _evening(features, normal_xy)
-    # Turned so that to first order the hue is the yaw, and the saturation the sine of the pitch.
-    axes = evened(features, evening)[:, :2].astype(np.float64)
+    evening = _fit_normalisation(features, normal_xy)
+    # Rotate the axes so that, to first order, hue is yaw and saturation the sine of the pitch.
+    axes = normalised(features, evening)[:, :2].astype(np.float64)
     onto = np.linalg.lstsq(axes, normal_xy.astype(np.float64), rcond=None)[0]
     evening[:, :2] = np.einsum("ak,taj->tkj", onto, evening[:, :2])
-    colour = evened(features, evening)
-    reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), _REACH_PERCENT))
-    low, high = np.percentile(colour[:, 2], [100 - _REACH_PERCENT, _REACH_PERCENT])
-    limits = np.array([_MARGIN * max(reach, 1e-3), low, max(high, low + 1e-3)], np.float32)
-    silent = np.full((ENTRIES, ENTRIES), np.complex64(1e-9j))
-    blank = HueDecoder(evening, limits, np.zeros((ENTRIES,) * 2, np.uint8), silent, silent)
+    colour = normalised(features, evening)
+    percent, least = DECODER.range_percent, DECODER.least_range
+    reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), percent))
+    low, high = np.percentile(colour[:, 2], [100 - percent, percent])
+    largest = DECODER.range_margin * max(reach, least)
+    limits = np.array([largest, low, max(high, low + least)], np.float32)
+    negligible = np.full((ENTRIES, ENTRIES), np.complex64(_NEGLIGIBLE_PRECISION * 1j))
+    blank = HueDecoder(evening, limits, np.zeros((ENTRIES,) * 2, np.uint8), negligible, negligible)
     chroma, intensity = blank.entries(colour)
-    # How far the yaw is from the hue changes little towards level skin, where both are unsure.
+    # The angle from hue to yaw varies slowly towards level gel, where hue and yaw are noisy.
     offsets = _centred(chroma)
     seen = offsets[:, 0] + 1j * offsets[:, 1]
     turned = (normal_xy[:, 0] + 1j * normal_xy[:, 1]) * np.conj(seen)
@@ -173,42 +227,45 @@ def fit_decoder(
     turns = (hue + np.arctan2(turn[..., 1], turn[..., 0])) * (ENTRIES / (2 * np.pi)) + 128
     yaw_table = np.rint(turns).astype(np.int64).astype(np.uint8)
     yaw = yaw_table[chroma[:, 0], chroma[:, 1]]
-    # Along the yaw that will be read: where that is unsure the sine is read as small as it is.
+    # Project on the decoded yaw: where it is unreliable, the projected sine is small, too.
     angle = angle_of(yaw)
     along = (normal_xy[:, 0] * np.cos(angle) + normal_xy[:, 1] * np.sin(angle)).astype(np.float64)
-    by_intensity = silent
+    by_intensity = negligible
     if pitch_from != "saturation":
-        mean, variance = _told(yaw, intensity, along, np.ones(len(along)))
-        precision = 1 / (variance + _SURE)
+        mean, variance = _moments(yaw, intensity, along, np.ones(len(along)))
+        precision = 1 / (variance + DECODER.least_variance)
         by_intensity = np.asarray(mean * precision + 1j * precision, np.complex64)
     by_saturation = np.full((ENTRIES, ENTRIES), np.complex64(1e9j))
     if pitch_from != "intensity":
         saturation = np.maximum(np.hypot(offsets[:, 0], offsets[:, 1]), 0.5)
         ratio = along / saturation
         entry = _saturation_entry(saturation)
-        mean, variance = _told(yaw, entry, ratio, saturation**2)
-        by_saturation = np.asarray(mean + 1j * (variance + _SURE / 64**2), np.complex64)
+        mean, variance = _moments(yaw, entry, ratio, saturation**2)
+        # the lower limit of the sine's variance at half of the largest saturation
+        least_variance = DECODER.least_variance / 64**2
+        by_saturation = np.asarray(mean + 1j * (variance + least_variance), np.complex64)
     return HueDecoder(evening, limits, yaw_table, by_intensity, by_saturation)
 
 
-def _evening(features: Float32, normal_xy: Float32) -> Float32:
-    """The matrices that bring each place's change to that which a normal causes on average."""
+def _fit_normalisation(features: Float32, normal_xy: Float32) -> Float32:
+    """Fit the matrices that map the change at a position to the average change of that normal."""
     change = features[:, :3].astype(np.float64)
-    powers = range(_COLOUR_ORDER + 1)
+    order = DECODER.colour_order
+    powers = range(order + 1)
     nx, ny = normal_xy.astype(np.float64).T
-    slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= _COLOUR_ORDER], 1)
-    usual = slope @ np.linalg.lstsq(slope, change, rcond=None)[0]
+    slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= order], 1)
+    average = slope @ np.linalg.lstsq(slope, change, rcond=None)[0]
     terms = regression.terms(features[:, 3:], 2).astype(np.float64)
     products = (terms[:, :, None] * change[:, None, :]).reshape(len(change), -1)
     normal = products.T @ products
-    normal += _EVENING_RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
-    correction = np.linalg.solve(normal, products.T @ (usual - change)).reshape(-1, 3, 3)
+    normal += DECODER.normalisation_ridge * np.trace(normal) / len(normal) * np.eye(len(normal))
+    correction = np.linalg.solve(normal, products.T @ (average - change)).reshape(-1, 3, 3)
     correction[0] += np.eye(3)
     return np.asarray(np.einsum("kc,tjc->tkj", OPPONENT, correction), np.float32)
 
 
-def _told(yaw: Bytes, entry: Bytes, values: Float, weights: Float) -> tuple[Float32, Float32]:
-    """Mean and variance of values by yaw and by how strongly the colour changed."""
+def _moments(yaw: Bytes, entry: Bytes, values: Float, weights: Float) -> tuple[Float32, Float32]:
+    """Return mean and variance of values, by yaw and by the strength of the colour change."""
     both = np.stack([values, values**2], 1)
     table = smooth_table(yaw, entry, both, weights, periodic=True)
     mean = table[..., 0]

@@ -1,4 +1,4 @@
-"""From one image to slopes: a decoder prepared for one reference."""
+"""A decoder prepared for one reference, which measures the slopes of entire images."""
 
 from __future__ import annotations
 
@@ -11,17 +11,28 @@ from numpy.typing import NDArray
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.normal_xy import planes_to_gradient
-from tactile_core.algorithms.photometric import DARK_FRACTION, Smoothing, place, relative_change
+from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 Bool = NDArray[np.bool_]
 
 
 class ReferenceLight:
-    """What the untouched sensor looks like without the grain of its coating.
+    """The illumination of the undeformed sensor, without the grain of its coating.
 
-    Grain moves with the skin, so that the grain of the reference is not that under a press; what is
-    left of a widely smoothed reference is the light.
+    The grain moves with the gel surface, so that the grain of the reference differs from that under
+    a press. Wide smoothing of the reference leaves the illumination.
+
+    Parameters
+    ----------
+    reference : (H, W, 3) float32
+    marker_mask : (H, W) bool or None
+    full_scale : float
+    blur_px : float
+        Standard deviation of the smoothing of all images.
+    light_blur_px : float
+        Standard deviation of the additional smoothing of the reference.
     """
 
     def __init__(
@@ -43,8 +54,8 @@ class ReferenceLight:
         self.full_scale = full_scale
 
     def smoothed(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
-        """(H, W, 3) float32 intensities, markers filled."""
-        # Rounding means back to bytes would add as much noise again as they have left.
+        """Return (H, W, 3) float32 smoothed intensities, with markers filled in."""
+        # Rounding the averages to bytes would double their noise.
         return np.asarray(
             self._smoothing.apply(np.asarray(pixels, np.float32), marker_mask), np.float32
         )
@@ -56,21 +67,21 @@ class ReferenceLight:
         rows: NDArray[np.int32],
         columns: NDArray[np.int32],
     ) -> Float32:
-        """(N, 5) relative change and place of N pixels."""
+        """Return (N, 5) relative changes and positions of N pixels."""
         smoothed, base = self.smoothed(pixels, marker_mask)[rows, columns], self.base[rows, columns]
         change = relative_change(smoothed, base, full_scale=self.full_scale)
         return np.concatenate([change, place(pixels.shape[:2])[rows, columns]], axis=1)
 
 
 class HueField:
-    """Slopes of whole images; as :class:`HueDecoder` gives them, but by planes."""
+    """Decodes entire images, plane by plane; equivalent to :class:`HueDecoder`."""
 
     def __init__(self, decoder: HueDecoder, light: ReferenceLight) -> None:
         self._light = light
         factors, offsets = decoder.to_entries
         h, w = light.base.shape[:2]
         terms = regression.terms(place((h, w)).reshape(-1, 2), 2).reshape(h, w, -1)
-        floor = np.float32(DARK_FRACTION * light.full_scale)
+        floor = np.float32(LEVELS.least_divisor_share * light.full_scale)
         per_intensity = 1 / np.maximum(light.base, floor)
         self._weights: list[list[Float32]] = []
         self._offsets: list[Float32] = []
@@ -80,7 +91,7 @@ class HueField:
             self._weights.append([np.ascontiguousarray(m) for m in np.dsplit(matrix, 3)])
             for j, weight in enumerate(self._weights[k]):
                 weight *= per_intensity[..., j : j + 1]
-        # Both chroma bytes, and yaw and intensity, are read as one index of two bytes.
+        # Two bytes (chroma axes, or yaw and intensity) form one 16-bit index.
         self._yaw = decoder.yaw.T.ravel()
         self._by_chroma = decoder.by_chroma.T.ravel()
         self._by_intensity = decoder.by_intensity.T.ravel()
@@ -88,7 +99,7 @@ class HueField:
         self._direction = np.exp(1j * angle).astype(np.complex64)
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None) -> tuple[Float32, Float32]:
-        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
+        """Return the slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
         channels = cv2.split(self._light.smoothed(pixels, marker_mask))
         bytes_ = []
         nothing = np.zeros(1)
@@ -100,15 +111,15 @@ class HueField:
         first, second, intensity = bytes_
         chroma = _pair(first, second)
         yaw = self._yaw.take(chroma)
-        told = self._by_chroma.take(chroma)
-        told += self._by_intensity.take(_pair(yaw, intensity))
+        weighted = self._by_chroma.take(chroma)
+        weighted += self._by_intensity.take(_pair(yaw, intensity))
         normal_xy = self._direction.take(yaw)
-        normal_xy *= told.real / told.imag
+        normal_xy *= weighted.real / weighted.imag
         gx, gy = (np.ascontiguousarray(part) for part in (normal_xy.real, normal_xy.imag))
         planes_to_gradient(gx, gy, np.empty_like(gx))
         return gx, gy
 
 
 def _pair(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.uint16]:
-    """(H, W) index of two bytes."""
+    """Combine two (H, W) planes of bytes into 16-bit indices."""
     return np.asarray(cv2.merge([low, high])).view("<u2")[..., 0]

@@ -1,8 +1,9 @@
-"""``baxter_fingertip.hue_intensity``: yaw from hue and saturation, pitch from intensity."""
+"""``baxter_fingertip.hue_intensity``: yaw from hue, pitch from saturation and intensity."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Self
 
@@ -12,7 +13,7 @@ from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
-from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -28,9 +29,30 @@ from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_mo
 from tactile_core.interfaces.slope_models.samples import scale_of, thinned, too_few
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 
-FEWEST_SAMPLES = 500
-MOST_SAMPLES = 200_000
 CHANNELS = 3
+"""Hue needs three channels."""
+
+
+@dataclass(frozen=True)
+class SampleParameters:
+    """Parameters of sampling training pixels. Nothing sets them: they are limits of the fit.
+
+    Attributes
+    ----------
+    fewest : int, count
+        Sloped pixels that a fit needs at least.
+        Source: chosen by hand; no script derives it.
+    most : int, count
+        Training pixels of all presses together, at most. Dense tables need more than a regression.
+        Source: chosen by hand; no script derives it.
+    """
+
+    fewest: int = 500
+    most: int = 200_000
+
+
+SAMPLES = SampleParameters()
+"""The values in use."""
 
 
 class HueIntensityOptions(Options):
@@ -40,23 +62,24 @@ class HueIntensityOptions(Options):
         default=0.027,
         ge=0,
         le=1,
-        description="Smoothing against the grain of the coating, standard deviation.",
+        description="Gaussian smoothing against the grain of the coating: standard deviation, mm.",
     )
     light_blur_mm: float = Field(
         default=0.11,
         ge=0,
         le=10,
-        description="Smoothing of the reference, whose grain is not that under a press.",
+        description="Additional smoothing of the reference, whose grain differs from that under a "
+        "press: standard deviation, mm.",
     )
     pitch_from: PitchFrom = Field(
         default="both",
-        description="What tells the pitch beside the yaw: intensity as in the paper, or saturation,"
-        " or both, each where it is sure.",
+        description="Source of the pitch: intensity as in the paper, saturation, or both, weighted "
+        "by their precision.",
     )
 
 
 class HueIntensity(Calibration):
-    """A fitted decoder; see ``hue_decoder``."""
+    """A fitted decoder with its smoothing; see ``hue_decoder``."""
 
     def __init__(
         self,
@@ -70,13 +93,16 @@ class HueIntensity(Calibration):
         self._field = ForReference(self._prepared)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; not valid where marked, saturated in a channel, or dark in all.
+        """Return the slopes of one frame.
+
+        They are valid where no marker hides the gel surface, no channel is saturated and not all
+        channels are dark.
 
         Raises
         ------
         CalibrationError
-            The frame or the reference has another size than the presses had, or they have another
-            full scale than each other.
+            The size of the frame or the reference differs from that of the presses, or the full
+            scales of frame and reference differ.
         """
         check_fitting(frame, reference, self._shape)
         gx, gy = self._field(reference).measure(frame.pixels, frame.marker_mask)
@@ -95,7 +121,7 @@ class HueIntensity(Calibration):
         Raises
         ------
         CalibrationError
-            It is missing, broken or of another model.
+            The file is missing, damaged or of another model.
         """
         with stored_model(directory) as (shape, arrays):
             blur_px, light_blur_px = (float(b) for b in arrays["blurs_px"])
@@ -107,23 +133,32 @@ class HueIntensity(Calibration):
 
 
 class HueIntensityCalibrator(Calibrator):
-    """The way of the first fingertip with four colours: yaw by hue, pitch by intensity."""
+    """Fits a decoder of colour: yaw from hue, pitch from saturation and intensity.
+
+    References
+    ----------
+    .. [1] R. Li, R. Platt, W. Yuan, A. ten Pas, N. Roscup, M. A. Srinivasan and E. H. Adelson,
+       "Localization and Manipulation of Small Parts Using GelSight Tactile Sensing", IROS, 2014.
+    .. [2] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-Resolution Robot Tactile Sensors for
+       Estimating Geometry and Force", Sensors 17(12), 2017, section 4.2.
+    """
 
     Options: ClassVar[type[BaseModel]] = HueIntensityOptions
     options: HueIntensityOptions
 
     def fit(self, presses: Sequence[Press], reference: Reference) -> HueIntensity:
-        """Fit on presses of a known ball.
+        """Fit to presses of a ball or another calibration target.
 
         Raises
         ------
         CalibrationError
-            The images do not have three channels or the presses' size, or too few pixels slope.
+            The images do not have three channels, the presses differ in size from the reference,
+            or too few pixels are sloped.
         """
         shape = shape_of(reference)
         if shape[2] != CHANNELS:
             raise CalibrationError(
-                f"baxter_fingertip.hue_intensity reads hue from three channels and the frames have "
+                f"baxter_fingertip.hue_intensity needs three channels and the frames have "
                 f"{shape[2]}; use core.mlp or core.polynomial"
             )
         scale = scale_of(presses)
@@ -136,14 +171,14 @@ class HueIntensityCalibrator(Calibrator):
                     f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
                     f"the size of the input"
                 )
-        features, normal_xy = thinned(presses, light.features, most=MOST_SAMPLES)
-        if np.count_nonzero(normal_xy.any(axis=1)) < FEWEST_SAMPLES:
+        features, normal_xy = thinned(presses, light.features, most=SAMPLES.most)
+        if np.count_nonzero(normal_xy.any(axis=1)) < SAMPLES.fewest:
             raise too_few(presses)
         decoder = fit_decoder(features, normal_xy, self.options.pitch_from)
         return HueIntensity(decoder, shape, blur_px, light_blur_px)
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Smoothing that the options ask for."""
+        """Return the smoothing of the options in px."""
         return self.options.blur_mm / mm_per_px
 
 
@@ -158,14 +193,14 @@ def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Refere
 
 
 def _valid(frame: Frame) -> Bool:
-    """A saturated channel bends the hue, so that all three must be below; darkness has none."""
+    """Return where the hue can be measured: no channel saturated, not all dark, no marker."""
     valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
-    # Extremes are found ten times faster than where they are, and are rarely out of range.
+    # The extremes are rarely out of range, and found ten times faster than a mask is built.
     darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
-    if brightest >= CEILING * frame.full_scale:
+    if brightest >= LEVELS.saturation_share * frame.full_scale:
         valid &= ~frame.saturated.any(axis=2)
-    if darkest <= FLOOR * frame.full_scale:
-        valid &= (frame.pixels > FLOOR * frame.full_scale).any(axis=2)
+    if darkest <= LEVELS.dark_share * frame.full_scale:
+        valid &= (frame.pixels > LEVELS.dark_share * frame.full_scale).any(axis=2)
     if frame.marker_mask is not None:
         valid &= ~frame.marker_mask
     return valid

@@ -1,6 +1,8 @@
-"""Smooth tables over two bytes, from scattered samples."""
+"""Smooth lookup tables over two bytes, from scattered samples."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -13,50 +15,76 @@ Bytes = NDArray[np.uint8]
 ENTRIES = 256
 """Entries along each axis: a byte is an index."""
 
-_CELLS = 128
-_SPREADS_CELLS = (1.3, 2.6, 5.2, 10.4, 20.8)
-_ENOUGH_SAMPLES = 3.0
-_BORDER = 48
+
+@dataclass(frozen=True)
+class TableParameters:
+    """Parameters of smoothing a table. Nothing sets them: they adapt to the density of samples.
+
+    Attributes
+    ----------
+    cells : int, count
+        Cells along each axis in which samples are counted; each covers two entries.
+        Source: chosen by hand; no script derives it.
+    spreads_cells : tuple of float, cells
+        Standard deviations of the averaging kernel, from narrow to wide.
+        Source: chosen by hand, each twice the one before.
+    enough_samples : float, samples of mean weight
+        An entry takes the narrowest kernel that covers more samples than this.
+        Source: chosen by hand; no script derives it.
+    border_cells : int, cells
+        Padding of the tables before filtering.
+        Source: chosen by hand; a little over two standard deviations of the widest kernel.
+    """
+
+    cells: int = 128
+    spreads_cells: tuple[float, ...] = (1.3, 2.6, 5.2, 10.4, 20.8)
+    enough_samples: float = 3.0
+    border_cells: int = 48
+
+
+TABLES = TableParameters()
+"""The values in use."""
 
 
 def smooth_table(
     first: Bytes, second: Bytes, values: Float, weights: Float, *, periodic: bool = False
 ) -> Float32:
-    """Weighted mean of scattered values around every entry.
+    """Average scattered values around every entry of a table.
 
-    Each entry is averaged over the narrowest neighbourhood that holds a few samples, so that dense
-    parts keep their detail and empty ones take after the nearest samples.
+    Each entry is a Gaussian average over the narrowest neighbourhood that holds a few samples.
+    Dense parts of the table keep their detail; empty parts are filled from the nearest samples.
 
     Parameters
     ----------
     first, second : (N,) uint8
-        The entry of each sample.
+        Row and column of each sample.
     values : (N, M) float
     weights : (N,) float
         Non-negative.
     periodic : bool
-        Whether the first axis is an angle.
+        True if the first axis is an angle.
 
     Returns
     -------
     (256, 256, M) float32
     """
-    step = ENTRIES // _CELLS
-    cell = (first // step).astype(np.intp) * _CELLS + second // step
+    cells = TABLES.cells
+    step = ENTRIES // cells
+    cell = (first // step).astype(np.intp) * cells + second // step
 
     def sums(weight: Float) -> Float:
-        counted = np.bincount(cell, weight, _CELLS**2)
-        return np.asarray(counted.reshape(_CELLS, _CELLS), np.float64)
+        counted = np.bincount(cell, weight, cells**2)
+        return np.asarray(counted.reshape(cells, cells), np.float64)
 
     planes = [sums(weights), *(sums(weights * column) for column in values.T)]
-    known = np.zeros((_CELLS, _CELLS), bool)
-    means = np.zeros((_CELLS, _CELLS, values.shape[1]))
-    usual = float(weights.mean())
-    for spread in _SPREADS_CELLS:
-        total, *spreads = (_blurred(plane, spread, periodic) for plane in planes)
-        mean = np.stack(spreads, -1) / np.maximum(total, 1e-12)[..., None]
-        means[~known] = mean[~known]
-        known |= total * 2 * np.pi * spread**2 > _ENOUGH_SAMPLES * usual
+    filled = np.zeros((cells, cells), bool)
+    means = np.zeros((cells, cells, values.shape[1]))
+    mean_weight = float(weights.mean())
+    for spread in TABLES.spreads_cells:
+        total, *blurred = (_blurred(plane, spread, periodic) for plane in planes)
+        mean = np.stack(blurred, -1) / np.maximum(total, 1e-12)[..., None]
+        means[~filled] = mean[~filled]
+        filled |= total * 2 * np.pi * spread**2 > TABLES.enough_samples * mean_weight
     framed = np.asarray(cv2.copyMakeBorder(means, 1, 1, 1, 1, cv2.BORDER_REPLICATE))
     if periodic:
         framed[0], framed[-1] = framed[-2], framed[1]
@@ -68,9 +96,10 @@ def smooth_table(
 
 
 def _blurred(plane: Float, spread: float, periodic: bool) -> Float:
-    """Gaussian sums, with nothing beyond the border, or with the first axis wrapped around."""
+    """Return Gaussian averages; zeros beyond the border, or the first axis wrapped around."""
+    border = TABLES.border_cells
     rows = cv2.BORDER_WRAP if periodic else cv2.BORDER_CONSTANT
-    wide = cv2.copyMakeBorder(plane, _BORDER, _BORDER, 0, 0, rows)
-    wide = cv2.copyMakeBorder(wide, 0, 0, _BORDER, _BORDER, cv2.BORDER_CONSTANT)
+    wide = cv2.copyMakeBorder(plane, border, border, 0, 0, rows)
+    wide = cv2.copyMakeBorder(wide, 0, 0, border, border, cv2.BORDER_CONSTANT)
     blurred = cv2.GaussianBlur(wide, (0, 0), spread)
-    return np.asarray(blurred[_BORDER:-_BORDER, _BORDER:-_BORDER], np.float64)
+    return np.asarray(blurred[border:-border, border:-border], np.float64)

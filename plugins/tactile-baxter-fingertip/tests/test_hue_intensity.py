@@ -37,14 +37,14 @@ def model() -> HueIntensity:
 
 
 def errors_deg(model: HueIntensity, *, mirrored: bool = False, gain: float = 1.0) -> np.ndarray:
-    """Angle between measured and true normals on a ball that the fit has not seen."""
+    """Angle between measured and true normals on a held-out ball."""
     frame = frame_of(UNSEEN, mirrored=mirrored, gain=gain)
     measured = model.measure(frame, undeformed(mirrored=mirrored))
     true, on = UNSEEN.slopes()
     return angles_deg(np.stack([measured.x[on], measured.y[on]], 1), true[on])
 
 
-def test_calibrator_and_model_are_found_by_one_name() -> None:
+def test_calibrator_and_model_have_the_same_name() -> None:
     name = "baxter_fingertip.hue_intensity"
     assert resolve("calibrator", name) is HueIntensityCalibrator
     assert resolve("artefact", name) is HueIntensity
@@ -60,21 +60,21 @@ def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
     assert gains(found, true[on]) == pytest.approx(1, abs=MOST)
 
 
-def test_the_hue_tells_the_yaw(model: HueIntensity) -> None:
+def test_yaw_is_decoded_from_the_hue(model: HueIntensity) -> None:
     measured = model.measure(frame_of(UNSEEN), undeformed())
     true, on = UNSEEN.slopes()
     steep = on & (np.hypot(true[..., 0], true[..., 1]) > 0.3)
     found = np.arctan2(measured.y[steep], measured.x[steep])
-    told = np.arctan2(true[steep][:, 1], true[steep][:, 0])
-    assert np.degrees(np.abs(np.angle(np.exp(1j * (found - told))))).mean() < 2
+    expected = np.arctan2(true[steep][:, 1], true[steep][:, 0])
+    assert np.degrees(np.abs(np.angle(np.exp(1j * (found - expected))))).mean() < 2
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_normals_are_right_whichever_way_round_the_hues_run(mirrored: bool) -> None:
+def test_normals_are_right_for_either_order_of_the_hues(mirrored: bool) -> None:
     assert errors_deg(fitted(mirrored=mirrored), mirrored=mirrored).mean() < 2
 
 
-def test_intensity_or_saturation_alone_tells_less_than_both(model: HueIntensity) -> None:
+def test_intensity_and_saturation_together_are_as_accurate_as_either(model: HueIntensity) -> None:
     alone = [errors_deg(fitted(pitch_from=which)).mean() for which in ("intensity", "saturation")]
     assert errors_deg(model).mean() <= min(alone) + 0.1
 
@@ -84,23 +84,23 @@ def test_undeformed_gel_is_level(model: HueIntensity) -> None:
     assert np.hypot(level.x, level.y).max() < 0.02
 
 
-def test_more_of_all_light_changes_no_hue(model: HueIntensity) -> None:
+def test_a_brighter_illumination_does_not_change_the_hue(model: HueIntensity) -> None:
     assert errors_deg(model, gain=1.03).mean() < errors_deg(model).mean() + 1
 
 
-def test_whole_images_are_measured_as_pixels_are(model: HueIntensity) -> None:
+def test_images_and_single_pixels_are_measured_equally(model: HueIntensity) -> None:
     frame, reference = frame_of(UNSEEN), undeformed()
     light = ReferenceLight(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
     decoder = model.decoder
     rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
     one_by_one = to_gradient(decoder(light.features(frame.pixels, None, rows, columns)))
     gx, gy = HueField(decoder, light).measure(frame.pixels, None)
-    apart = np.hypot(gx.ravel() - one_by_one[:, 0], gy.ravel() - one_by_one[:, 1])
+    distance = np.hypot(gx.ravel() - one_by_one[:, 0], gy.ravel() - one_by_one[:, 1])
     # A colour on the border between two entries may be rounded to either.
-    assert np.mean(apart > 1e-4) < 0.01
+    assert np.mean(distance > 1e-4) < 0.01
 
 
-def test_the_model_comes_back_as_it_was_saved(model: HueIntensity, tmp_path: Path) -> None:
+def test_a_loaded_model_equals_the_saved_one(model: HueIntensity, tmp_path: Path) -> None:
     model.save(tmp_path)
     for again in (HueIntensity.load(tmp_path), pickle.loads(pickle.dumps(model))):
         before, after = (m.measure(frame_of(UNSEEN), undeformed()) for m in (model, again))
@@ -108,13 +108,13 @@ def test_the_model_comes_back_as_it_was_saved(model: HueIntensity, tmp_path: Pat
         np.testing.assert_array_equal(after.y, before.y)
 
 
-@pytest.mark.parametrize("spoil", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"text"])
-def test_a_spoilt_file_is_refused(
-    model: HueIntensity, tmp_path: Path, spoil: Callable[[bytes], bytes]
+@pytest.mark.parametrize("damaged", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"text"])
+def test_a_damaged_file_is_refused(
+    model: HueIntensity, tmp_path: Path, damaged: Callable[[bytes], bytes]
 ) -> None:
     model.save(tmp_path)
     path = tmp_path / "model.npz"
-    path.write_bytes(spoil(path.read_bytes()))
+    path.write_bytes(damaged(path.read_bytes()))
     with pytest.raises(CalibrationError, match="calibrate again"):
         HueIntensity.load(tmp_path)
 
@@ -140,7 +140,7 @@ def test_grey_images_have_no_hue() -> None:
         HueIntensityCalibrator(HueIntensityOptions()).fit(presses(1), grey)
 
 
-def test_presses_that_all_rest_are_refused() -> None:
+def test_presses_without_a_contact_are_refused() -> None:
     press = presses(1)[0]
     level = replace(press, gradients=np.zeros_like(press.gradients))
     for samples in ([], [level]):
@@ -148,7 +148,7 @@ def test_presses_that_all_rest_are_refused() -> None:
             HueIntensityCalibrator(HueIntensityOptions()).fit(samples, undeformed())
 
 
-def test_a_clipped_channel_has_no_hue_and_neither_has_darkness(model: HueIntensity) -> None:
+def test_saturated_and_dark_pixels_are_not_valid(model: HueIntensity) -> None:
     frame = frame_of(UNSEEN)
     pixels = copy.copy(frame.pixels)
     pixels[5, 7, 1] = 255
@@ -159,7 +159,7 @@ def test_a_clipped_channel_has_no_hue_and_neither_has_darkness(model: HueIntensi
     assert valid.sum() == valid.size - 2
 
 
-def test_bit_depths_are_not_mixed(model: HueIntensity) -> None:
+def test_another_bit_depth_is_refused(model: HueIntensity) -> None:
     frame = frame_of(UNSEEN)
     deep = replace(frame, pixels=frame.pixels.astype(np.uint16) * 257, full_scale=65535.0)
     with pytest.raises(CalibrationError, match="same bit depth"):

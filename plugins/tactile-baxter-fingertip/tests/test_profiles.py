@@ -16,19 +16,19 @@ def test_one_exposure_shows_four_arrays_in_three_channels() -> None:
     assert feeds["red"] == ("red",)
 
 
-def test_one_array_stands_on_each_side() -> None:
+def test_there_is_one_array_on_each_side() -> None:
     lights = make_lights(load_profile("baxter_fingertip")).lights
     assert sorted(light.azimuth_deg % 360 for light in lights) == [0, 90, 180, 270]
 
 
-def test_the_tip_sees_what_the_paper_says() -> None:
+def test_the_profile_has_the_papers_view_and_coating() -> None:
     profile = load_profile("baxter_fingertip")
     assert profile.image.width_px * profile.image.mm_per_px == pytest.approx(18, abs=0.02)
     assert profile.gel.coating == "semi_specular"
     assert profile.gel.markers is None
 
 
-def test_the_flat_tip_differs_in_its_shape_alone() -> None:
+def test_the_flat_tip_differs_in_its_shape_only() -> None:
     domed, flat = load_profile("baxter_fingertip"), load_profile("baxter_fingertip_flat")
     assert (domed.gel.shape, flat.gel.shape) == ("dome", "flat")
     assert flat.gel == domed.gel.model_copy(update={"shape": "flat", "radius_mm": None})
@@ -42,7 +42,7 @@ def test_white_is_seen_by_every_channel_of_the_virtual_tip() -> None:
     ball = BallPress((320, 240), 8.0, 1.0).height_mm(size, profile.image.mm_per_px)
     image = render(profile, ball)
     assert image.shape == (*size, 3)
-    # Left of the top the skin turns to the left, towards white.
+    # Left of the apex the gel surface tilts to the left, towards the white light.
     level = render(profile, np.zeros(size))[240, 280].astype(int)
     towards_white = image[240, 280].astype(int)
     assert (towards_white[[0, 2]] > level[[0, 2]]).all()

@@ -9,7 +9,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_calibrators() -> Mapping[str, str]:
-    """Photometric stereo."""
+    """Return the calibrator for photometric stereo."""
     return {
         "photometric_stereo": "tactile_desktop_six_led.photometric_stereo:PhotometricCalibrator"
     }
@@ -17,7 +17,7 @@ def tactile_calibrators() -> Mapping[str, str]:
 
 @hookimpl
 def tactile_artefacts() -> Mapping[str, str]:
-    """Lights as they were learnt from presses, and as a profile gives them."""
+    """Return the models: lights learned from presses, and lights given by a profile."""
     return {
         "photometric_stereo": "tactile_desktop_six_led.photometric_stereo:PhotometricStereo",
         "given_lights": "tactile_desktop_six_led.given_lights:GivenLights",

@@ -1,8 +1,9 @@
-"""Photometric stereo with lamps whose directions are given, and no calibration."""
+"""Photometric stereo with given light directions, without calibration."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Self
 
@@ -14,19 +15,61 @@ from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
-_ROUNDS = 12
-_TOLERANCE = 0.03
-"""Misfit of a lamp, relative to the mean of all, at which it counts half."""
 
-_BLOCK = 1 << 14
-_ENOUGH_TO_DROP = 5
-_STEEPEST = 5.0
+@dataclass(frozen=True)
+class RobustNormalParameters:
+    """Parameters of robust photometric stereo. Nothing sets them: intensities are relative.
+
+    Attributes
+    ----------
+    rounds : int, count
+        Iterations of reweighted least squares.
+        Source: chosen by hand; no script derives it.
+    tolerance : float, share of the mean intensity
+        Residual of a light at which its weight is one half.
+        Source: chosen by hand; no script derives it.
+    block_px : int, count
+        Pixels that are solved together.
+        Source: chosen by hand; limits memory and changes no result.
+    lights_to_drop_extremes : int, count
+        With at least this many lights, the first solution leaves out the darkest and the brightest
+        light of each pixel.
+        Source: mathematics; three lights have to remain.
+    dropped_weight : float, weight
+        Weight of a light that the first solution leaves out.
+        Source: chosen by hand; keeps the equations regular.
+    steepest : float, slope
+        Steeper slopes are limited to this one.
+        Source: chosen by hand; normals at right angles to the camera have no finite slope.
+    least_facing : float, z of the unit normal
+        Lower limit of the denominator of a slope.
+        Source: chosen by hand; avoids a division by zero.
+    darkest_level : float, share of full scale
+        Lower limit of the reference in the quotient of frame and reference.
+        Source: chosen by hand; avoids a division by zero.
+    """
+
+    rounds: int = 12
+    tolerance: float = 0.03
+    block_px: int = 1 << 14
+    lights_to_drop_extremes: int = 5
+    dropped_weight: float = 1e-6
+    steepest: float = 5.0
+    least_facing: float = 1e-3
+    darkest_level: float = 1e-3
+
+
+NORMALS = RobustNormalParameters()
+"""The values in use."""
+
 _TINY = 1e-9
+"""Keeps denominators and equations regular."""
+
 _FILE = "directions.npz"
 
 
 def light_directions(azimuth_deg: Sequence[float], elevation_deg: Sequence[float]) -> Float32:
-    """(K, 3) unit vectors from the skin towards lamps: x right, y down, z towards the camera."""
+    """Return (K, 3) unit vectors towards the lights: x right, y down, z towards the camera."""
     azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
     flat = np.cos(elevation)
     return np.stack(
@@ -35,26 +78,35 @@ def light_directions(azimuth_deg: Sequence[float], elevation_deg: Sequence[float
 
 
 def robust_normals(intensity: Float32, directions: Float32) -> Float32:
-    """Normals of a Lambertian surface, lamps in shadow or with a highlight left out by pixel.
+    """Estimate normals of a Lambertian surface, robust against shadows and highlights.
 
-    Least squares without the darkest and the brightest lamp (from five lamps on), then weighted
-    anew by Cauchy's weights, so that a lamp that does not fit hardly counts.
+    Iteratively reweighted least squares [2]_ with Cauchy weights, per pixel, so that lights in
+    shadow or with a highlight have little influence. With five or more lights, the first solution
+    leaves out the darkest and the brightest one.
 
     Parameters
     ----------
     intensity : (N, K) float32
-        Over each lamp's strength.
+        Intensities divided by the strength of each light.
     directions : (K, 3) float32
-        Towards the lamps.
+        Unit vectors towards the lights.
 
     Returns
     -------
     (N, 3) float32
         Unit normals, towards the camera.
+
+    References
+    ----------
+    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
+       images", Optical Engineering 19(1), 1980.
+    .. [2] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
+       least-squares", Communications in Statistics 6(9), 1977.
     """
+    block = NORMALS.block_px
     blocks = [
-        _solved(intensity[start : start + _BLOCK].astype(np.float64), directions)
-        for start in range(0, len(intensity), _BLOCK)
+        _solved(intensity[start : start + block].astype(np.float64), directions)
+        for start in range(0, len(intensity), block)
     ]
     normals = np.concatenate(blocks)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), _TINY)
@@ -63,14 +115,14 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
 
 def _solved(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
     weights = np.ones_like(intensity)
-    if intensity.shape[1] >= _ENOUGH_TO_DROP:
+    if intensity.shape[1] >= NORMALS.lights_to_drop_extremes:
         order = np.argsort(intensity, axis=1)
-        np.put_along_axis(weights, order[:, [0, -1]], 1e-6, axis=1)
+        np.put_along_axis(weights, order[:, [0, -1]], NORMALS.dropped_weight, axis=1)
     scale = np.maximum(intensity.mean(axis=1, keepdims=True), _TINY)
     normals = _weighted(intensity, directions, weights)
-    for _ in range(_ROUNDS):
-        misfit = (intensity - normals @ directions.T) / scale
-        normals = _weighted(intensity, directions, 1 / (1 + (misfit / _TOLERANCE) ** 2))
+    for _ in range(NORMALS.rounds):
+        residual = (intensity - normals @ directions.T) / scale
+        normals = _weighted(intensity, directions, 1 / (1 + (residual / NORMALS.tolerance) ** 2))
     return normals
 
 
@@ -84,12 +136,12 @@ def _weighted(
 
 
 class GivenLights(Calibration):
-    """What can be measured before anything was calibrated: lamps where the profile has them.
+    """Measures without calibration, with the light directions of the profile.
 
     Parameters
     ----------
     directions : (K, 3) float32
-        Towards the lamps.
+        Unit vectors towards the lights.
     """
 
     compensation: ClassVar[Compensation] = "none"
@@ -98,14 +150,19 @@ class GivenLights(Calibration):
         self._directions = directions
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of a Lambertian skin.
+        """Return the slopes of a Lambertian surface.
 
         Parameters
         ----------
         frame : Frame
         reference : Reference
-            The level skin; of equal intensities where it is not known, which leaves the lamps'
-            strengths to the frame.
+            The undeformed, level gel surface. A reference of equal intensities means that none was
+            recorded; all lights are then assumed to have the same strength.
+
+        Raises
+        ------
+        CalibrationError
+            The frame has another number of channels than there are lights.
         """
         height, width, lights = frame.pixels.shape
         if lights != len(self._directions):
@@ -113,13 +170,13 @@ class GivenLights(Calibration):
                 f"the profile has {len(self._directions)} lights and the frame {lights} channels; "
                 f"give one light per channel"
             )
-        level = np.maximum(reference.pixels, 1e-3 * reference.full_scale)
+        level = np.maximum(reference.pixels, NORMALS.darkest_level * reference.full_scale)
         facing = self._directions[:, 2] if np.ptp(reference.pixels) else np.float32(1)
         light = (frame.pixels / level * facing).reshape(-1, lights)
         normals = robust_normals(light.astype(np.float32), self._directions)
-        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], 1e-3)
+        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], NORMALS.least_facing)
         steep = np.hypot(slopes[:, 0], slopes[:, 1])
-        slopes *= np.minimum(1, _STEEPEST / np.maximum(steep, _TINY))[:, None]
+        slopes *= np.minimum(1, NORMALS.steepest / np.maximum(steep, _TINY))[:, None]
         planes = slopes.T.reshape(2, height, width)
         valid = (normals[:, 2] > 0).reshape(height, width)
         gx, gy = (np.ascontiguousarray(plane, np.float32) for plane in planes)
@@ -136,7 +193,7 @@ class GivenLights(Calibration):
         Raises
         ------
         CalibrationError
-            It is missing or broken.
+            The file is missing or damaged.
         """
         path = directory / _FILE
         try:

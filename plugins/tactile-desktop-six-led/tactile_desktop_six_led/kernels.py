@@ -1,4 +1,4 @@
-"""Compiled loop of :mod:`tactile_desktop_six_led.stereo_field`; importing it imports numba."""
+"""Compiled loop of :mod:`tactile_desktop_six_led.stereo_field`; needs numba."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ def _add_light(response: Float32, y: Any, rows: Float32, b: Float32) -> None:
 
 
 @njit(**ROW)
-def _add_scaled(response: Float32, factor: Any, left: Float32) -> None:
-    for x in range(left.size):
-        left[x] += response[x] * factor
+def _add_scaled(response: Float32, factor: Any, residual: Float32) -> None:
+    for x in range(residual.size):
+        residual[x] += response[x] * factor
 
 
 @njit(**ROW)
-def _add_square(left: Float32, square: Float32) -> None:
+def _add_square(residual: Float32, square: Float32) -> None:
     for x in range(square.size):
-        square[x] += left[x] * left[x]
+        square[x] += residual[x] * residual[x]
 
 
 @njit(**ROW)
 def _finish(
-    b: Float32, square: Float32, least: Any, limit: Any, gx: Float32, gy: Float32, odd: Any
+    b: Float32, square: Float32, least: Any, limit: Any, gx: Float32, gy: Float32, outlier: Any
 ) -> None:
     for x in range(gx.size):
         facing = np.float32(1) / max(b[2, x], least)
         gx[x] = b[0, x] * facing
         gy[x] = b[1, x] * facing
-        odd[x] = square[x] > limit
+        outlier[x] = square[x] > limit
 
 
 @njit(**LOOP)
@@ -58,34 +58,36 @@ def solve(
     light: tuple[Float32, Float32],
     redundancy: tuple[Float32, float],
     least_facing: Any,
-    sides: Float32,
-    odd: Any,
+    slopes: Float32,
+    outlier: Any,
 ) -> None:
-    """Slopes of each pixel, and whether its lamps contradict each other.
+    """Compute the slopes of each pixel, and whether its lights contradict each other.
 
     Parameters
     ----------
     planes : (K, H, W) uint8
         Smoothed exposures.
     tables : (K, 256) float32
-        Linear response of each level.
+        Linear response of each grey level.
     undeformed : (K, H, W) float32
-        Inverse linear response of the untouched skin.
+        Inverse linear response of the undeformed gel surface.
     light : (H,) and (K, 3, 3, W) float32
-        Places along y, and the light field M of each lamp along x: its powers 0, 1 and 2 of y.
+        Positions along y, and the light field M of each light along x as coefficients of the powers
+        0, 1 and 2 of y.
     redundancy : (K − 3, K) float32 and float
-        Combinations that vanish, and how far they may be off.
+        Combinations that vanish, and the tolerance of their residual.
     least_facing : float32
-    sides : (2, H, W) float32
-        Overwritten by slopes.
-    odd : (H, W) bool
-        Overwritten.
+        Lower limit of the normal's component towards the camera.
+    slopes : (2, H, W) float32
+        Output.
+    outlier : (H, W) bool
+        Output: the lights contradict each other.
     """
     lights, height, width = undeformed.shape
     places, rows = light
     combinations, tolerance = redundancy
     response, b = np.empty((lights, width), np.float32), np.empty((3, width), np.float32)
-    left, square = np.empty(width, np.float32), np.empty(width, np.float32)
+    residual, square = np.empty(width, np.float32), np.empty(width, np.float32)
     limit = np.float32(tolerance * tolerance)
     for y in range(height):
         b[:2] = 0
@@ -95,8 +97,8 @@ def solve(
             _add_light(response[k], places[y], rows[k], b)
         square[:] = 0
         for c in range(len(combinations)):
-            left[:] = 0
+            residual[:] = 0
             for k in range(lights):
-                _add_scaled(response[k], combinations[c, k], left)
-            _add_square(left, square)
-        _finish(b, square, least_facing, limit, sides[0, y], sides[1, y], odd[y])
+                _add_scaled(response[k], combinations[c, k], residual)
+            _add_square(residual, square)
+        _finish(b, square, least_facing, limit, slopes[0, y], slopes[1, y], outlier[y])

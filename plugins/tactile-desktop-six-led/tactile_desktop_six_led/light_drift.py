@@ -1,4 +1,4 @@
-"""Lamps that have become brighter or darker than at calibration, told by the other lamps."""
+"""Drift of each light's brightness since calibration, estimated from the other lights."""
 
 from __future__ import annotations
 
@@ -11,36 +11,65 @@ from tactile_desktop_six_led.redundancy import Redundancy
 
 Float32 = NDArray[np.float32]
 
-MOST = 0.1
-"""Larger changes are no drift."""
 
-_SLOPED = (0.4, 0.8)
-"""Sines of the slopes that tell: flat skin cannot tell a lamp from a tilt, steep is shadowed."""
+@dataclass(frozen=True)
+class DriftParameters:
+    """Parameters of drift estimation. Nothing sets them; responses are relative to the reference.
 
-_ORDER = 3
-_PRIOR = 8e-2
-_FEW = 50
-_COMMON = 10.0
+    Attributes
+    ----------
+    largest_change : float, relative change of the linear response
+        Larger changes are not drift and are limited to this one.
+        Source: as for the drift of the other models (ADR 10).
+    least_sine, largest_sine : float, sine of the slope angle
+        Pixels with slopes in between are used. On level gel a brighter light is indistinguishable
+        from a tilt; steep slopes are in shadow.
+        Source: chosen by hand; no script derives it.
+    structure_order : int, order
+        Order of the polynomial of the residual at calibration.
+        Source: chosen by hand; no script derives it.
+    prior : float, weight
+        Ridge penalty of the change of each light.
+        Source: chosen by hand; no script derives it.
+    prior_samples : float, count
+        Added to the number of pixels, so that few pixels cause small corrections.
+        Source: chosen by hand; no script derives it.
+    common_prior : float, weight
+        Penalty of a change that all lights have in common, which does not affect the normal.
+        Source: chosen by hand; no script derives it.
+    """
+
+    largest_change: float = 0.1
+    least_sine: float = 0.4
+    largest_sine: float = 0.8
+    structure_order: int = 3
+    prior: float = 8e-2
+    prior_samples: float = 50
+    common_prior: float = 10.0
+
+
+DRIFT = DriftParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class LightDrift:
-    """What the redundant combinations of lamps say about each lamp's brightness.
+    """Estimates the brightness of each light from the redundancy of the lights.
 
-    If lamp k has become brighter by δ_k, the combinations that should vanish are those of
-    δ_k · (1 + response_k) instead. That differs from slope to slope, so that one frame with a
-    contact gives all δ by least squares; what is common to all lamps does not change the normal
-    and is left alone. Where nothing slopes, nothing is followed. Skin at rest would tell as well,
-    and wrongly: between contacts it is brighter than untouched by some per cent.
+    If light k has become brighter by δ_k, the vanishing combinations of responses become those of
+    δ_k · (1 + response_k). These differ from slope to slope, so that one frame with a contact
+    determines all δ by least squares. A change common to all lights does not affect the normal and
+    is not estimated. Without sloped pixels there is no correction. Undeformed pixels are not used:
+    between contacts the gel is brighter than in the reference by some per cent.
 
     Attributes
     ----------
     structure : (9, K − 3) float32
-        What is left of the combinations at calibration, as a polynomial of the sines.
+        Residual of the combinations at calibration, as a polynomial of normal_xy.
     exponents : (K,) float32
-        Of the lamps' responses.
+        Exponents of the lights' responses.
     zero : (K,) float32
-        Change of the linear responses that the frames of the calibration themselves seem to show.
+        Change of the linear responses that is estimated on the calibration frames themselves.
     """
 
     structure: Float32
@@ -48,47 +77,51 @@ class LightDrift:
     zero: Float32
 
     def gains(self, response: Float32, normal_xy: Float32, redundancy: Redundancy) -> Float32:
-        """(K,) brightness of each lamp over that at calibration, 1 where nothing tells.
+        """Return the (K,) brightness of each light relative to calibration; 1 if undetermined.
 
         Parameters
         ----------
         response : (K, N) float32
-            Of some pixels of a frame.
+            Linear responses of some pixels of a frame.
         normal_xy : (2, N) float32
-            Of their slopes, as they seem.
+            Their normals' components, estimated without drift compensation.
         redundancy : Redundancy
         """
         lights = len(response)
         if not len(redundancy.combinations):
             return np.ones(lights, np.float32)
         steep = np.hypot(normal_xy[0], normal_xy[1])
-        telling = (steep > _SLOPED[0]) & (steep < _SLOPED[1])
-        seen = response[:, telling]
-        left = redundancy.combinations @ seen - self.structure.T @ _terms(normal_xy[:, telling])
-        fits = np.einsum("cn,cn->n", left, left) < redundancy.tolerance**2
-        left, lit = left[:, fits], 1 + seen[:, fits]
-        count = _FEW + lit.shape[1]
-        # combinations · diag(1 + response) per pixel; its normal equations by lamp pairs
+        usable = (steep > DRIFT.least_sine) & (steep < DRIFT.largest_sine)
+        used = response[:, usable]
+        expected = self.structure.T @ _terms(normal_xy[:, usable])
+        residual = redundancy.combinations @ used - expected
+        inliers = np.einsum("cn,cn->n", residual, residual) < redundancy.tolerance**2
+        residual, lit = residual[:, inliers], 1 + used[:, inliers]
+        count = DRIFT.prior_samples + lit.shape[1]
+        # combinations · diag(1 + response) per pixel; its normal equations by pairs of lights
         weights = redundancy.combinations.T @ redundancy.combinations
         normal = weights * (lit @ lit.T) / count
-        along = ((redundancy.combinations.T @ left) * lit).sum(axis=1) / count
-        along -= normal @ self.zero
-        normal += _PRIOR * np.eye(lights) + _COMMON * np.outer(self.exponents, self.exponents)
-        change = np.clip(np.linalg.solve(normal, along), -MOST, MOST)
+        right = ((redundancy.combinations.T @ residual) * lit).sum(axis=1) / count
+        right -= normal @ self.zero
+        common = np.outer(self.exponents, self.exponents)
+        normal += DRIFT.prior * np.eye(lights) + DRIFT.common_prior * common
+        most = DRIFT.largest_change
+        change = np.clip(np.linalg.solve(normal, right), -most, most)
         return np.asarray((1 + change) ** (1 / self.exponents), np.float32)
 
 
 def fit_light_drift(
     response: Float32, normal_xy: Float32, exponents: Float32, redundancy: Redundancy
 ) -> LightDrift:
-    """Learn what is left of the combinations on (K, N) responses of skin with (2, N) sines."""
-    left = redundancy.combinations @ response
-    structure = np.linalg.lstsq(_terms(normal_xy).T, left.T, rcond=None)[0]
+    """Fit the residual of the combinations on (K, N) responses with normals (2, N) normal_xy."""
+    residual = redundancy.combinations @ response
+    structure = np.linalg.lstsq(_terms(normal_xy).T, residual.T, rcond=None)[0]
     return LightDrift(structure.astype(np.float32), exponents, np.zeros_like(exponents))
 
 
 def _terms(normal_xy: Float32) -> Float32:
-    """(9, N) products of the two sines up to the third order, without the constant."""
+    """Return (9, N) monomials of the two components up to the third order, no constant."""
     x, y = normal_xy
-    powers = [(i, j) for i in range(_ORDER + 1) for j in range(_ORDER + 1 - i) if i + j]
+    order = DRIFT.structure_order
+    powers = [(i, j) for i in range(order + 1) for j in range(order + 1 - i) if i + j]
     return np.stack([x**i * y**j for i, j in powers])

@@ -1,4 +1,4 @@
-"""Calibrated photometric stereo: a light field over the image, and each lamp's own response."""
+"""Calibrated photometric stereo: a light field over the image and a response for each light."""
 
 from __future__ import annotations
 
@@ -11,29 +11,52 @@ from tactile_core.algorithms.arrays import regression
 
 Float32 = NDArray[np.float32]
 
-DIMMEST = 0.01
-"""Smallest ratio to the untouched sensor that is told from darkness."""
+
+@dataclass(frozen=True)
+class LightFieldParameters:
+    """Parameters of the light field. Nothing sets them from outside.
+
+    Attributes
+    ----------
+    least_ratio : float, ratio to the reference
+        Smaller ratios are raised to this one, as dark noise dominates them.
+        Source: chosen by hand; no script derives it.
+    """
+
+    least_ratio: float = 0.01
+
+
+LIGHT_FIELD = LightFieldParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class LightField:
-    """Normals from K lamps that shine one after another.
+    """Normals from K lights that are lit one after another.
 
-    A matte skin under lamp k has the brightness ratio I_k / I⁰_k to its untouched state. Raised to
-    an exponent of the lamp's own, which undoes its concave response, the K ratios are linear in the
-    normal times the albedo (Woodham 1980), with lamp directions that vary over the image. Inverted:
+    Under light k, a matte gel surface has the ratio I_k / I⁰_k of its brightness to that of the
+    undeformed surface. An exponent per light linearises the concave response of the light. The K
+    ratios are then linear in the normal times the albedo [1]_, with light directions that vary
+    over the image. The model is the inverse of this relation:
 
         b = (0, 0, 1) + M(x, y) · ((I / I⁰) ^ exponent − 1),   normal = b / |b|
 
-    The albedo drops out with the length of b, and so does what brightens all lamps alike.
+    The albedo cancels with the length of b, and so does a change common to all lights.
 
     Attributes
     ----------
     exponents : (K,) float32
     across : (2, 6, K) float32
-        Rows of M for the components along x and y (uphill), quadratic in the place.
+        Rows of M for the components along x and y (uphill), quadratic in the position.
     facing : (3, K) float32
-        Row of M for the component towards the camera, linear in the place.
+        Row of M for the component towards the camera, linear in the position.
+
+    References
+    ----------
+    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
+       images", Optical Engineering 19(1), 1980.
+    .. [2] M. K. Johnson, F. Cole, A. Raj and E. H. Adelson, "Microgeometry capture using an
+       elastomeric sensor", ACM Transactions on Graphics 30(4), 2011.
     """
 
     exponents: Float32
@@ -41,30 +64,31 @@ class LightField:
     facing: Float32
 
     def __call__(self, features: Float32) -> Float32:
-        """(N, 2) sines from (N, K + 2) relative changes and place."""
-        change, spot = features[:, :-2], features[:, -2:]
-        b = self.directions(self.response(change).T, spot)
+        """Return normal_xy (N, 2) of (N, K + 2) relative changes and positions."""
+        change, position = features[:, :-2], features[:, -2:]
+        b = self.directions(self.response(change).T, position)
         return np.asarray((b[:2] / np.linalg.norm(b, axis=0)).T, np.float32)
 
     def response(self, change: Float32) -> Float32:
-        """(..., K) linear responses minus those of the untouched skin, from relative changes."""
-        return np.asarray(np.maximum(change + 1, DIMMEST) ** self.exponents - 1, np.float32)
+        """Return (..., K) linear responses relative to the undeformed surface, from changes."""
+        ratio = np.maximum(change + 1, LIGHT_FIELD.least_ratio)
+        return np.asarray(ratio**self.exponents - 1, np.float32)
 
-    def directions(self, response: Float32, spot: Float32) -> Float32:
-        """(3, N) unnormalised normals from (K, N) responses at (N, 2) places."""
-        b = np.einsum("jkn,kn->jn", self.rows(spot), response)
+    def directions(self, response: Float32, position: Float32) -> Float32:
+        """Return (3, N) unnormalised normals of (K, N) responses at (N, 2) positions."""
+        b = np.einsum("jkn,kn->jn", self.rows(position), response)
         b[2] += 1
         return np.asarray(b, np.float32)
 
-    def rows(self, spot: Float32) -> Float32:
-        """M at (N, 2) places: (3, K, N)."""
-        terms = regression.terms(spot, 2).T
+    def rows(self, position: Float32) -> Float32:
+        """Return M at (N, 2) positions: (3, K, N)."""
+        terms = regression.terms(position, 2).T
         across = self.across.transpose(0, 2, 1) @ terms
         facing = self.facing.T @ terms[: len(self.facing)]
         return np.asarray(np.concatenate([across, facing[None]]), np.float32)
 
     def along_columns(self, x: Float32) -> Float32:
-        """M along columns at (W,) places x, as (K, 3, 3, W) coefficients of 1, y and y²."""
+        """Return M at (W,) positions x, as (K, 3, 3, W) coefficients of 1, y and y²."""
         one, zero = np.ones_like(x), np.zeros_like(x)
         terms = np.array([[one, x, zero, x * x, zero, zero], [zero, zero, one, zero, x, zero]])
         terms = np.concatenate([terms, np.zeros_like(terms[:1])])

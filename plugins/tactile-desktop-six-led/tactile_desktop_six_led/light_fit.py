@@ -1,4 +1,4 @@
-"""A light field fitted to pixels of known slope."""
+"""Fit of a light field to pixels with ground-truth slopes."""
 
 from __future__ import annotations
 
@@ -9,93 +9,135 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays import regression
-from tactile_desktop_six_led.light_field import DIMMEST, LightField
+from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
 
 Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
 
-_SAMPLES = 3_000
-_GAIN = 0.03
-_ROUNDS = 12
-_HUBER = 0.05
-_RIDGE = 0.03
-_EXPONENT_RIDGE = 1.0
-"""Exponents and directions can stand in for each other over the slopes that are pressed."""
-_TINY = 1e-4
+
+@dataclass(frozen=True)
+class LightFitParameters:
+    """Parameters of the fit. Nothing sets them: features and targets are dimensionless.
+
+    Attributes
+    ----------
+    samples : int, count
+        Pixels that are drawn from the training samples.
+        Source: chosen by hand; no script derives it.
+    gain_sigma : float, ratio
+        Standard deviation of a common gain that is applied to a copy of each pixel, so that the fit
+        does not depend on the albedo.
+        Source: chosen by hand; no script derives it. See ADR 15.
+    rounds : int, count
+        Evaluations of the objective, at most.
+        Source: chosen by hand; no script derives it.
+    huber : float, distance of normal_xy
+        Larger errors count by their root (Huber's loss).
+        Source: chosen by hand; no script derives it.
+    ridge : float, weight
+        Penalty of the light field's distance from its start.
+        Source: chosen by hand; no script derives it.
+    exponent_ridge : float, weight
+        The same for exponents. It is stronger, for exponents and directions are correlated over the
+        slopes of a ball.
+        Source: chosen by hand (ADR 15); no script derives it.
+    start_ridge : float, weight per sample
+        Ridge penalty of the linear start.
+        Source: chosen by hand; keeps the equations regular.
+    """
+
+    samples: int = 3_000
+    gain_sigma: float = 0.03
+    rounds: int = 12
+    huber: float = 0.05
+    ridge: float = 0.03
+    exponent_ridge: float = 1.0
+    start_ridge: float = 1e-4
+
+
+LIGHT_FIT = LightFitParameters()
+"""The values in use."""
 
 
 def fit_light_field(features: Float32, normal_xy: Float32, *, seed: int = 0) -> LightField:
-    """Fit response and light field to pixels of known slope.
+    """Fit responses and light field to pixels with ground-truth slopes.
 
-    The error of the normal is minimised, not that of the intensities: intensities weigh all slopes
-    alike and leave a bias in each. Starts from the field that is linear in the change.
+    The fit minimises the error of the normal with Huber's loss [1]_. Errors of intensities would
+    weight all slopes equally and leave a bias in each. It starts from a field that is linear in the
+    relative change.
 
     Parameters
     ----------
     features : (N, K + 2) float32
-        Relative change of each lamp, and place.
+        Relative change of each light, and position.
     normal_xy : (N, 2) float32
-        Sine of the slope along x and y, uphill.
+        Components of the normal along x and y, uphill.
     seed : int
-        Same seed, same sample.
+        Seed of the random sample.
 
     Returns
     -------
     LightField
+
+    References
+    ----------
+    .. [1] P. J. Huber, "Robust Estimation of a Location Parameter", Annals of Mathematical
+       Statistics 35(1), 1964.
     """
     from scipy.optimize import least_squares
 
-    pick = np.random.default_rng(seed).permutation(len(features))[:_SAMPLES]
-    # The same pixels a little brighter: their normals are the same, so the albedo must drop out.
+    pick = np.random.default_rng(seed).permutation(len(features))[: LIGHT_FIT.samples]
+    # Copies with another gain have the same normals: the fit has to be independent of albedo.
     rng = np.random.default_rng(seed)
-    gain = np.concatenate([np.ones(len(pick)), 1 + _GAIN * rng.standard_normal(len(pick))])
+    copies = 1 + LIGHT_FIT.gain_sigma * rng.standard_normal(len(pick))
+    gain = np.concatenate([np.ones(len(pick)), copies])
     pick = np.concatenate([pick, pick])
     change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
-    known = normal_xy[pick]
+    target = normal_xy[pick]
     terms = regression.terms(features[pick, -2:], 2).astype(np.float64)
     lights = change.shape[1]
-    logs = np.log(np.maximum(change + 1, DIMMEST))
-    start = _linear_start(change, terms, known)
-    held = np.full(len(start), _RIDGE)
-    held[:lights] = _EXPONENT_RIDGE
+    logs = np.log(np.maximum(change + 1, LIGHT_FIELD.least_ratio))
+    start = _linear_start(change, terms, target)
+    penalty = np.full(len(start), LIGHT_FIT.ridge)
+    penalty[:lights] = LIGHT_FIT.exponent_ridge
 
-    fit = _Objective(logs, terms, known, start, held)
-    found = least_squares(fit.error, start, fit.jacobian, max_nfev=_ROUNDS).x
+    fit = _Objective(logs, terms, target, start, penalty)
+    found = least_squares(fit.error, start, fit.jacobian, max_nfev=LIGHT_FIT.rounds).x
     return _unpacked(found.astype(np.float32), lights)
 
 
 @dataclass(frozen=True, eq=False)
 class _Objective:
-    """What the fit minimises, and its derivative.
+    """The objective of the fit and its derivative.
 
     Attributes
     ----------
     logs : (N, K)
-        Logarithms of the ratios to the untouched skin.
+        Logarithms of the ratios to the undeformed gel surface.
     terms : (N, 6)
-        Of the place.
-    known : (N, 2)
-        Sines.
-    start, held : (P,)
-        Where the parameters start, and how strongly they are held there.
+        Monomials of the position.
+    target : (N, 2)
+        True normal_xy.
+    start, penalty : (P,)
+        Start of the parameters, and weight of their distance from it.
     """
 
     logs: Float
     terms: Float
-    known: Float32
+    target: Float32
     start: Float
-    held: Float
+    penalty: Float
 
     def error(self, parameters: Float) -> Float:
-        """(2 N + P,) sines missed, beyond Huber's limit by their root, and what was held."""
-        missed, _, _ = self._missed(_unpacked(parameters, self.logs.shape[1]))
+        """Return (2 N + P,) residuals of normal_xy with Huber's loss, and of the penalty."""
+        missed, _, _ = self._residual(_unpacked(parameters, self.logs.shape[1]))
         missed *= _robust(missed)
-        return np.concatenate([missed.ravel(), self.held * (parameters - self.start)])
+        return np.concatenate([missed.ravel(), self.penalty * (parameters - self.start)])
 
     def jacobian(self, parameters: Float) -> Float:
-        """(2 N + P, P)."""
+        """Return the (2 N + P, P) derivative of :meth:`error`."""
         field = _unpacked(parameters, self.logs.shape[1])
-        missed, b, power = self._missed(field)
+        missed, b, power = self._residual(field)
         count, lights = power.shape
         terms = self.terms[:, :, None] * (power - 1)[:, None, :]
         by = np.zeros((count, 3, len(parameters)))
@@ -109,31 +151,31 @@ class _Objective:
         by -= normal[:, :, None] * np.einsum("nj,njp->np", normal, by)[:, None]
         normal_xy = by[:, :2] / length[:, None, None]
         factor = _robust(missed)
-        squared = np.maximum((missed**2).sum(axis=1), _HUBER**2)
+        squared = np.maximum((missed**2).sum(axis=1), LIGHT_FIT.huber**2)
         along = np.einsum("nj,njp->np", missed, normal_xy) / (2 * squared[:, None])
         normal_xy -= np.where(factor < 1, missed, 0)[:, :, None] * along[:, None]
         normal_xy *= factor[:, :, None]
-        return np.concatenate([normal_xy.reshape(2 * count, -1), np.diag(self.held)])
+        return np.concatenate([normal_xy.reshape(2 * count, -1), np.diag(self.penalty)])
 
-    def _missed(self, field: LightField) -> tuple[Float, Float, Float]:
-        """(N, 2) sines too much, (3, N) unnormalised normals, (N, K) linear responses."""
+    def _residual(self, field: LightField) -> tuple[Float, Float, Float]:
+        """Return (N, 2) residuals of normal_xy, (3, N) unnormalised normals, (N, K) responses."""
         power = np.exp(self.logs * field.exponents)
         across = ((self.terms @ field.across) * (power - 1)).sum(axis=2)
         facing = 1 + ((self.terms[:, :3] @ field.facing) * (power - 1)).sum(axis=1)
         b = np.concatenate([across, facing[None]])
-        return (b[:2] / np.linalg.norm(b, axis=0)).T - self.known, b, power
+        return (b[:2] / np.linalg.norm(b, axis=0)).T - self.target, b, power
 
 
 def _robust(missed: Float) -> Float:
-    """(N, 1) factors: errors beyond Huber's limit count by their root."""
+    """Return (N, 1) factors that turn squared residuals into Huber's loss."""
     size = np.linalg.norm(missed, axis=1, keepdims=True)
-    return np.asarray(1 / np.sqrt(np.maximum(1, size / _HUBER)))
+    return np.asarray(1 / np.sqrt(np.maximum(1, size / LIGHT_FIT.huber)))
 
 
-def _linear_start(change: Float, terms: Float, known: Float32) -> Float:
+def _linear_start(change: Float, terms: Float, target: Float32) -> Float:
     design = (terms[:, :, None] * change[:, None, :]).reshape(len(terms), -1)
-    normal = design.T @ design + _TINY * len(design) * np.eye(design.shape[1])
-    across = np.linalg.solve(normal, design.T @ known)
+    normal = design.T @ design + LIGHT_FIT.start_ridge * len(design) * np.eye(design.shape[1])
+    across = np.linalg.solve(normal, design.T @ target)
     lights = change.shape[1]
     return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights)])
 

@@ -1,4 +1,4 @@
-"""``desktop_six_led.photometric_stereo``: slopes from lamps that shine one after another."""
+"""``desktop_six_led.photometric_stereo``: slopes from lights that are lit one after another."""
 
 from __future__ import annotations
 
@@ -36,19 +36,37 @@ from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 
 FEWEST_LIGHTS = 3
-_FRAMES = 5
+"""A normal times an albedo has three unknowns."""
+
+
+@dataclass(frozen=True)
+class StereoParameters:
+    """Parameters of calibrating photometric stereo. Nothing sets them from outside.
+
+    Attributes
+    ----------
+    drift_frames : int, count
+        Calibration frames from which the zero of the drift is estimated, about.
+        Source: chosen by hand; no script derives it.
+    """
+
+    drift_frames: int = 5
+
+
+STEREO = StereoParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class StereoModel:
-    """A light field, what its lamps say in common, and how their drift is told."""
+    """A light field, the redundancy of its lights, and the estimator of their drift."""
 
     field: LightField
     redundancy: Redundancy
     drift: LightDrift
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that was fitted, by name."""
+        """Return the fitted arrays by name."""
         return arrays_of(self.field) | arrays_of(self.redundancy) | arrays_of(self.drift)
 
 
@@ -57,17 +75,18 @@ class StereoOptions(SlopeOptions):
 
     lights: Literal["learned", "given"] = Field(
         default="learned",
-        description="given: measure with no bundle, with the lights where the profile has them.",
+        description="learned: fit the lights to presses. given: measure without a bundle, with the "
+        "light directions of the profile.",
     )
 
 
 class PhotometricStereo(Calibration):
-    """Light that varies over the image, each light's own response, shadows and highlights rejected.
+    """Photometric stereo with a light field, a response per light, and outlier rejection.
 
-    Any three lights or more; from five on, a light that a shadow or a highlight spoils is replaced
-    by what the others predict, from six on two of them; drift of a light is inferred from the
-    others, too. Steeper slopes than were pressed are read by the same law, so that it extrapolates
-    where a regression levels off.
+    Works with three lights or more. With five lights or more, the response of a light in shadow or
+    with a highlight is replaced by the prediction of the others; with six or more, of two lights.
+    Drift of a light is estimated from the others, too. The model is physical, so that it
+    extrapolates to slopes steeper than those of the calibration, where a regression levels off.
     """
 
     compensation: ClassVar[Compensation] = "none"
@@ -84,17 +103,19 @@ class PhotometricStereo(Calibration):
         return type(self)(self._model, self._shape, self._blur_px, compiled=compiled)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; valid where the lights agree on them, too.
+        """Return the slopes of one frame.
+
+        Slopes are valid where they are measurable and the lights are consistent.
 
         Raises
         ------
         CalibrationError
-            The frame or the reference has another size or number of channels than the presses had,
-            or they have another full scale than each other.
+            Size or number of channels of the frame or the reference differ from the training
+            images, or the full scales of frame and reference differ.
         """
         check_fitting(frame, reference, self._shape)
-        gx, gy, agreed = self._field(reference).measure(frame.pixels, frame.marker_mask)
-        return slopes_of(frame, gx, gy, agreed)
+        gx, gy, consistent = self._field(reference).measure(frame.pixels, frame.marker_mask)
+        return slopes_of(frame, gx, gy, consistent)
 
     def field(self, reference: Reference) -> StereoField:
         """Prepare the model for one reference."""
@@ -122,7 +143,7 @@ class PhotometricStereo(Calibration):
         Raises
         ------
         CalibrationError
-            It is missing, broken or of another model.
+            The file is missing, damaged or of another model.
         """
         with stored_model(directory) as (shape, arrays):
             blur_px = blur_from(arrays, shape)
@@ -132,19 +153,25 @@ class PhotometricStereo(Calibration):
                 part_from(LightDrift, arrays),
             )
             if not np.isfinite(model.field(np.zeros((1, shape[2] + 2), np.float32))).all():
-                raise ValueError("the model gives no numbers")
+                raise ValueError("the model does not return finite numbers")
         return cls(model, shape, blur_px)
 
 
 class PhotometricCalibrator(Calibrator):
-    """Learns the lights from presses, or takes them from where the profile has them."""
+    """Fits the lights to presses, or takes their directions from the profile.
+
+    References
+    ----------
+    .. [1] M. K. Johnson, F. Cole, A. Raj and E. H. Adelson, "Microgeometry capture using an
+       elastomeric sensor", ACM Transactions on Graphics 30(4), 2011.
+    """
 
     compensation: ClassVar[Compensation] = "none"
     Options: ClassVar[type[BaseModel]] = StereoOptions
     options: StereoOptions
 
     def fit(self, presses: Sequence[Press], reference: Reference) -> PhotometricStereo:
-        """Fit on pixels of known slope, of a ball, a grid of balls or a height map.
+        """Fit to presses of a ball, a grid of balls, or a surface with a height map.
 
         Raises
         ------
@@ -154,7 +181,7 @@ class PhotometricCalibrator(Calibrator):
         shape = shape_of(reference)
         if shape[2] < FEWEST_LIGHTS:
             raise CalibrationError(
-                f"photometric stereo needs {FEWEST_LIGHTS} lamps and there are {shape[2]}; choose "
+                f"photometric stereo needs {FEWEST_LIGHTS} lights and there are {shape[2]}; choose "
                 f"another calibration"
             )
         blur_px = self.smoothing_px(scale_of(presses))
@@ -165,25 +192,25 @@ class PhotometricCalibrator(Calibrator):
         drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
         model = StereoModel(field, redundancy, drift)
         prepared = PhotometricStereo(model, shape, blur_px).field(reference)
-        zero = _seeming_change(prepared, presses, field.exponents)
+        zero = _drift_zero(prepared, presses, field.exponents)
         return PhotometricStereo(replace(model, drift=replace(drift, zero=zero)), shape, blur_px)
 
     def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
-        """Lights where the profile has them, if ``lights: given``."""
+        """Return a model with the profile's light directions, if ``lights: given``."""
         if self.options.lights != "given":
             return None
         azimuths = [light.azimuth_deg for light in lights]
         return GivenLights(light_directions(azimuths, [light.elevation_deg for light in lights]))
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Smoothing that the options ask for."""
+        """Return the smoothing of the options in px."""
         return self.options.smoothing_px(mm_per_px)
 
 
-def _seeming_change(field: StereoField, presses: Sequence[Press], exponents: Float32) -> Float32:
-    """(K,) mean change of the responses that some frames of the calibration seem to show."""
+def _drift_zero(field: StereoField, presses: Sequence[Press], exponents: Float32) -> Float32:
+    """Return the (K,) mean change of the responses that is estimated on calibration frames."""
     pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
     frames = list(pressed.values())
-    some = frames[:: max(1, len(frames) // _FRAMES)]
+    some = frames[:: max(1, len(frames) // STEREO.drift_frames)]
     gains = np.stack([field.gains(frame.pixels, frame.marker_mask) for frame in some])
     return np.asarray((gains**exponents - 1).mean(axis=0), np.float32)

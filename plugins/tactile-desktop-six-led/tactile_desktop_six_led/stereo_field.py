@@ -1,7 +1,8 @@
-"""A light field prepared for one reference: slopes of whole images in a few milliseconds."""
+"""A light field prepared for one reference, which measures an image in a few milliseconds."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -10,28 +11,45 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
-from tactile_core.algorithms.photometric import DARK_FRACTION, place
+from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
 from tactile_desktop_six_led.light_drift import LightDrift
-from tactile_desktop_six_led.light_field import DIMMEST, LightField
+from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
 from tactile_desktop_six_led.redundancy import Redundancy
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 
-_LEAST_FACING = np.float32(0.2)
-"""Of a skin that faces the camera with 1; less makes slopes without bound."""
 
-_SPARSE_ROWS = 60
-"""Drift of the lamps is told by so many rows of pixels."""
+@dataclass(frozen=True)
+class StereoFieldParameters:
+    """Parameters of measuring entire images. Nothing sets them from outside.
 
+    Attributes
+    ----------
+    least_facing : float, ratio to the undeformed surface
+        Lower limit of the unnormalised normal's component towards the camera, 1 on undeformed gel.
+        Smaller values would give unbounded slopes.
+        Source: chosen by hand; no script derives it.
+    drift_rows : int, count
+        Rows of the sparse grid of pixels from which drift is estimated.
+        Source: chosen by hand; limits the time per frame.
+    """
+
+    least_facing: float = 0.2
+    drift_rows: int = 60
+
+
+STEREO_FIELD = StereoFieldParameters()
+"""The values in use."""
+
+_LEAST_FACING = np.float32(STEREO_FIELD.least_facing)
 _LEVELS = np.arange(256, dtype=np.float32)
 
 
 class StereoField:
-    """Photometric stereo of one unit against one reference.
-
-    Several threads may measure at once.
+    """Photometric stereo of one unit relative to one reference. Thread-safe.
 
     Parameters
     ----------
@@ -39,11 +57,13 @@ class StereoField:
     redundancy : Redundancy
     drift : LightDrift
     reference : (H, W, K) float32
-        The untouched sensor.
+        The undeformed sensor.
     marker_mask : (H, W) bool or None
         Markers of the reference.
     full_scale, blur_px : float
         Largest intensity; standard deviation of the smoothing.
+    compiled : bool
+        Whether to use compiled loops.
     """
 
     def __init__(
@@ -64,14 +84,16 @@ class StereoField:
         base = np.stack(self._sampling.planes(reference, marker_mask)).astype(np.float32)
         lights, height, width = base.shape
         self._place = place((height, width)).reshape(-1, 2)
-        # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, of which the second factor is known beforehand.
+        # (I / I⁰) ^ e = I ^ e · (I⁰) ^ −e, where the second factor is the same for all frames.
         exponents = field.exponents[:, None, None]
-        self._undeformed = np.maximum(base, np.float32(DARK_FRACTION * full_scale)) ** -exponents
+        self._undeformed = (
+            np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale)) ** -exponents
+        )
         self._rows = field.rows(self._place).reshape(3, lights, height, width)
-        spots = self._place.reshape(height, width, 2)
-        self._columns = spots[:, 0, 1].copy(), field.along_columns(spots[0, :, 0])
-        self._dimmest = np.float32(DIMMEST * full_scale)
-        step = max(1, min(height, width) // _SPARSE_ROWS)
+        positions = self._place.reshape(height, width, 2)
+        self._columns = positions[:, 0, 1].copy(), field.along_columns(positions[0, :, 0])
+        self._least_level = np.float32(LIGHT_FIELD.least_ratio * full_scale)
+        step = max(1, min(height, width) // STEREO_FIELD.drift_rows)
         self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
         sparse = (slice(None), *self._sparse)
         self._sparse_undeformed = np.ascontiguousarray(self._undeformed[sparse])
@@ -81,28 +103,35 @@ class StereoField:
     def measure(
         self, pixels: NDArray[Any], marker_mask: Bool | None = None
     ) -> tuple[Float32, Float32, Bool]:
-        """Slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes, and where the lamps agree on them.
+        """Measure one frame.
 
         Parameters
         ----------
         pixels : (H, W, K) uint8, uint16 or float32
         marker_mask : (H, W) bool, optional
+
+        Returns
+        -------
+        gx, gy : (H, W) float32
+            Slopes ∂z/∂x and ∂z/∂y.
+        consistent : (H, W) bool
+            Where the lights do not contradict each other.
         """
         planes = self._sampling.planes(pixels, marker_mask)
         height, width = self._undeformed.shape[1:]
-        with borrowed((2, height, width), np.float32) as sides:
-            odd, response = self._solve(planes, self._gains(planes), sides)
-            unsure = self._correct(odd, response, sides)
+        with borrowed((2, height, width), np.float32) as slopes:
+            outliers, response = self._solve(planes, self._gains(planes), slopes)
+            inconsistent = self._correct(outliers, response, slopes)
             shape = pixels.shape[0], pixels.shape[1]
-            gx, gy = (self._sampling.enlarged(side, shape) for side in sides)
-        if not len(unsure):
+            gx, gy = (self._sampling.enlarged(slope, shape) for slope in slopes)
+        if not len(inconsistent):
             return gx, gy, np.ones(shape, np.bool_)
         coarse = np.zeros((height, width), np.uint8)
-        coarse.ravel()[unsure] = 1
+        coarse.ravel()[inconsistent] = 1
         return gx, gy, self._sampling.enlarged(coarse, shape) == 0
 
     def gains(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> Float32:
-        """(K,) brightness of each lamp in (H, W, K) pixels over that at calibration."""
+        """Return the (K,) brightness of each light in (H, W, K) pixels relative to calibration."""
         return self._gains(self._sampling.planes(pixels, marker_mask))
 
     def _gains(self, planes: list[NDArray[Any]]) -> Float32:
@@ -117,11 +146,11 @@ class StereoField:
         return self._drift.gains(flat, normal_xy, self._redundancy)
 
     def _solve(
-        self, planes: list[NDArray[Any]], gains: Float32, sides: Float32
+        self, planes: list[NDArray[Any]], gains: Float32, slopes: Float32
     ) -> tuple[NDArray[np.intp], Float32]:
-        """Write (2, H, W) slopes; return pixels whose lamps disagree, and their responses."""
+        """Write (2, H, W) slopes; return indices and responses of inconsistent pixels."""
         if kernels.chosen(self._compiled) is not None and planes[0].dtype == np.uint8:
-            return self._solve_compiled(planes, gains, sides)
+            return self._solve_compiled(planes, gains, slopes)
         shape = self._undeformed.shape
         with borrowed(shape, np.float32) as response, borrowed((3, *shape[1:]), np.float32) as b:
             self._respond(planes, gains, self._undeformed, response)
@@ -131,14 +160,14 @@ class StereoField:
                 for light, row in zip(response, rows, strict=True):
                     cv2.accumulateProduct(light, row, component)
             np.maximum(b[2], _LEAST_FACING, out=b[2])
-            for component, side in zip(b, sides, strict=False):
-                cv2.divide(component, b[2], dst=side)
+            for component, slope in zip(b, slopes, strict=False):
+                cv2.divide(component, b[2], dst=slope)
             flat = response.reshape(len(response), -1)
-            odd = np.flatnonzero(self._redundancy.misfit(flat) > self._redundancy.tolerance)
-            return odd, flat[:, odd]
+            outliers = np.flatnonzero(self._redundancy.misfit(flat) > self._redundancy.tolerance)
+            return outliers, flat[:, outliers]
 
     def _solve_compiled(
-        self, planes: list[NDArray[Any]], gains: Float32, sides: Float32
+        self, planes: list[NDArray[Any]], gains: Float32, slopes: Float32
     ) -> tuple[NDArray[np.intp], Float32]:
         from tactile_desktop_six_led.kernels import solve
 
@@ -146,30 +175,30 @@ class StereoField:
         tables = self._tables(gains)
         with borrowed(self._undeformed.shape, np.uint8) as stacked:
             np.stack(planes, out=stacked)
-            with borrowed(sides.shape[1:], np.bool_) as disagree:
-                given = stacked, tables, self._undeformed, self._columns, redundancy
-                solve(*given, _LEAST_FACING, sides, disagree)
-                odd = np.flatnonzero(disagree)
-            levels = stacked.reshape(len(planes), -1)[:, odd]
+            with borrowed(slopes.shape[1:], np.bool_) as inconsistent:
+                inputs = stacked, tables, self._undeformed, self._columns, redundancy
+                solve(*inputs, _LEAST_FACING, slopes, inconsistent)
+                outliers = np.flatnonzero(inconsistent)
+            levels = stacked.reshape(len(planes), -1)[:, outliers]
         lights = np.arange(len(planes))[:, None]
-        undeformed = self._undeformed.reshape(len(planes), -1)[:, odd]
-        return odd, tables[lights, levels] * undeformed - np.float32(1)
+        undeformed = self._undeformed.reshape(len(planes), -1)[:, outliers]
+        return outliers, tables[lights, levels] * undeformed - np.float32(1)
 
     def _correct(
-        self, odd: NDArray[np.intp], response: Float32, sides: Float32
+        self, outliers: NDArray[np.intp], response: Float32, slopes: Float32
     ) -> NDArray[np.intp]:
-        """Write slopes with spoilt lamps replaced at odd pixels; return those that stay odd."""
-        if not len(odd):
-            return odd
-        corrected, sure = self._redundancy.corrected(response)
-        b = self._field.directions(corrected, self._place[odd])
-        sides.reshape(2, -1)[:, odd] = b[:2] / np.maximum(b[2], _LEAST_FACING)
-        return odd[~sure]
+        """Write slopes of outlier pixels with lights replaced; return the remaining outliers."""
+        if not len(outliers):
+            return outliers
+        corrected, consistent = self._redundancy.corrected(response)
+        b = self._field.directions(corrected, self._place[outliers])
+        slopes.reshape(2, -1)[:, outliers] = b[:2] / np.maximum(b[2], _LEAST_FACING)
+        return outliers[~consistent]
 
     def _respond(
         self, planes: list[NDArray[Any]], gains: Float32, undeformed: Float32, out: Float32
     ) -> None:
-        """Write (K, H, W) linear responses less those of the untouched skin."""
+        """Write (K, H, W) linear responses relative to the undeformed gel surface."""
         tables = self._tables(gains)
         for k, (plane, response) in enumerate(zip(planes, out, strict=True)):
             if plane.dtype == np.uint8:
@@ -180,8 +209,8 @@ class StereoField:
         np.subtract(out, np.float32(1), out=out)
 
     def _tables(self, gains: Float32) -> Float32:
-        """(K, 256) powers of the levels of a byte over their lamp's gain."""
+        """Return (K, 256) linear responses of all grey levels, corrected for each light's gain."""
         return self._power(_LEVELS / gains[:, None], self._field.exponents[:, None])
 
     def _power(self, level: NDArray[Any], exponent: Any) -> Float32:
-        return np.asarray(np.maximum(level, self._dimmest) ** exponent, np.float32)
+        return np.asarray(np.maximum(level, self._least_level) ** exponent, np.float32)

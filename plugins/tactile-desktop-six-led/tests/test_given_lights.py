@@ -1,4 +1,4 @@
-"""Lamps whose directions are given, on a Lambertian ball with shadows and highlights."""
+"""Photometric stereo with given light directions, on a ball with shadows and highlights."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def off_deg(found: NDArray[np.float32], true: NDArray[np.float32]) -> NDArray[np
     return np.degrees(np.arccos(np.clip((found * true).sum(1), -1, 1)))
 
 
-def test_a_light_at_the_right_of_the_image_shines_from_there() -> None:
+def test_azimuths_run_from_x_towards_y() -> None:
     assert light_directions([0.0], [0.0])[0] == pytest.approx([1, 0, 0], abs=1e-6)
     assert light_directions([90.0], [0.0])[0] == pytest.approx([0, 1, 0], abs=1e-6)
 
@@ -47,27 +47,27 @@ def test_a_lambertian_ball_of_any_albedo_is_exact(count: int) -> None:
 
 
 @pytest.mark.parametrize("level", [0.0, 3.0], ids=["shadow", "highlight"])
-def test_a_light_that_does_not_fit_is_left_out(level: float) -> None:
+def test_an_outlier_light_is_rejected(level: float) -> None:
     true = normals_of_a_ball()
     light = true @ LIGHTS.T
     light[np.arange(len(true)), np.arange(len(true)) % 6] = level
     assert off_deg(robust_normals(light, LIGHTS), true).mean() < 0.5
 
 
-def test_a_profile_may_ask_for_given_lights() -> None:
+def test_a_profile_can_select_given_lights() -> None:
     lights = [Light(f"lamp{k}", azimuth, 60.0) for k, azimuth in enumerate(AZIMUTHS)]
     given = PhotometricCalibrator(StereoOptions(lights="given"))
     assert isinstance(given.from_lights(lights), GivenLights)
     assert PhotometricCalibrator(StereoOptions()).from_lights(lights) is None
 
 
-def test_given_lights_come_back_as_they_were_saved(tmp_path: Path) -> None:
+def test_loaded_directions_equal_the_saved_ones(tmp_path: Path) -> None:
     GivenLights(LIGHTS).save(tmp_path)
     np.testing.assert_array_equal(GivenLights.load(tmp_path)._directions, LIGHTS)
 
 
 @pytest.mark.parametrize("directions", [None, np.zeros(3), np.full((6, 3), np.nan)])
-def test_what_are_no_directions_is_refused(
+def test_invalid_directions_are_refused(
     tmp_path: Path, directions: NDArray[np.float64] | None
 ) -> None:
     if directions is not None:
@@ -76,7 +76,7 @@ def test_what_are_no_directions_is_refused(
         GivenLights.load(tmp_path)
 
 
-def test_an_object_nearer_to_the_camera_has_slopes_uphill_to_its_middle() -> None:
+def test_slopes_of_a_bump_rise_towards_its_centre() -> None:
     names = tuple("abcdef")
     y, x = np.mgrid[:41, :41] - 20.0
     normal = np.dstack([x, y, np.full_like(x, 40.0)])
@@ -110,7 +110,7 @@ PEAK_MM = 0.5
 
 
 def hill() -> NDArray[np.float64]:
-    """(H, W) height in mm of something smooth that is nearer to the camera."""
+    """(H, W) height in mm of a smooth bump towards the camera."""
     y, x = np.mgrid[:100, :120] - np.array([52.0, 60.0]).reshape(2, 1, 1)
     return np.asarray(PEAK_MM * np.exp(-(x**2 + y**2) / (2 * 15.0**2)))
 
@@ -135,7 +135,7 @@ def profile(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_pipeline_without_a_bundle_measures_by_the_lights_of_the_profile(profile: Path) -> None:
+def test_a_pipeline_without_a_bundle_uses_the_lights_of_the_profile(profile: Path) -> None:
     pipeline = Pipeline(profile)
     assert any("slopes come from the lights" in note for note in pipeline.notes)
     frame = Frame(exposures(hill(), np.ones(6)), tuple(f"lamp{k}" for k in range(6)), 0.05)
@@ -144,15 +144,15 @@ def test_a_pipeline_without_a_bundle_measures_by_the_lights_of_the_profile(profi
     assert reading[HeightMap].mm.max() == pytest.approx(PEAK_MM, rel=0.05)
 
 
-def test_an_undeformed_frame_evens_lights_of_unequal_strength(profile: Path) -> None:
+def test_a_reference_compensates_unequal_strengths_of_the_lights(profile: Path) -> None:
     unequal = np.array([1.0, 0.8, 1.1, 0.7, 0.9, 1.0])
     names = tuple(f"lamp{k}" for k in range(6))
     frame = Frame(exposures(hill(), unequal), names, 0.05)
     level = exposures(np.zeros_like(hill()), unequal).astype(np.float32)
     reading = Pipeline(profile, reference=Reference(level, names)).process(frame)
     assert slope_error_deg(reading[Gradients].x, reading[Gradients].y) < 0.5
-    alone = Pipeline(profile).process(frame)
-    assert slope_error_deg(alone[Gradients].x, alone[Gradients].y) > 5
+    without = Pipeline(profile).process(frame)
+    assert slope_error_deg(without[Gradients].x, without[Gradients].y) > 5
 
 
 def test_the_command_line_measures_without_a_bundle(profile: Path, tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_the_command_line_measures_without_a_bundle(profile: Path, tmp_path: Pat
         assert data["height_mm"].max() == pytest.approx(PEAK_MM, rel=0.05)
 
 
-def test_learned_lights_ask_for_a_bundle(profile: Path) -> None:
+def test_learned_lights_need_a_bundle(profile: Path) -> None:
     profile.write_text(PROFILE.replace("lights: given", "lights: learned"))
     pipeline = Pipeline(profile)
     assert any("no bundle, so these steps are left out: height" in note for note in pipeline.notes)

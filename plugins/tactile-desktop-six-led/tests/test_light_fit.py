@@ -1,4 +1,4 @@
-"""The fit's derivative is the derivative of what it minimises."""
+"""The analytic derivative of the fit's objective matches finite differences."""
 
 import numpy as np
 from hypothesis import given
@@ -14,10 +14,10 @@ def test_the_jacobian_is_the_derivative_of_the_error(lights, seed):
     rng = np.random.default_rng(seed)
     logs = rng.normal(0, 0.3, (12, lights))
     terms = regression.terms(rng.uniform(-1, 1, (12, 2)), 2)
-    known = rng.uniform(-0.6, 0.6, (12, 2)).astype(np.float32)
+    target = rng.uniform(-0.6, 0.6, (12, 2)).astype(np.float32)
     start = np.concatenate([np.ones(lights), rng.normal(0, 0.2, 15 * lights)])
-    fit = _Objective(logs, terms, known, start, np.full(16 * lights, 0.03))
-    somewhere = start + rng.normal(0, 0.1, start.shape)
+    fit = _Objective(logs, terms, target, start, np.full(16 * lights, 0.03))
+    parameters = start + rng.normal(0, 0.1, start.shape)
 
     def cost(parameters):
         return 0.5 * (fit.error(parameters) ** 2).sum()
@@ -25,4 +25,4 @@ def test_the_jacobian_is_the_derivative_of_the_error(lights, seed):
     def slope(parameters):
         return fit.jacobian(parameters).T @ fit.error(parameters)
 
-    assert check_grad(cost, slope, somewhere) < 1e-5
+    assert check_grad(cost, slope, parameters) < 1e-5

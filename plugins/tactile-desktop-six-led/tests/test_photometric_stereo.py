@@ -1,4 +1,4 @@
-"""Six lamps in turn, rendered with a known response, albedo and light field."""
+"""Six sequential lights, rendered with a given response, albedo and light field."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BALL_PX = 22.0
 
 @dataclass(frozen=True)
 class Rig:
-    """Lamps near the gel, so that their directions differ over it, and a concave response."""
+    """Lights near the gel, whose directions vary over it, with a concave response."""
 
     azimuths_deg: tuple[float, ...] = (-90, -150, 150, 90, 30, -30)
     gamma: float = 0.8
@@ -47,7 +47,7 @@ class Rig:
         full_scale: float = 255.0,
         seed: int | None = None,
     ) -> Frame:
-        """What the camera sees of (H, W, 2) slopes."""
+        """Render (H, W, 2) slopes."""
         normal = np.dstack([-slopes, np.ones(SHAPE)])
         normal /= np.linalg.norm(normal, axis=2, keepdims=True)
         y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
@@ -90,7 +90,7 @@ class Rig:
 def ball(
     centre: tuple[float, float], reach: float = 0.85
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """(H, W, 2) slopes of a ball, and where it touches."""
+    """(H, W, 2) slopes of a ball, and its (H, W) bool contact area."""
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     normal_xy = np.dstack([centre[0] - x, centre[1] - y]) / BALL_PX
     radius = np.hypot(normal_xy[..., 0], normal_xy[..., 1])
@@ -123,13 +123,13 @@ def fit(presses: list[Press], reference: Reference, **options: float) -> Photome
 SPOT = (100.0, 52.0)
 
 
-def test_calibrator_and_model_are_found_by_one_name() -> None:
+def test_calibrator_and_model_have_the_same_name() -> None:
     name = "desktop_six_led.photometric_stereo"
     assert resolve("calibrator", name) is PhotometricCalibrator
     assert resolve("artefact", name) is PhotometricStereo
 
 
-def test_an_unseen_ball_is_measured_within_a_degree(rig: Rig, fitted: PhotometricStereo) -> None:
+def test_a_held_out_ball_is_measured_within_a_degree(rig: Rig, fitted: PhotometricStereo) -> None:
     slopes, on_ball = ball(SPOT)
     measured = fitted.measure(rig.frame(slopes, seed=99), rig.reference())
     assert error_deg(measured, slopes, on_ball) < 1.0
@@ -146,7 +146,7 @@ def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
     assert gains(found, slopes[on_ball]) == pytest.approx(1, abs=MOST)
 
 
-def test_slopes_steeper_than_pressed_follow_the_same_law(rig: Rig) -> None:
+def test_the_model_extrapolates_to_steeper_slopes(rig: Rig) -> None:
     shallow = []
     for press in rig.presses():
         gentle = np.hypot(press.gradients[:, 0], press.gradients[:, 1]) < np.tan(np.radians(35))
@@ -164,7 +164,9 @@ def test_slopes_steeper_than_pressed_follow_the_same_law(rig: Rig) -> None:
     assert error_deg(measured, slopes, steep) < 3.0
 
 
-def test_a_paler_gel_and_brighter_lights_change_little(rig: Rig, fitted: PhotometricStereo) -> None:
+def test_albedo_and_common_brightness_have_little_influence(
+    rig: Rig, fitted: PhotometricStereo
+) -> None:
     slopes, on_ball = ball(SPOT)
     plain = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
     for changed in (rig.frame(slopes, gain=1.03), rig.frame(slopes, albedo=0.95)):
@@ -173,20 +175,20 @@ def test_a_paler_gel_and_brighter_lights_change_little(rig: Rig, fitted: Photome
 
 
 @pytest.mark.parametrize("light", range(6))
-def test_a_light_that_has_become_brighter_is_followed(
+def test_the_drift_of_a_light_is_compensated(
     rig: Rig, fitted: PhotometricStereo, light: int
 ) -> None:
     slopes, on_ball = ball(SPOT)
     gain = np.where(np.arange(6) == light, 1.03, 1.0)
     frame = rig.frame(slopes, gain=gain)
-    told = fitted.field(rig.reference()).gains(frame.pixels)
-    assert 1.015 < told[light] / np.delete(told, light).mean() < 1.035
+    brightness = fitted.field(rig.reference()).gains(frame.pixels)
+    assert 1.015 < brightness[light] / np.delete(brightness, light).mean() < 1.035
     drifted = error_deg(fitted.measure(frame, rig.reference()), slopes, on_ball)
     steady = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
     assert drifted - steady < 0.65
 
 
-def test_a_ball_that_is_held_for_ten_minutes_stays(rig: Rig, fitted: PhotometricStereo) -> None:
+def test_a_ball_held_for_ten_minutes_does_not_fade(rig: Rig, fitted: PhotometricStereo) -> None:
     slopes, on_ball = ball(SPOT)
     direction = np.array([1, -1, 0.5, 1, 0, -0.5])
     for minute in range(11):
@@ -197,7 +199,7 @@ def test_a_ball_that_is_held_for_ten_minutes_stays(rig: Rig, fitted: Photometric
 
 @pytest.mark.parametrize("light", range(6))
 @pytest.mark.parametrize("level", [10, 250], ids=["cast shadow", "highlight"])
-def test_what_spoils_one_light_is_rejected(
+def test_shadows_and_highlights_of_one_light_are_rejected(
     rig: Rig, fitted: PhotometricStereo, light: int, level: int
 ) -> None:
     slopes, _ = ball(SPOT)
@@ -211,20 +213,20 @@ def test_what_spoils_one_light_is_rejected(
     assert measured.valid[patch].mean() > 0.95
 
 
-def test_two_spoilt_lights_of_six_are_rejected() -> None:
+def test_two_outlier_lights_of_six_are_rejected() -> None:
     rng = np.random.default_rng(1)
     combinations = np.linalg.qr(rng.normal(size=(6, 3)))[0]
     clean = (combinations @ rng.normal(size=(3, 400))).astype(np.float32)
     redundancy = fit_redundancy(clean + rng.normal(0, 1e-3, clean.shape).astype(np.float32))
-    spoilt = clean.copy()
-    spoilt[1] += 1.0
-    spoilt[4] -= 0.2
-    corrected, sure = redundancy.corrected(spoilt)
-    assert sure.mean() > 0.7
-    assert np.abs(corrected - clean)[:, sure].max() < 0.1
+    changed = clean.copy()
+    changed[1] += 1.0
+    changed[4] -= 0.2
+    corrected, consistent = redundancy.corrected(changed)
+    assert consistent.mean() > 0.7
+    assert np.abs(corrected - clean)[:, consistent].max() < 0.1
 
 
-def test_with_four_lights_a_spoilt_one_is_seen_but_not_named() -> None:
+def test_with_four_lights_an_outlier_is_detected_but_not_replaced() -> None:
     four = Rig((0, 90, 180, 270))
     fitted = fit(four.presses(), four.reference())
     frame = four.frame(np.zeros((*SHAPE, 2)))
@@ -242,25 +244,25 @@ def test_three_lights_are_enough_and_two_are_not() -> None:
     measured = fitted.measure(three.frame(slopes), three.reference())
     assert error_deg(measured, slopes, on_ball) < 1.5
     two = Rig((0, 120))
-    with pytest.raises(CalibrationError, match="needs 3 lamps and there are 2"):
+    with pytest.raises(CalibrationError, match="needs 3 lights and there are 2"):
         fit(two.presses(), two.reference())
 
 
-def test_the_whole_image_is_measured_as_the_model_says(rig: Rig, fitted: PhotometricStereo) -> None:
+def test_images_are_measured_like_single_pixels(rig: Rig, fitted: PhotometricStereo) -> None:
     press = rig.press(SPOT)
     measured = fitted.measure(press.frame, rig.reference())
     change = press.frame.pixels[press.rows, press.columns].astype(np.float32)
     change = change / rig.reference().pixels[press.rows, press.columns] - 1
     height, width = SHAPE
-    spot = np.stack([press.columns - (width - 1) / 2, press.rows - (height - 1) / 2], 1)
-    features = np.concatenate([change, spot / (width / 2)], 1).astype(np.float32)
+    position = np.stack([press.columns - (width - 1) / 2, press.rows - (height - 1) / 2], 1)
+    features = np.concatenate([change, position / (width / 2)], 1).astype(np.float32)
     expected = to_gradient(fitted._model.field(features))
     found = np.stack([measured.x, measured.y], 2)[press.rows, press.columns]
-    # the model knows nothing of the drift that is told from this frame
+    # the light field alone does not include the drift that is estimated from the frame
     assert np.abs(found - expected).mean() < 0.01
 
 
-def test_planes_stored_one_after_another_and_sixteen_bits_measure_alike(
+def test_planar_pixels_and_sixteen_bits_give_the_same_slopes(
     rig: Rig, fitted: PhotometricStereo
 ) -> None:
     slopes, _ = ball(SPOT)
@@ -276,7 +278,7 @@ def test_planes_stored_one_after_another_and_sixteen_bits_measure_alike(
     assert np.abs(sixteen.x - first.x).max() < 1e-3
 
 
-def test_what_is_saved_measures_the_same(
+def test_a_loaded_model_measures_the_same(
     rig: Rig, fitted: PhotometricStereo, tmp_path: Path
 ) -> None:
     fitted.save(tmp_path)
@@ -287,7 +289,7 @@ def test_what_is_saved_measures_the_same(
     assert np.array_equal(before.valid, after.valid)
 
 
-def test_the_response_of_the_lights_is_found(rig: Rig) -> None:
+def test_the_response_of_the_lights_is_learned(rig: Rig) -> None:
     rng = np.random.default_rng(0)
     slopes = rng.uniform(-0.8, 0.8, (3000, 2))
     normal = np.concatenate([-slopes, np.ones((3000, 1))], 1)

@@ -9,5 +9,5 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 @hookimpl
 def tactile_illuminations() -> Mapping[str, str]:
-    """The light of the fingertip."""
+    """Return the illumination of the fingertip."""
     return {"tricolour": "tactile_hex_fingertip.tricolour:Tricolour"}

@@ -1,4 +1,12 @@
-"""Three arrays of LEDs, red, green and blue, on every other side of a hexagon."""
+"""Illumination by three LED arrays (red, green, blue) on alternate sides of a hexagon.
+
+References
+----------
+.. [1] S. Dong, W. Yuan and E. H. Adelson, "Improved GelSight Tactile Sensor for Measuring Geometry
+   and Slip", IROS, 2017.
+.. [2] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-Resolution Robot Tactile Sensors for
+   Estimating Geometry and Force", Sensors 17(12), 2017, section 4.2.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +18,20 @@ from tactile_core.interfaces.constant_light import ConstantIllumination, Constan
 from tactile_core.interfaces.device import Options
 
 ARRAY_TILT_DEG = 71.0
-"""Tilt of the arrays to the gel (review, section 4.2)."""
+"""Tilt of the LED arrays relative to the gel surface, in degrees; Yuan et al. 2017, section 4.2."""
 
 
 class ColourArray(ConstantLightOptions):
-    """One 2 × 4 array of LEDs of one colour, which shine within 30° each."""
+    """One 2 × 4 array of LEDs of one colour, whose lenses limit the light to 30°."""
 
     name: str = Field(
-        min_length=1, description="The colour, which is also the channel that sees it."
+        min_length=1, description="Colour of the array; also the name of its channel."
     )
     elevation_deg: float = Field(
         default=90 - ARRAY_TILT_DEG,
         gt=0,
         lt=90,
-        description="Its angle above the gel surface.",
+        description="Elevation of the light above the gel surface, degrees.",
     )
 
 
@@ -36,7 +44,7 @@ class TricolourOptions(Options):
             ColourArray(name="green", azimuth_deg=210),
             ColourArray(name="blue", azimuth_deg=330),
         ),
-        description="The arrays, in the order of the camera's channels.",
+        description="The LED arrays, in the order of the camera's channels.",
     )
 
     @model_validator(mode="after")
@@ -48,7 +56,7 @@ class TricolourOptions(Options):
 
 
 class Tricolour(ConstantIllumination):
-    """The arrays are wired to the supply: they shine together whenever the sensor is plugged in."""
+    """Three LED arrays without a driver: they are lit together whenever the sensor has power."""
 
     Options: ClassVar[type[BaseModel]] = TricolourOptions
     options: TricolourOptions

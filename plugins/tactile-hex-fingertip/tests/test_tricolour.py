@@ -17,7 +17,7 @@ def test_one_exposure_sees_three_channels() -> None:
     assert exposure.channels == light.channels == ("red", "green", "blue")
 
 
-def test_the_arrays_stand_on_every_other_side_of_the_hexagon() -> None:
+def test_the_arrays_are_on_alternate_sides_of_the_hexagon() -> None:
     azimuths = [array.azimuth_deg for array in TricolourOptions().lights]
     assert [b - a for a, b in pairwise(azimuths)] == [120, 120]
 
@@ -26,7 +26,7 @@ def test_the_light_comes_19_degrees_above_the_gel() -> None:
     assert {array.elevation_deg for array in TricolourOptions().lights} == {19}
 
 
-def test_two_arrays_of_one_name_are_refused() -> None:
+def test_two_arrays_with_the_same_name_are_refused() -> None:
     arrays = [{"name": "red", "azimuth_deg": a} for a in (0, 120, 240)]
     with pytest.raises(ValueError, match="different names"):
         TricolourOptions.model_validate({"lights": arrays})
@@ -40,7 +40,7 @@ def test_the_profile_has_the_papers_numbers() -> None:
     assert profile.gel.thickness_mm == 2.0
 
 
-def test_the_unmarked_tip_differs_in_its_markers_alone() -> None:
+def test_the_unmarked_tip_differs_in_its_markers_only() -> None:
     marked, unmarked = load_profile("hex_fingertip"), load_profile("hex_fingertip_unmarked")
     assert unmarked.gel.markers is None
     assert unmarked.gel == marked.gel.model_copy(update={"markers": None})

@@ -1,1 +1,1 @@
-"""What image algorithms share: types of arrays, and what is done to any image or set of samples."""
+"""Building blocks of the image algorithms: array types, resizing, statistics and regression."""

@@ -1,8 +1,9 @@
-"""Continues an image smoothly into its unknown parts."""
+"""Smooth interpolation of an image into its unknown parts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -10,44 +11,67 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool
 
 
+@dataclass(frozen=True)
+class FillingParameters:
+    """Parameters of filling. Nothing sets them from outside: they depend on no image.
+
+    Attributes
+    ----------
+    least_share : float, share of a pixel
+        A pixel of a coarser image is known if more than this of its area is.
+        Source: chosen by hand, just above rounding; no script derives it.
+    """
+
+    least_share: float = 1e-3
+
+
+FILLING = FillingParameters()
+"""The values in use."""
+
+
 def filled(image: Array, known: Bool) -> Array:
     """Fill unknown pixels from the known ones around them.
 
-    Each unknown pixel is interpolated in the finest of ever coarser images, made of the known
-    pixels alone, that knows it: small holes are bridged linearly, large ones get smoother towards
-    their middle.
+    A pyramid of ever coarser images is made of the known pixels alone (pull), and each unknown
+    pixel is interpolated in the finest level that knows it (push) [1]_. Small holes are bridged
+    linearly; the fill of large ones gets smoother towards their middle.
 
     Parameters
     ----------
     image : (H, W) float32 or float64
-        Finite; what it holds at unknown pixels does not matter.
+        Finite. The values of unknown pixels do not matter.
     known : (H, W) bool
         True on at least one pixel.
 
     Returns
     -------
-    array of the image's shape and dtype
-        A new one; known pixels are untouched.
+    (H, W), same dtype
+        A new array; known pixels keep their value.
+
+    References
+    ----------
+    .. [1] S. J. Gortler, R. Grzeszczuk, R. Szeliski and M. F. Cohen, "The Lumigraph", SIGGRAPH,
+       1996 (pull-push).
     """
-    return filled_alike([image], known)[0]
+    return filled_together([image], known)[0]
 
 
-def filled_alike(images: Sequence[Array], known: Bool) -> list[Array]:
-    """Fill several images that are known at the same pixels; see :func:`filled`."""
+def filled_together(images: Sequence[Array], known: Bool) -> list[Array]:
+    """Fill several images whose known pixels are the same; see :func:`filled`."""
     if known.all():
         return [image.copy() for image in images]
     height, width = known.shape
     half = ((width + 1) // 2, (height + 1) // 2)
     mask = known.view(np.uint8)
     share = cv2.resize(known.astype(images[0].dtype), half, interpolation=cv2.INTER_AREA)
-    known_coarse = share > 1e-3
+    known_coarse = share > FILLING.least_share
     gain = 1 / np.where(known_coarse, share, 1)
     means = []
     for image in images:
         inside = cv2.resize(cv2.copyTo(image, mask), half, interpolation=cv2.INTER_AREA)
         means.append(np.multiply(inside, gain, out=inside))
     results = []
-    for image, mean in zip(images, filled_alike(means, known_coarse), strict=True):
+    for image, mean in zip(images, filled_together(means, known_coarse), strict=True):
         smooth = cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR)
         results.append(cv2.copyTo(image, mask, smooth))
     return results

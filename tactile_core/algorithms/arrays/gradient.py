@@ -1,4 +1,4 @@
-"""Slopes of an image by central differences, mirrored at its border."""
+"""Gradient of an image by central differences, mirrored at its border."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import Float32
 def gradient(
     image: NDArray[Any], spacing: float = 1.0, *, smooth: bool = False
 ) -> tuple[Float32, Float32]:
-    """Slopes to the right and downwards, of each channel.
+    """Partial derivatives of each channel.
 
     Parameters
     ----------
@@ -22,11 +22,12 @@ def gradient(
     spacing : float
         Distance of neighbouring pixels.
     smooth : bool
-        Average three neighbouring differences by 1 : 2 : 1 (Sobel's operator).
+        Average three neighbouring differences with weights 1 : 2 : 1 (Sobel operator).
 
     Returns
     -------
-    along, down : float32 of the image's shape
+    along, down : float32, same shape
+        Derivative to the right and downwards, per unit of ``spacing``.
     """
     side, scale = (3, 0.125 / spacing) if smooth else (1, 0.5 / spacing)
     along, down = (
@@ -37,5 +38,5 @@ def gradient(
 
 
 def steepness(image: Float32, spacing: float = 1.0, *, smooth: bool = False) -> Float32:
-    """(H, W) size of the :func:`gradient` of an (H, W) image."""
+    """Magnitude of the :func:`gradient` of an (H, W) image, (H, W)."""
     return np.asarray(cv2.magnitude(*gradient(image, spacing, smooth=smooth)), np.float32)

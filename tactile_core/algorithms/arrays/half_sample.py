@@ -1,4 +1,4 @@
-"""The narrowest interval that holds half of some values: contacts and faults fall outside it."""
+"""Narrowest interval that holds a part of the values, robust to contacts and other outliers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,28 @@ from tactile_core.algorithms.arrays.types import Array
 
 
 def narrowest(ordered: Array, count: int) -> tuple[NDArray[np.intp], Array]:
-    """Where the narrowest interval that holds so many values begins, and its length.
+    """Find the narrowest interval that holds ``count`` values.
+
+    With half of the values it is the shortest half, whose mean is the shorth [1]_.
 
     Parameters
     ----------
     ordered : (..., N)
-        Sorted along the last axis.
+        Values, sorted along the last axis.
     count : int
-        Of values in the interval, at most N.
+        Number of values in the interval, at most N.
 
     Returns
     -------
-    first, length : (...)
+    first : (...) int
+        Index of the first value in the interval.
+    length : (...)
+        Length of the interval.
+
+    References
+    ----------
+    .. [1] D. F. Andrews et al., "Robust Estimates of Location: Survey and Advances", Princeton
+       University Press, 1972.
     """
     last = ordered.shape[-1] - count
     lengths = ordered[..., count - 1 :] - ordered[..., : last + 1]

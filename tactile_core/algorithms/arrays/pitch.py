@@ -1,4 +1,4 @@
-"""How far apart points are that lie in a lattice, as printed markers do."""
+"""Spacing of points in a lattice, such as printed markers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tactile_core.algorithms.arrays.types import Array
 
 
 def spacings(points: Array) -> Array:
-    """(N,) distance of each of (N, 2) points from the nearest other; infinite for a single one."""
+    """Distance of each of (N, 2) points to its nearest neighbour, (N,); infinite for one point."""
     from scipy.spatial import KDTree
 
     distances, _ = KDTree(points).query(points, k=[2])
@@ -16,5 +16,5 @@ def spacings(points: Array) -> Array:
 
 
 def pitch(points: Array) -> float:
-    """Typical distance of neighbours; infinite for a single point or none."""
+    """Median distance to the nearest neighbour; infinite for a single point or none."""
     return float(np.median(spacings(points))) if len(points) else np.inf

@@ -1,4 +1,4 @@
-"""Quantiles of a few samples, without the many checks of numpy's, and a robust sigma."""
+"""Quantiles of small samples, faster than numpy's, and a robust standard deviation."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+SIGMA_PER_MEDIAN = 1.4826
+"""Standard deviation of a normal distribution over the median absolute value, 1 / 0.6745."""
+
 
 def quantile(values: NDArray[Any], share: float) -> float:
-    """Value below which this share of (N,) finite values lies, linear between neighbours."""
+    """Quantile of (N,) finite values, interpolated linearly; ``share`` is from 0 to 1."""
     place = share * (len(values) - 1)
     below = int(place)
     above = min(below + 1, len(values) - 1)
@@ -19,5 +22,13 @@ def quantile(values: NDArray[Any], share: float) -> float:
 
 
 def sigma_of(residuals: NDArray[Any]) -> float:
-    """Standard deviation of (N,) normal residuals about 0; what a few outliers are is ignored."""
-    return 1.4826 * float(np.median(np.abs(residuals)))
+    """Robust standard deviation of (N,) residuals about 0, from their median absolute value.
+
+    The factor makes it consistent for normal residuals [1]_.
+
+    References
+    ----------
+    .. [1] F. R. Hampel, "The influence curve and its role in robust estimation", Journal of the
+       American Statistical Association 69(346), 1974.
+    """
+    return SIGMA_PER_MEDIAN * float(np.median(np.abs(residuals)))

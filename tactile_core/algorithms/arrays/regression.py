@@ -15,8 +15,8 @@ from tactile_core.errors import CalibrationError
 
 T = TypeVar("T", np.float32, np.float64)
 
-_HIGHEST = 8
-"""A polynomial of higher order is not one of ours."""
+_HIGHEST_ORDER = 8
+"""Higher orders in a file are refused: no model has them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +26,11 @@ class PolynomialFit:
     Attributes
     ----------
     mean, std : (D,) float32
+        Scale of the features.
     coefficients : (T, M) float32
         One row per term of :func:`terms`.
     order : int
+        Highest total degree.
     """
 
     mean: Float32
@@ -42,7 +44,7 @@ class PolynomialFit:
         return np.asarray(terms(scaled, self.order) @ self.coefficients, np.float32)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """What :meth:`from_arrays` takes, by name."""
+        """Return the arrays for :meth:`from_arrays`, by name."""
         return {
             "mean": self.mean,
             "std": self.std,
@@ -59,11 +61,11 @@ class PolynomialFit:
         KeyError
             An array is missing.
         ValueError
-            They do not belong together.
+            Their shapes do not match.
         """
         fit = cls(arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"]))
         count = len(fit.mean)
-        if not 0 <= fit.order <= _HIGHEST or len(fit.coefficients) != comb(
+        if not 0 <= fit.order <= _HIGHEST_ORDER or len(fit.coefficients) != comb(
             count + fit.order, count
         ):
             raise ValueError("the coefficients are not those of a polynomial of this order")
@@ -71,17 +73,17 @@ class PolynomialFit:
 
 
 def scaling(features: Float32) -> tuple[Float32, Float32]:
-    """Mean and standard deviation (D,) of (N, D) features; none of the latter is 0."""
+    """Mean and positive standard deviation, (D,) each, of (N, D) features."""
     return features.mean(0), features.std(0) + np.float32(1e-6)
 
 
 def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
-    """(N, T) products of up to ``order`` features, the constant first, then by their number."""
+    """Products of up to ``order`` features, (N, T), sorted by degree from the constant on."""
     features = np.ascontiguousarray(scaled.T)
     products = [(0, np.ones(len(scaled), scaled.dtype))]
     every = list(products)
     for _ in range(order):
-        # going on from the last feature of a product yields each combination once
+        # continuing from the last feature of a product yields each combination once
         products = [
             (feature, product * features[feature])
             for last, product in products
@@ -94,7 +96,7 @@ def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
 def fit_polynomial(
     features: Float32, targets: Float32, *, order: int = 2, ridge: float = 1e-3
 ) -> PolynomialFit:
-    """Fit by ridge regression.
+    """Fit a polynomial by ridge regression [1]_.
 
     Parameters
     ----------
@@ -109,6 +111,11 @@ def fit_polynomial(
     ------
     CalibrationError
         The samples do not determine the coefficients.
+
+    References
+    ----------
+    .. [1] A. E. Hoerl and R. W. Kennard, "Ridge regression: biased estimation for nonorthogonal
+       problems", Technometrics 12(1), 1970.
     """
     mean, std = scaling(features)
     a = terms(((features - mean) / std).astype(np.float64), order)
@@ -117,7 +124,7 @@ def fit_polynomial(
         coefficients = np.linalg.solve(normal, a.T @ targets.astype(np.float64))
     except np.linalg.LinAlgError:
         raise CalibrationError(
-            "the light does not vary with the slopes that are known, so nothing can be fitted; "
+            "the images do not change with the known slopes, so no model can be fitted; "
             "check that the images, the reference and the circles belong together"
         ) from None
     return PolynomialFit(mean, std, coefficients.astype(np.float32), order)

@@ -1,7 +1,7 @@
-"""Memory for intermediate images, lent again and again.
+"""Reusable memory for intermediate images.
 
-Fresh megabytes cost more than much of the work on them, and so do others than those that the step
-before has just left in the processor's cache.
+Allocating megabytes takes longer than many operations on them. So does memory other than that which
+the previous step has left in the processor's cache.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from numpy.typing import DTypeLike, NDArray
 from tactile_core.algorithms.arrays.types import Array
 
 _MOST_KEPT = 12
-"""Blocks that a thread keeps: more than any step borrows at a time."""
+"""Blocks that a thread keeps; no step borrows as many at a time."""
 
-_ROOMIEST = 2
-"""A block is not lent to arrays smaller than its half."""
+_LARGEST_RATIO = 2
+"""A block is reused only for arrays of at least half its size."""
 
 
 class _Blocks(threading.local):
-    """The blocks of one thread that nobody uses, the one last used at the end."""
+    """Free blocks of one thread, the last one used at the end."""
 
     def __init__(self) -> None:
         self.free: list[NDArray[np.uint8]] = []
@@ -35,9 +35,9 @@ _blocks = _Blocks()
 
 @contextmanager
 def borrowed(shape: tuple[int, ...], dtype: DTypeLike) -> Iterator[Array]:
-    """Lend an array, whatever it holds, until the end of the ``with`` block.
+    """Lend an uninitialised array until the end of the ``with`` block.
 
-    Each thread has its own memory. No result may be, or be a view of, what is borrowed.
+    Each thread has its own memory. A result must be neither the borrowed array nor a view of it.
     """
     dtype = np.dtype(dtype)
     size = math.prod(shape) * dtype.itemsize
@@ -52,6 +52,6 @@ def borrowed(shape: tuple[int, ...], dtype: DTypeLike) -> Iterator[Array]:
 def _taken(size: int) -> NDArray[np.uint8]:
     free = _blocks.free
     for index in reversed(range(len(free))):
-        if size <= len(free[index]) <= _ROOMIEST * size:
+        if size <= len(free[index]) <= _LARGEST_RATIO * size:
             return free.pop(index)
     return np.empty(size, np.uint8)

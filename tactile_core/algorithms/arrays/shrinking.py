@@ -1,4 +1,4 @@
-"""Images made smaller by the mean over an area, and larger between the middles of cells."""
+"""Resizing of images: area averages to shrink, nearest or linear interpolation to enlarge."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array
 
 MOST_CHANNELS = 4
-"""OpenCV shrinks no more at once, unless by a whole factor."""
+"""OpenCV shrinks at most this many channels at once, unless by an integer factor."""
 
 
 def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Array:
-    """Shrink an image; each pixel becomes the mean over the area that it covers.
+    """Shrink an image; each new pixel is the mean over the area that it covers.
 
     Parameters
     ----------
     image : (H, W) or (H, W, K) uint8, uint16, float32 or float64
         Any number of channels.
     size_px : (width, height)
-        Of the result, not larger than the image.
+        Size of the result, not larger than the image.
     halvings : int
-        How often the image may be halved first, while that divides it exactly: halving is
-        vectorised, an average by another number is not. Integers are rounded each time.
+        How often the image may be halved first, as long as that divides it exactly. Halving is
+        vectorised, averaging by other factors is not. Integers are rounded each time.
 
     Returns
     -------
@@ -45,20 +45,20 @@ def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Arra
 
 
 def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Enlarge an (h, w) uint8 image to an (H, W) shape; each pixel is the nearest one's."""
+    """Enlarge an (h, w) uint8 image to an (H, W) shape by nearest-neighbour interpolation."""
     times = shape[0] // image.shape[0]
     if (image.shape[0] * times, image.shape[1] * times) != shape:
         nearest = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST)
         return np.asarray(nearest, np.uint8)
-    # much faster than any interpolation: channels that are all alike are pixels side by side
+    # much faster than interpolation: equal interleaved channels are pixels next to each other
     wide = np.asarray(cv2.merge([image] * times), np.uint8).reshape(len(image), -1)
     return np.repeat(wide, times, axis=0)
 
 
 def enlarged(cells: Array, shape: tuple[int, ...]) -> Array:
-    """Enlarge an (h, w, …) grid of cells that tile an image to its (H, W, …), by linear steps.
+    """Enlarge an (h, w, …) grid of cells that tile an image to (H, W, …), interpolated linearly.
 
-    A grid of that size is returned as it is.
+    A grid of that size is returned unchanged.
     """
     if cells.shape[:2] == tuple(shape[:2]):
         return cells

@@ -1,4 +1,4 @@
-"""Types of arrays by what they hold; shapes are in the docstrings."""
+"""Array types by dtype; docstrings state the shapes."""
 
 from __future__ import annotations
 

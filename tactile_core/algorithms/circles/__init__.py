@@ -1,11 +1,11 @@
-"""Circles where a ball of known radius touches the gel, to sub-pixel, without a click.
+"""Contact circles of a ball of known radius, located to sub-pixel accuracy without user input.
 
-A ball's slope is odd about its centre, so to first order the colour change is too: the most
-negative peak of its self-convolution starts the search (``symmetry``, ``start``). On the ball the
-normal is (p − c) / R exactly, so the change is linear in an unknown light once the centres are
-known: light and centres are fitted in turn, over the presses given (``light``, ``finder``). The
-contact's border is where the slope leaves the ball (``border``). A grid of balls comes with
-centres, which are only refined (``grid``).
+The slope of a ball is an odd function of the offset from its centre, and to first order so is the
+colour change. The most negative peak of its self-convolution starts the search (``symmetry``,
+``start``). On the ball the normal is (p − c) / R exactly, so for known centres the colour change is
+linear in the unknown light. Light and centres are fitted alternately over the given presses
+(``light``, ``finder``). The contact ends where the slope departs from that of the ball
+(``border``). The centres of a grid of balls are given and only refined (``grid``).
 """
 
 from tactile_core.algorithms.circles.finder import (

@@ -1,4 +1,4 @@
-"""Circles of many balls in one frame, from centres that somebody drew."""
+"""Contact circles of many balls in one frame, refined from approximate centres."""
 
 from __future__ import annotations
 
@@ -10,84 +10,140 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
-from tactile_core.algorithms.circles.finder import MOST_MISFIT, SMALLEST_CONTACT, Circle
+from tactile_core.algorithms.circles.finder import FINDER, Circle
 from tactile_core.algorithms.circles.press import PressImage, disc
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
-_BLUR_BALLS, _LEAST_BLUR_PX = 0.1, 1.2
-_SAMPLES = 12_000
-_FEWEST = 30
-_REACHES = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
-"""The centres are refined on more and more of the balls, in ball radii, while they touch."""
-_FARTHEST_STEP = 0.25
-_MANY_BALLS = 12
-"""With fewer, terms of the place would follow the centres as they were drawn, and even terms their
-common shift: then the sines are odd in the change, and blind to the place."""
-_STEP = 0.05
-_FALLEN = 0.88
-"""Beyond the contact the slope falls behind the ball's by more than this."""
+
+@dataclass(frozen=True)
+class GridParameters:
+    """Parameters of the refinement of grids.
+
+    Nothing sets them from outside: they are relative to the radius of the balls.
+
+    Attributes
+    ----------
+    blur_radii : float, ball radii
+        Standard deviation of the smoothing.
+        Source: chosen by hand; no script derives it.
+    least_blur_px : float, px
+        Lower bound of it.
+        Source: chosen by hand; no script derives it.
+    samples : int, count
+        Pixels that are drawn at random for a fit.
+        Source: chosen by hand; no script derives it.
+    fewest_pixels : int, count
+        Balls with fewer visible pixels are excluded.
+        Source: chosen by hand; no script derives it.
+    reaches : tuple of float, ball radii
+        Distances from the centres within which they are refined, one after the other, up to the
+        contact radius.
+        Source: chosen by hand; no script derives it.
+    farthest_step : float, ball radii
+        Upper bound of the move of a centre in one step, along x and along y.
+        Source: chosen by hand; no script derives it.
+    many_balls : int, count
+        With fewer balls, terms of the position would fit the errors of the given centres, and even
+        terms their common shift. So the normals are then odd in the change, without the position.
+        Source: chosen by hand; no script derives it.
+    ridge : float, per sample
+        Penalty on the coefficients.
+        Source: chosen by hand; no script derives it.
+    least_scale : float, ratio
+        Below it the scale of the fitted slopes is not used to convert their offset to a shift.
+        Source: chosen by hand; no script derives it.
+    ring_step : float, ball radii
+        Step of the search for the contact radius.
+        Source: chosen by hand; no script derives it.
+    least_ring_px : float, px
+        Lower bound of half the width of a ring.
+        Source: chosen by hand; no script derives it.
+    least_slope_ratio : float, ratio
+        Beyond the contact the fitted slope is below this share of the slope of the ball.
+        Source: chosen by hand; no script derives it.
+    """
+
+    blur_radii: float = 0.1
+    least_blur_px: float = 1.2
+    samples: int = 12_000
+    fewest_pixels: int = 30
+    reaches: tuple[float, ...] = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
+    farthest_step: float = 0.25
+    many_balls: int = 12
+    ridge: float = 1e-3
+    least_scale: float = 0.1
+    ring_step: float = 0.05
+    least_ring_px: float = 0.75
+    least_slope_ratio: float = 0.88
+
+
+GRID = GridParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class GridLight:
-    """The light of the balls of a grid: how others in the same frame are found by it.
+    """Light fitted to the balls of a grid; it locates other balls in the same frame.
 
     Attributes
     ----------
     steps : sequence of (PolynomialFit, float)
-        Sines as a polynomial of colour and perhaps place, and the reach in ball radii within which
-        it is used, from rough to fine.
-    misfit : float
-        Usual for a ball.
+        Polynomials from colour, and perhaps position, to ``normal_xy``, from coarse to fine, each
+        with the distance in ball radii within which it is used.
+    residual : float
+        Median residual of a ball.
     contact : float
-        Radius to which the skin follows the balls, in theirs.
+        Contact radius in ball radii.
     with_place : bool
-        Whether the polynomials are of the place, too.
+        Whether the polynomials depend on the position.
     """
 
     steps: Sequence[tuple[PolynomialFit, float]]
-    misfit: float
+    residual: float
     contact: float
     with_place: bool
 
     def locate(self, image: PressImage, centres_px: Float64, ball_radius_px: float) -> list[Circle]:
         """Refine the circles of balls that this light was not fitted to."""
         balls = _Balls.of(image, centres_px, ball_radius_px, self.with_place)
-        misfits = np.full(len(balls.centres), np.inf)
+        residuals = np.full(len(balls.centres), np.inf)
         for light, reach in self.steps:
-            misfits = balls.move(light, reach)
-        return self.circles(balls.centres, misfits, ball_radius_px)
+            residuals = balls.move(light, reach)
+        return self.circles(balls.centres, residuals, ball_radius_px)
 
-    def circles(self, centres_px: Float64, misfits: Float64, ball_radius_px: float) -> list[Circle]:
-        """Circles of balls that were moved by this light, or why they are of no use."""
+    def circles(
+        self, centres_px: Float64, residuals: Float64, ball_radius_px: float
+    ) -> list[Circle]:
+        """Return the circles of balls that this light has moved, used or with a reason why not."""
         found = []
-        for (x, y), misfit in zip(centres_px, misfits, strict=True):
-            why = ""
-            if not np.isfinite(misfit):
-                why = "it lies outside the image"
-            elif misfit > MOST_MISFIT * self.misfit:
-                why = "its colours are not those of the other balls"
-            elif self.contact < SMALLEST_CONTACT:
-                why = "the contact is too small to calibrate on; press deeper"
+        for (x, y), residual in zip(centres_px, residuals, strict=True):
+            reason = ""
+            if not np.isfinite(residual):
+                reason = "it is outside the image"
+            elif residual > FINDER.largest_residual * self.residual:
+                reason = "its colours are not those of the other balls"
+            elif self.contact < FINDER.smallest_contact:
+                reason = "the contact is too small to calibrate on; press deeper"
             radius_px = self.contact * ball_radius_px
-            found.append(Circle((float(x), float(y)), radius_px, not why, why, float(not why)))
+            used = not reason
+            found.append(Circle((float(x), float(y)), radius_px, used, reason, float(used)))
         return found
 
 
 def refine_grid(
     image: PressImage, centres_px: Float64, ball_radius_px: float
 ) -> tuple[list[Circle], GridLight]:
-    """Refine the circles of many balls in one frame, from centres good to a fifth of the radius.
+    """Refine the circles of many balls in one frame.
 
-    One polynomial of colour and place is fitted to the sines (p − c) / R of all balls together, and
-    each ball's centre then is where the fitted sines vanish, in turn: what is drawn a little to the
-    left on one ball is drawn to the right on another, so the polynomial sides with neither.
+    A polynomial of colour and position is fitted to ``normal_xy``, (p − c) / R, of all balls. Then
+    each centre moves to where the fitted normal is vertical. Both steps alternate. Errors of the
+    given centres differ from ball to ball and average out in the polynomial.
 
     Parameters
     ----------
     image : PressImage
     centres_px : (N, 2) float
-        x, y.
+        x and y, accurate to a fifth of the radius.
     ball_radius_px : float
         Radius of the balls themselves.
 
@@ -95,22 +151,22 @@ def refine_grid(
     -------
     circles : list of Circle, in the order of the centres
     light : GridLight
-        Finds others in the same frame.
+        Locates other balls in the same frame.
     """
-    many = len(centres_px) >= _MANY_BALLS
+    many = len(centres_px) >= GRID.many_balls
     balls = _Balls.of(image, centres_px, ball_radius_px, many)
     contact = 1.0
     steps = []
-    misfits = np.full(len(balls.centres), np.inf)
-    for planned in _REACHES:
-        reach = min(planned, max(contact, SMALLEST_CONTACT))
+    residuals = np.full(len(balls.centres), np.inf)
+    for planned in GRID.reaches:
+        reach = min(planned, max(contact, FINDER.smallest_contact))
         light = balls.fitted(reach, many)
-        misfits = balls.move(light, reach)
+        residuals = balls.move(light, reach)
         contact = balls.contact(light, reach)
         steps.append((light, reach))
-    seen = misfits[np.isfinite(misfits)]
+    seen = residuals[np.isfinite(residuals)]
     common = GridLight(tuple(steps), float(np.median(seen)) if len(seen) else 0.0, contact, many)
-    return common.circles(balls.centres, misfits, ball_radius_px), common
+    return common.circles(balls.centres, residuals, ball_radius_px), common
 
 
 class _Balls:
@@ -122,8 +178,9 @@ class _Balls:
 
     @classmethod
     def of(cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool) -> Self:
-        """Prepare a frame: its relative change, and perhaps the place."""
-        smoothing = Smoothing.of(image.marker_mask, max(_LEAST_BLUR_PX, _BLUR_BALLS * radius_px))
+        """Prepare the features of a frame: its relative change, and perhaps the position."""
+        blur_px = max(GRID.least_blur_px, GRID.blur_radii * radius_px)
+        smoothing = Smoothing.of(image.marker_mask, blur_px)
         features = relative_change(
             smoothing.apply(image.pixels, image.marker_mask),
             np.asarray(smoothing.apply(image.reference, image.marker_mask), np.float32),
@@ -137,58 +194,64 @@ class _Balls:
         return cls(features, surface, np.array(centres_px, float), radius_px)
 
     def _disc(self, centre: Float64, reach: float) -> tuple[Float32, Float64]:
-        """Features and (N, 2) place in ball radii of the skin within ``reach`` of a centre."""
+        """Features of the surface within ``reach`` of a centre, and (N, 2) offsets in radii."""
         x, y = disc(self._surface, centre, reach * self._radius)
         return self._features[y, x], (np.stack([x, y], 1) - centre) / self._radius
 
     def fitted(self, reach: float, many: bool) -> PolynomialFit:
-        """Sines as a polynomial of colour and, for many balls, place."""
+        """Fit ``normal_xy`` as a polynomial of colour and, for many balls, of the position."""
         discs = [self._disc(centre, reach) for centre in self.centres]
         features = np.concatenate([f for f, _ in discs])
         offsets = np.concatenate([o for _, o in discs])
-        pick = np.random.default_rng(0).permutation(len(features))[:_SAMPLES]
+        pick = np.random.default_rng(0).permutation(len(features))[: GRID.samples]
         seen, normal_xy = features[pick], offsets[pick].astype(np.float32)
         if many:
-            return fit_polynomial(seen, normal_xy, order=2, ridge=1e-3)
-        # Seen from the other side of its centre a ball changes the other way.
+            return fit_polynomial(seen, normal_xy, order=2, ridge=GRID.ridge)
+        # On the other side of its centre a ball changes the colour oppositely.
         return fit_polynomial(
             np.concatenate([seen, -seen]),
             np.concatenate([normal_xy, -normal_xy]),
             order=1,
-            ridge=1e-3,
+            ridge=GRID.ridge,
         )
 
     def move(self, light: PolynomialFit, reach: float) -> Float64:
-        """Put each centre where its sines vanish; (N,) misfit of each ball, inf where unseen."""
-        misfits = np.full(len(self.centres), np.inf)
+        """Move each centre to where its normal is vertical.
+
+        Returns
+        -------
+        (N,) float64
+            Residual of each ball; infinite where it is not visible.
+        """
+        residuals = np.full(len(self.centres), np.inf)
         for i, centre in enumerate(self.centres):
             features, offsets = self._disc(centre, reach)
-            if len(features) < _FEWEST:
+            if len(features) < GRID.fewest_pixels:
                 continue
             normal_xy = light(features).astype(np.float64)
             spread = offsets - offsets.mean(0)
             scale = float((spread * normal_xy).sum() / (spread * spread).sum())
-            shift = offsets.mean(0) - normal_xy.mean(0) / (scale if abs(scale) > 0.1 else 1.0)
-            misfits[i] = np.sqrt(((normal_xy - scale * (offsets - shift)) ** 2).sum(1).mean())
-            self.centres[i] = centre + self._radius * np.clip(
-                shift, -_FARTHEST_STEP, _FARTHEST_STEP
-            )
-        return misfits
+            divisor = scale if abs(scale) > GRID.least_scale else 1.0
+            shift = offsets.mean(0) - normal_xy.mean(0) / divisor
+            residuals[i] = np.sqrt(((normal_xy - scale * (offsets - shift)) ** 2).sum(1).mean())
+            step = np.clip(shift, -GRID.farthest_step, GRID.farthest_step)
+            self.centres[i] = centre + self._radius * step
+        return residuals
 
     def contact(self, light: PolynomialFit, reach: float) -> float:
-        """Radius to which the skin follows the balls as it does within ``reach``; ball radii."""
+        """Contact radius, where the slope falls behind that within ``reach``, in ball radii."""
         discs = [self._disc(centre, 1.0) for centre in self.centres]
         offsets = np.concatenate([o for _, o in discs])
         normal_xy = np.concatenate([light(f) for f, _ in discs])
         place_ = np.hypot(offsets[:, 0], offsets[:, 1])
         along = (normal_xy * offsets).sum(1) / np.maximum(place_, 1e-6)
         inside = place_ < reach
-        usual = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
-        last = SMALLEST_CONTACT - _STEP
-        width = max(_STEP / 2, 0.75 / self._radius)
-        for ring in np.arange(SMALLEST_CONTACT, 1.0, _STEP):
+        slope = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
+        last = FINDER.smallest_contact - GRID.ring_step
+        width = max(GRID.ring_step / 2, GRID.least_ring_px / self._radius)
+        for ring in np.arange(FINDER.smallest_contact, 1.0, GRID.ring_step):
             near = np.abs(place_ - ring) < width
-            if near.any() and np.median(along[near]) < _FALLEN * usual * ring:
+            if near.any() and np.median(along[near]) < GRID.least_slope_ratio * slope * ring:
                 break
             last = float(ring)
-        return last + _STEP / 2
+        return last + GRID.ring_step / 2

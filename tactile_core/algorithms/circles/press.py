@@ -1,4 +1,4 @@
-"""One press prepared for circle finding: the colour change at a scale that suits the ball."""
+"""One press prepared for circle finding: its colour change at a scale that suits the ball."""
 
 from __future__ import annotations
 
@@ -12,32 +12,70 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float64
-from tactile_core.algorithms.intensity import CEILING
+from tactile_core.algorithms.levels import LEVELS
 
-BALL_RADIUS_PX = 25.0
-"""Larger balls are shrunk to this radius: centres are as good and the work is bounded."""
 
-BLUR_PX = 0.7
-DARK_IN_BRIGHT = 0.94
-"""Some cameras fold back to dark inside a saturated spot; below this fraction, it is one."""
+@dataclass(frozen=True)
+class PressParameters:
+    """Parameters of the preparation of presses.
+
+    Nothing sets them from outside: the working scale makes them independent of the sensor.
+
+    Attributes
+    ----------
+    ball_radius_px : float, px
+        Larger balls are shrunk to this radius. It bounds the time; the centres stay as accurate.
+        Source: chosen by hand; no script derives it.
+    blur_px : float, working px
+        Standard deviation of the smoothing.
+        Source: chosen by hand; no script derives it.
+    least_blur_weight : float, ratio
+        Lower bound of the sum of weights under the smoothing, against division by zero.
+        Source: chosen by hand; no script derives it.
+    marker_share : float, share of a working pixel
+        With more of its area on markers, a pixel is left out.
+        Source: chosen by hand; no script derives it.
+    folded_share : float, share of the full scale
+        Some cameras wrap to dark values inside a saturated spot; a hole below this is such a value.
+        Source: chosen by hand; no script derives it.
+    fewest_saturated : int, px²
+        Up to this many saturated pixels are not searched for holes.
+        Source: chosen by hand; no script derives it.
+    least_noise : float, grey levels of 8 bits
+        Added to the noise, so that it is positive.
+        Source: chosen by hand; no script derives it.
+    """
+
+    ball_radius_px: float = 25.0
+    blur_px: float = 0.7
+    least_blur_weight: float = 1e-6
+    marker_share: float = 0.1
+    folded_share: float = 0.94
+    fewest_saturated: int = 20
+    least_noise: float = 1e-3
+
+
+PRESS = PressParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class PressImage:
-    """A frame and the untouched sensor.
+    """A frame and its reference.
 
     Attributes
     ----------
     pixels, reference : (H, W, K)
-        Intensities on one scale.
+        Intensities in the same units.
     full_scale : float
+        The intensity at which a channel saturates.
     marker_mask : (H, W) bool or None
-        Pixels that show a marker in either.
+        Pixels that show a marker in either image.
     """
 
     pixels: NDArray[Any]
     reference: NDArray[Any]
-    full_scale: float = 255.0
+    full_scale: float = LEVELS.full_scale_8_bit
     marker_mask: Bool | None = None
 
     @classmethod
@@ -46,11 +84,11 @@ class PressImage:
         pixels: NDArray[Any],
         reference: NDArray[Any],
         *,
-        full_scale: float = 255.0,
+        full_scale: float = LEVELS.full_scale_8_bit,
         marker_mask: Bool | None = None,
         reference_markers: Bool | None = None,
     ) -> Self:
-        """Join the markers of frame and reference."""
+        """Combine the markers of frame and reference."""
         both = [mask for mask in (marker_mask, reference_markers) if mask is not None]
         joined = np.logical_or.reduce(both) if both else None
         return cls(pixels, reference, full_scale, joined)
@@ -58,16 +96,16 @@ class PressImage:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """The colour change of a press at working scale.
+    """Colour change of a press at the working scale.
 
     Attributes
     ----------
     values : (h, w, K) float64
-        I − I₀ on a scale of 255, smoothed; markers filled.
+        I − I₀ in grey levels of 8 bits, smoothed; markers are filled.
     weight : (h, w) float64
-        0 where a marker or a folded highlight hides the skin.
-    full : (h, w, K) bool
-        The channel is saturated: the change is at least this.
+        0 where a marker or a highlight that wrapped to dark hides the gel surface.
+    saturated : (h, w, K) bool
+        The channel is saturated: the change is a lower bound.
     noise : float
         Typical length of the change where nothing touches.
     scale : float
@@ -76,7 +114,7 @@ class Change:
 
     values: Float64
     weight: Float64
-    full: Bool
+    saturated: Bool
     noise: float
     scale: float
 
@@ -87,19 +125,19 @@ class Change:
         return rows, columns
 
     def between_channels(self) -> Change:
-        """The same without what brightens or darkens all channels alike."""
+        """Remove the mean of the channels, which brightens or darkens all of them equally."""
         return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))
 
     def to_working(self, xy: Float64) -> Float64:
-        """Points of the image in working pixels."""
+        """Convert image coordinates to working pixels."""
         return (xy + 0.5) * self.scale - 0.5
 
     def to_image(self, xy: Float64) -> Float64:
-        """Working pixels in points of the image."""
+        """Convert working pixels to image coordinates."""
         return (xy + 0.5) / self.scale - 0.5
 
     def disc(self, centre: Float64, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Columns and rows of the skin within a radius of a centre."""
+        """Columns and rows of the visible gel surface within a radius of a centre."""
         return disc(self.weight, centre, radius)
 
 
@@ -117,11 +155,11 @@ def disc(
 
 def working_scale(ball_radius_px: float) -> float:
     """Working pixels per pixel for a ball of this radius."""
-    return min(1.0, BALL_RADIUS_PX / ball_radius_px)
+    return min(1.0, PRESS.ball_radius_px / ball_radius_px)
 
 
 def change_of(press: PressImage, scale: float) -> Change:
-    """Shrink a press, subtract the reference, smooth, and mask what is not skin."""
+    """Shrink a press, subtract the reference, mask the markers and smooth."""
     frame, reference = (
         _shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference)
     )
@@ -130,18 +168,18 @@ def change_of(press: PressImage, scale: float) -> Change:
         rows, columns, _ = frame.shape
         size = columns, rows
         share = cv2.resize(press.marker_mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        weight[share > 0.1] = 0
-    full = frame >= CEILING * 255
+        weight[share > PRESS.marker_share] = 0
+    saturated = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
-        weight[_folded(full[..., k], frame[..., k])] = 0
+        weight[_folded(saturated[..., k], frame[..., k])] = 0
     change = _masked_blur(frame - reference, weight)
     surface = np.linalg.norm(change, axis=2)[weight > 0]
-    noise = sigma_of(surface) + 1e-3 if surface.size else np.inf
-    return Change(change, weight, full, noise, scale)
+    noise = sigma_of(surface) + PRESS.least_noise if surface.size else np.inf
+    return Change(change, weight, saturated, noise, scale)
 
 
 def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
-    image = pixels.astype(np.float32) * np.float32(255 / full_scale)
+    image = pixels.astype(np.float32) * np.float32(LEVELS.full_scale_8_bit / full_scale)
     h, w = image.shape[:2]
     if scale == 1:
         return image.astype(np.float64)
@@ -149,17 +187,19 @@ def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[An
     return shrunk(image, size).astype(np.float64)
 
 
-def _folded(full: Bool, plane: Float64) -> Bool:
-    """Dark holes inside a saturated spot."""
-    if np.count_nonzero(full) <= 20:
-        return np.zeros_like(full)
+def _folded(saturated: Bool, plane: Float64) -> Bool:
+    """Mask of dark holes inside saturated spots."""
+    if np.count_nonzero(saturated) <= PRESS.fewest_saturated:
+        return np.zeros_like(saturated)
     kernel = np.ones((5, 5), np.uint8)
-    closed = cv2.morphologyEx(full.astype(np.uint8), cv2.MORPH_CLOSE, kernel, iterations=2)
-    hole = ((closed > 0) & (plane < DARK_IN_BRIGHT * 255)).astype(np.uint8)
+    closed = cv2.morphologyEx(saturated.astype(np.uint8), cv2.MORPH_CLOSE, kernel, iterations=2)
+    dark = plane < PRESS.folded_share * LEVELS.full_scale_8_bit
+    hole = ((closed > 0) & dark).astype(np.uint8)
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 
 
 def _masked_blur(image: Float64, weight: Float64) -> Float64:
-    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), BLUR_PX), 1e-6)
-    blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), BLUR_PX)
+    total = cv2.GaussianBlur(weight, (0, 0), PRESS.blur_px)
+    total = np.maximum(total, PRESS.least_blur_weight)
+    blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), PRESS.blur_px)
     return np.asarray(blurred.reshape(image.shape) / total[..., None])

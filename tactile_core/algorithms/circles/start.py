@@ -1,4 +1,4 @@
-"""What one press alone tells: where to start its search, and whether it is a press at all."""
+"""Analysis of a single press: a first estimate of its centre, and whether it is a press at all."""
 
 from __future__ import annotations
 
@@ -11,16 +11,54 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change, PressImage, change_of, working_scale
 from tactile_core.algorithms.circles.symmetry import odd_centre
 
-FEWEST_ODD = 0.25
-STRONGEST_ELSEWHERE = 0.5
-"""Change far from a press, relative to the press's own; more is a second contact."""
 
-WEAKEST_CONTACT = 4.0
+@dataclass(frozen=True)
+class StartParameters:
+    """Parameters of the analysis of single presses.
+
+    Nothing sets them from outside: they are relative to the noise or the radius of the ball.
+
+    Attributes
+    ----------
+    least_oddness : float, −1 to 1
+        Below it the change is not that of a ball.
+        Source: chosen by hand; no script derives it.
+    weakest_contact : float, noise sigmas
+        Below it there is no contact.
+        Source: chosen by hand; no script derives it.
+    strongest_elsewhere : float, ratio
+        Change far from the press over that at the press; above it there is a second contact.
+        Source: chosen by hand; no script derives it.
+    inner_radii : float, ball radii
+        Radius within which the strength of the contact is measured.
+        Source: chosen by hand; no script derives it.
+    far_radii : float, ball radii
+        Change beyond this distance is far from the press.
+        Source: chosen by hand; no script derives it.
+    blur_radii : float, ball radii
+        Standard deviation over which the change is averaged to compare near and far.
+        Source: chosen by hand; no script derives it.
+    least_blur_weight : float, ratio
+        Lower bound of the sum of weights of that average, against division by zero.
+        Source: chosen by hand; no script derives it.
+    """
+
+    least_oddness: float = 0.25
+    weakest_contact: float = 4.0
+    strongest_elsewhere: float = 0.5
+    inner_radii: float = 0.6
+    far_radii: float = 2.5
+    blur_radii: float = 0.35
+    least_blur_weight: float = 1e-3
+
+
+START = StartParameters()
+"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A press before any other is looked at, so that it may be kept for many searches.
+    """A press analysed on its own, so that many searches can share the result.
 
     Attributes
     ----------
@@ -28,10 +66,11 @@ class Start:
     ball : float
         Radius of the ball in working pixels.
     centre : (2,) float64
-        About which the change is most odd, in working pixels.
+        Point about which the change is most odd, in working pixels.
     oddness : float
+        −1 (even) to 1 (odd).
     why : str
-        Why the press alone rules itself out; "" if it does not.
+        Reason to exclude the press; "" if there is none.
     """
 
     change: Change
@@ -42,7 +81,7 @@ class Start:
 
     @classmethod
     def of(cls, image: PressImage, ball_radius_px: float) -> Start:
-        """Look at one press of a ball of this radius."""
+        """Analyse one press of a ball of this radius."""
         scale = working_scale(ball_radius_px)
         ball = ball_radius_px * scale
         change = change_of(image, scale)
@@ -51,37 +90,38 @@ class Start:
 
 
 def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
-    """Centre about which the change is most odd, and how odd it is."""
+    """Point about which the change is most odd, and its oddness."""
     found = odd_centre(change, ball)
-    if found[1] >= FEWEST_ODD:
+    if found[1] >= START.least_oddness:
         return found
-    # Lamps that stand high all dim on every slope, which is even; between the channels nothing is.
+    # Lights at a high elevation dim on every slope, which is even; the difference between the
+    # channels is not.
     return max(found, odd_centre(change.between_channels(), ball), key=lambda start: start[1])
 
 
 def _unlike_a_press(change: Change, start: Float64, odd: float, ball: float) -> str:
-    """Why the change alone rules a press out; "" if it does not."""
-    x, y = change.disc(start, 0.6 * ball)
+    """Reason to exclude the press because of its own change; "" if there is none."""
+    x, y = change.disc(start, START.inner_radii * ball)
     if len(x) == 0:
-        return "no contact: the skin is hidden where something changed"
+        return "no contact: markers hide the gel surface where the image changed"
     strength = float(np.sqrt((change.values[y, x] ** 2).sum(1).mean())) / change.noise
-    if strength < WEAKEST_CONTACT:
-        return "no contact: the change is hardly above the noise"
-    if odd < FEWEST_ODD:
-        return "not a ball: the change is not odd about any centre"
-    if _elsewhere(change, start, ball) > STRONGEST_ELSEWHERE:
+    if strength < START.weakest_contact:
+        return "no contact: the change is barely above the noise"
+    if odd < START.least_oddness:
+        return "not a ball: the change is not antisymmetric about any centre"
+    if _elsewhere(change, start, ball) > START.strongest_elsewhere:
         return "not one ball: something else touches, or the gel or the light has changed"
     return ""
 
 
 def _elsewhere(change: Change, start: Float64, ball: float) -> float:
-    """Strongest change beyond 2.5 ball radii, relative to the strongest within one."""
+    """Strongest change far from the press, over the strongest within one ball radius."""
     energy = (change.values**2).sum(2) * change.weight
-    sigma = 0.35 * ball
-    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 1e-3)
+    sigma = START.blur_radii * ball
+    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), START.least_blur_weight)
     local = cv2.GaussianBlur(energy, (0, 0), sigma) / total
     h, w = local.shape
     distance = np.hypot(np.arange(w) - start[0], np.arange(h)[:, None] - start[1])
-    far = local[distance > 2.5 * ball]
+    far = local[distance > START.far_radii * ball]
     near = local[distance < ball]
     return float(np.sqrt(far.max() / near.max())) if far.size and near.size else 0.0

@@ -1,6 +1,8 @@
-"""Where to start: the point about which the colour change is most odd."""
+"""Point symmetry of the colour change: the point about which it is most odd."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -9,44 +11,87 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change
 
 
-def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
-    """Find the centre of a press from the press alone.
+@dataclass(frozen=True)
+class SymmetryParameters:
+    """Parameters of the search for the centre of symmetry.
 
-    Opposite slopes change the colour oppositely, so d(c + v)·d(c − v) is negative on a ball about
-    its centre c, and the self-convolution of d has its most negative value at 2c.
+    Nothing sets them from outside: they are relative to the radius of the ball.
+
+    Attributes
+    ----------
+    blur_radii : float, ball radii
+        Standard deviation of the smoothing before the place of the strongest change is taken.
+        Source: chosen by hand; no script derives it.
+    window_radii, taper_radii : float, ball radii
+        Radius of the window around that place, and width over which it falls to 0.
+        Source: chosen by hand; no script derives it.
+    farthest_radii : float, ball radii
+        Largest distance of the centre from that place.
+        Source: chosen by hand; no script derives it.
+    least_overlap : float, share of the greatest energy
+        Lower bound of the divisor of the score, so that a small overlap has no high score.
+        Source: chosen by hand; no script derives it.
+    """
+
+    blur_radii: float = 0.7
+    window_radii: float = 1.6
+    taper_radii: float = 0.4
+    farthest_radii: float = 0.8
+    least_overlap: float = 0.25
+
+
+SYMMETRY = SymmetryParameters()
+"""The values in use."""
+
+_EXCLUDED = -2.0
+"""Score of points that are too far away; scores are from −1 to 1."""
+
+
+def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
+    """Estimate the centre of a press from that press alone.
+
+    Opposite slopes change the colour oppositely, so d(c + v)·d(c − v) is negative on a ball with
+    centre c, and the self-convolution of the change d is most negative at 2c.
+
+    Parameters
+    ----------
+    change : Change
+    ball_radius : float
+        In working pixels.
 
     Returns
     -------
     centre : (2,) float64
         In working pixels, to half a pixel or better.
     oddness : float
-        −1 even … 1 perfectly odd.
+        −1 (even) to 1 (perfectly odd).
     """
     h, w = change.weight.shape
     values = change.values * change.weight[..., None]
-    energy = cv2.GaussianBlur((values**2).sum(2), (0, 0), 0.7 * ball_radius)
+    energy = cv2.GaussianBlur((values**2).sum(2), (0, 0), SYMMETRY.blur_radii * ball_radius)
     py, px = np.unravel_index(int(np.argmax(energy)), energy.shape)
     x, y = np.arange(w), np.arange(h)[:, None]
-    window = np.clip(1.6 - np.hypot(x - px, y - py) / ball_radius, 0, 0.4) / 0.4
+    inside = SYMMETRY.window_radii - np.hypot(x - px, y - py) / ball_radius
+    window = np.clip(inside, 0, SYMMETRY.taper_radii) / SYMMETRY.taper_radii
     weight = change.weight * window
     size = (2 * h, 2 * w)
     spectrum = np.fft.rfft2(change.values * weight[..., None], size, axes=(0, 1))
     odd = np.fft.irfft2((spectrum**2).sum(2), size)
     square = np.fft.rfft2((change.values**2).sum(2) * weight, size)
     even = np.fft.irfft2(square * np.fft.rfft2(weight, size), size)
-    score = -odd / np.maximum(even, 0.25 * even.max() + 1e-12)
+    score = -odd / np.maximum(even, SYMMETRY.least_overlap * even.max() + 1e-12)
     far = np.hypot(np.arange(2 * w) / 2 - px, np.arange(2 * h)[:, None] / 2 - py)
-    score[far > 0.8 * ball_radius] = -2
+    score[far > SYMMETRY.farthest_radii * ball_radius] = _EXCLUDED
     j, i = np.unravel_index(int(np.argmax(score)), score.shape)
     peak = np.array([i, j], float)
     if 0 < i < 2 * w - 1 and 0 < j < 2 * h - 1:
         lines = score[j, i - 1 : i + 2], score[j - 1 : j + 2, i]
-        peak += [vertex(line) if line.min() > -2 else 0.0 for line in lines]
+        peak += [vertex(line) if line.min() > _EXCLUDED else 0.0 for line in lines]
     return peak / 2, float(score[j, i])
 
 
 def vertex(three: Float64) -> float:
-    """Offset of a parabola's top from the middle of three samples."""
+    """Offset of the maximum of a parabola through three samples from the middle one."""
     left, middle, right = three
     curve = left - 2 * middle + right
     return float(0.5 * (left - right) / curve) if curve < 0 else 0.0

@@ -1,10 +1,10 @@
-"""Compiled loops for a stream of images: the extra ``fast``, which adds numba.
+"""Compiled loops for streams of images; they need the extra ``fast``, which adds numba.
 
-The numpy version beside each call is the definition; a kernel gives the same to 1e-5 and is there
-only where it saves a fiftieth of the whole operation that it is part of. Whoever expects many
-images chooses them once, when a pipeline or a virtual stage is made, since importing numba takes
-longer than measuring hundreds of images; functions are told by an argument. Where numba is not
-installed, or the environment says ``TACTILE_FAST=0``, numpy does all of it.
+The numpy code next to each call is the definition. A kernel agrees with it to 1e-5, and exists only
+where it saves at least a fiftieth of the operation that it is part of. Importing numba takes longer
+than measuring hundreds of images, so a pipeline or a virtual stage chooses the kernels once, when
+it is made, and passes the choice as the argument ``compiled``. Without numba, or with
+``TACTILE_FAST=0`` in the environment, numpy is used throughout.
 """
 
 from __future__ import annotations
@@ -18,28 +18,29 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 SWITCH = "TACTILE_FAST"
-"""Name of the environment variable that turns the kernels off when it is 0."""
+"""Name of the environment variable that disables the kernels when it is 0."""
 
 
 @cache
 def load() -> ModuleType | None:
-    """Import the kernels, if they may be used; each is compiled once per installation.
+    """Import the kernels. Each is compiled once per installation.
 
     Returns
     -------
     module or None
-        :mod:`tactile_core.algorithms.kernels.compiled`.
+        :mod:`tactile_core.algorithms.kernels.compiled`; None where they are disabled or numba is
+        missing.
     """
     if os.environ.get(SWITCH) == "0" or find_spec("numba") is None:
         return None
     try:
         from tactile_core.algorithms.kernels import compiled
     except ImportError:
-        # numba refuses every numpy that is newer than itself
+        # numba refuses to import with a numpy newer than itself
         return None
     return compiled
 
 
 def chosen(compiled: bool) -> ModuleType | None:
-    """Return the kernels if they are asked for and there are any."""
+    """Return the kernels if they are requested and available."""
     return load() if compiled else None

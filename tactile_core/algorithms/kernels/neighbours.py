@@ -11,25 +11,40 @@ from tactile_core.algorithms.kernels.options import LOOP
 
 
 @njit(**LOOP)
-def neighbours_plane(index: Any, moments: Any, values: Any, trust: Any) -> Any:
-    """At each marker, a weighted plane through its neighbours' (N, 2) values."""
+def neighbours_plane(index: Any, moments: Any, values: Any, weight: Any) -> Any:
+    """Fit a weighted plane to the neighbours of each marker, and evaluate it at the marker.
+
+    Parameters
+    ----------
+    index : (N, k) int
+        Neighbours of each marker.
+    moments : (N, k, 6) float64
+        1, x, y, xx, xy and yy of each neighbour relative to the marker, weighted by distance.
+    values : (N, 2) float64
+    weight : (N,) float64
+        Weight of each marker.
+
+    Returns
+    -------
+    (N, 2) float64
+    """
     count, neighbours = index.shape
     out = np.zeros((count, 2))
     for i in range(count):
         one = x = y = xx = xy = yy = 0.0
         for k in range(neighbours):
-            t = trust[index[i, k]]
-            one += t * moments[i, k, 0]
-            x += t * moments[i, k, 1]
-            y += t * moments[i, k, 2]
-            xx += t * moments[i, k, 3]
-            xy += t * moments[i, k, 4]
-            yy += t * moments[i, k, 5]
+            w = weight[index[i, k]]
+            one += w * moments[i, k, 0]
+            x += w * moments[i, k, 1]
+            y += w * moments[i, k, 2]
+            xx += w * moments[i, k, 3]
+            xy += w * moments[i, k, 4]
+            yy += w * moments[i, k, 5]
         a, b, c = xx * yy - xy * xy, xy * y - x * yy, x * xy - xx * y
         determinant = max(one * a + x * b + y * c, 1e-12)
         for k in range(neighbours):
             j = index[i, k]
-            share = trust[j] * (a * moments[i, k, 0] + b * moments[i, k, 1] + c * moments[i, k, 2])
+            share = weight[j] * (a * moments[i, k, 0] + b * moments[i, k, 1] + c * moments[i, k, 2])
             out[i, 0] += share * values[j, 0]
             out[i, 1] += share * values[j, 1]
         out[i, 0] /= determinant
@@ -39,9 +54,24 @@ def neighbours_plane(index: Any, moments: Any, values: Any, trust: Any) -> Any:
 
 @njit(**LOOP)
 def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
-    """Index of the detection that is each marker's nearest and whose nearest the marker is; or -1.
+    """Match markers and detections that are mutually nearest.
 
-    Detections are sorted into squares as wide as the widest gate, so that only nine are searched.
+    Detections are sorted into square cells as wide as the widest gate, so that only nine cells are
+    searched.
+
+    Parameters
+    ----------
+    expected : (N, 2) float64
+        Predicted places of the markers.
+    found : (M, 2) float64
+        Detections, at least one.
+    within : (N,) float64
+        Gate of each marker; negative to leave it out.
+
+    Returns
+    -------
+    (N,) int64
+        Index of the detection, or -1.
     """
     count, others = len(expected), len(found)
     side = max(within.max(), 1e-6)
@@ -62,7 +92,7 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
         order[filled[cell[j]]] = j
         filled[cell[j]] += 1
     nearest = np.full(count, -1, np.int64)
-    favourite = np.full(others, -1, np.int64)
+    owner = np.full(others, -1, np.int64)
     shortest = np.full(others, np.inf)
     for i in range(count):
         if within[i] < 0:
@@ -81,10 +111,10 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
         j = nearest[i]
         if j >= 0:
             if best < shortest[j]:
-                shortest[j], favourite[j] = best, i
+                shortest[j], owner[j] = best, i
             if best > within[i] * within[i]:
                 nearest[i] = -1
     for i in range(count):
-        if nearest[i] >= 0 and favourite[nearest[i]] != i:
+        if nearest[i] >= 0 and owner[nearest[i]] != i:
             nearest[i] = -1
     return nearest

@@ -1,14 +1,14 @@
-"""How every kernel is compiled."""
+"""Options of numba with which the kernels are compiled."""
 
 from __future__ import annotations
 
 from typing import Any
 
 LOOP: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-"""A whole image: no fast mathematics, and other threads run meanwhile."""
+"""For loops over a whole image: exact arithmetic, and the lock is released for other threads."""
 
 EXACT_ROW: dict[str, Any] = {**LOOP, "inline": "never"}
-"""One row at a time in a function of its own is what the compiler turns into vectors."""
+"""For loops over one row. The compiler vectorises a loop in a function of its own."""
 
 ROW: dict[str, Any] = {**EXACT_ROW, "fastmath": True}
-"""The same where sums may be taken in any order."""
+"""For loops over one row whose sums may be taken in any order."""

@@ -31,16 +31,16 @@ def _sum(first: Float32, second: Float32, sign: Any, out: Float32) -> None:
 
 @njit(**LOOP)
 def double_divergence(gx: Float32, gy: Float32, first: int, out: Float32) -> None:
-    """Twice the divergence with free borders, of some rows.
+    """Twice the divergence with a free border, for a band of rows.
 
     Parameters
     ----------
     gx, gy : (H, W) float32
-        At least 2 × 2.
+        Slopes of at least 2 × 2 pixels.
     first : int
-        The first of the rows.
+        First row of the band.
     out : (B, W) float32
-        Overwritten; as many rows as are wanted.
+        Overwritten by the band.
     """
     rows, columns = gx.shape
     for k in range(len(out)):
@@ -102,7 +102,7 @@ def _copy(values: Any, to: Any) -> None:
 
 @njit(**LOOP)
 def solve_low(low: Any, pivots: Any) -> None:
-    """Solve in double precision, in place; the constant, which is free, becomes 0.
+    """Solve the low frequencies in double precision, in place; the free constant becomes 0.
 
     Parameters
     ----------
@@ -130,15 +130,15 @@ def forward_columns(
     Parameters
     ----------
     packed : (H, W) float32
-        A real DFT of each row, as OpenCV packs it.
+        Real DFT of each row, as OpenCV packs it.
     first, last : int
-        The rows to do, those above them having been done.
+        Band of rows; the rows above have been eliminated before.
     turn : (2, P) float32
-        Cosines and sines of what turns the DFT's pairs into coefficients.
+        Cosines and sines of the rotations from pairs of the DFT to coefficients.
     pivots : (R, W) float32
-        Inverse pivots of the first rows, then that of all others, then that of the last row.
+        Inverse pivots: of the first rows, then the common one of the others, then of the last row.
     low : (H, L) float64
-        Receives the coefficients that need double precision, the first in the row.
+        Receives the first coefficients of each row, which need double precision.
     """
     end = 1 + 2 * turn.shape[1]
     settled = len(pivots) - 2
@@ -155,9 +155,9 @@ def forward_columns(
 def backward_columns(
     packed: Float32, first: int, last: int, turn: Float32, pivots: Float32, low: Any
 ) -> None:
-    """Substitute upwards after :func:`forward_columns`, and make the DFT of the solution.
+    """Substitute upwards after :func:`forward_columns`, and restore the DFT of the solution.
 
-    The rows below have been done; ``low`` holds the solution of :func:`solve_low`.
+    The rows below have been substituted before. ``low`` holds the solution of :func:`solve_low`.
     """
     end = 1 + 2 * turn.shape[1]
     settled = len(pivots) - 2

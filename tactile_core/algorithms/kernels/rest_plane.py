@@ -1,4 +1,4 @@
-"""Kernel of :func:`tactile_core.algorithms.rest_surface.rest_plane`, which is the definition."""
+"""Compiled form of :func:`tactile_core.algorithms.rest_surface.rest_plane`, the definition."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN
 from tactile_core.algorithms.kernels.options import LOOP
+
+_SIGMA_PER_MEDIAN = SIGMA_PER_MEDIAN
 
 
 @njit(**LOOP)
-def _mode(values: Any) -> tuple[float, float]:
+def _mode(values: Any, half_width_sigmas: float) -> tuple[float, float]:
     ordered = np.sort(values)
     half = (len(ordered) + 1) // 2
     first, shortest = 0, np.inf
@@ -22,12 +25,12 @@ def _mode(values: Any) -> tuple[float, float]:
     total = 0.0
     for i in range(first, first + half):
         total += ordered[i]
-    return total / half, shortest / 1.349
+    return total / half, shortest / half_width_sigmas
 
 
 @njit(**LOOP)
 def _up_to(bound: float, sizes: Any, values: Any) -> Any:
-    """Those values whose sizes are at most ``bound``."""
+    """Return the values whose sizes are at most ``bound``."""
     kept = np.empty(len(values))
     count = 0
     for i in range(len(values)):
@@ -39,19 +42,20 @@ def _up_to(bound: float, sizes: Any, values: Any) -> Any:
 
 @njit(**LOOP)
 def _lower_level(
-    flat: Any, calm: Any, apart: float, least_below: float, cut: float
+    flat: Any, calm: Any, apart: float, levels: tuple[float, float, float], biweight_sigmas: float
 ) -> tuple[float, float]:
-    """The commonest height of the flat values; if calm ones lie this far below it, theirs."""
-    level, spread = _mode(flat)
+    """Mode of the flat values, or of the calm ones that are ``apart`` below it if enough are."""
+    _, least_below, half_width_sigmas = levels
+    level, spread = _mode(flat, half_width_sigmas)
     below = _up_to(np.nextafter(level - apart, -np.inf), calm, calm)
     if len(below) >= least_below * len(calm):
-        level, spread = _mode(below)
-    return level, min(spread, apart / cut)
+        level, spread = _mode(below, half_width_sigmas)
+    return level, min(spread, apart / biweight_sigmas)
 
 
 @njit(**LOOP)
 def _solved(a: Any, b: Any) -> None:
-    """Solve 3 × 3 equations of a positive matrix; b becomes the solution, and a is spoilt."""
+    """Solve 3 × 3 equations with a positive matrix; overwrites b by the solution, and a."""
     for i in range(3):
         for k in range(i + 1, 3):
             share = a[k, i] / a[i, i]
@@ -78,10 +82,10 @@ def _robust_plane(
     calm: Any,
     plane: Any,
     sigma: float,
-    regression: tuple[int, float, float],
+    regression: tuple[int, float, float, float],
 ) -> None:
-    """Tukey's biweight regression of the calm samples; ``plane`` is where it starts and ends."""
-    rounds, cut, least = regression
+    """Tukey's biweight regression of the calm samples; updates ``plane``."""
+    rounds, biweight_sigmas, least_sigma, ridge = regression
     count = len(z)
     residual = np.empty(count)
     near = np.empty(count)
@@ -93,9 +97,9 @@ def _robust_plane(
     for _ in range(rounds):
         normal = np.zeros((3, 3))
         pull = np.zeros(3)
-        bound = cut * max(sigma, least)
+        bound = biweight_sigmas * max(sigma, least_sigma)
         for a in range(3):
-            normal[a, a] = 1e-12 * samples
+            normal[a, a] = ridge * samples
         for i in range(count):
             near[i] = abs(residual[i]) / bound if calm[i] else np.inf
             if near[i] < 1:
@@ -111,7 +115,7 @@ def _robust_plane(
         _above(plane, x, y, z, residual)
         for i in range(count):
             residual[i] = abs(residual[i])
-        sigma = 1.4826 * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
+        sigma = _SIGMA_PER_MEDIAN * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
         _above(plane, x, y, z, residual)
 
 
@@ -131,23 +135,26 @@ def rest_plane(
     mm_per_px: float,
     drift_slope: float,
     least_calm: float,
-    levels: tuple[float, float],
-    regression: tuple[int, float, float],
+    levels: tuple[float, float, float],
+    regression: tuple[int, float, float, float],
 ) -> tuple[float, float, float]:
-    """Level and slopes of the skin out of contact.
+    """Level and slopes of the undeformed gel surface.
 
     Parameters
     ----------
     images : (height_mm, gx, gy)
         (H, W) each.
     step : int
-        Pixels from sample to sample.
-    mm_per_px, drift_slope, least_calm : float
-        See :func:`tactile_core.algorithms.rest.rest_plane`.
-    levels : (bulge, least share)
-        How far below a level of how many samples another one is the rest.
-    regression : (rounds, cut, least sigma)
-        Of Tukey's biweight.
+        Distance between samples in px.
+    mm_per_px, drift_slope : float
+        See :func:`tactile_core.algorithms.rest_surface.rest_plane`.
+    least_calm : float
+        Share of calm samples from which a tilt counts as drift.
+    levels : (bulge ratio, least share, half width)
+        A lower level counts if it is further below than the bulge and has this share of samples.
+        The half width is the length of the shortest half of a normal distribution.
+    regression : (rounds, biweight sigmas, least sigma, ridge)
+        Parameters of Tukey's biweight.
 
     Returns
     -------
@@ -163,25 +170,24 @@ def rest_plane(
     _samples(gy, step, q)
     tilt_x, tilt_y = np.median(p), np.median(q)
     calm = np.zeros(count, np.bool_)
-    at_rest = 0
+    calm_count = 0
     for i in range(count):
         x[i] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
         y[i] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
         size[i] = np.hypot(p[i] - tilt_x, q[i] - tilt_y)
         calm[i] = size[i] < drift_slope
-        at_rest += calm[i]
-    if at_rest < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
+        calm_count += calm[i]
+    if calm_count < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
         for i in range(count):
             size[i] = np.hypot(p[i], q[i])
-        return _mode(_up_to(np.median(size), size, z))[0], 0.0, 0.0
-    level_above = np.empty(count)
+        return _mode(_up_to(np.median(size), size, z), levels[2])[0], 0.0, 0.0
+    levelled = np.empty(count)
     plane = np.zeros(3)
     plane[1], plane[2] = tilt_x, tilt_y
-    _above(plane, x, y, z, level_above)
-    flat = _up_to(np.median(size), size, level_above)
-    bulge, least_below = levels
-    apart = bulge * (level_above.max() - level_above.min())
-    level, spread = _lower_level(flat, level_above[calm], apart, least_below, regression[1])
+    _above(plane, x, y, z, levelled)
+    flat = _up_to(np.median(size), size, levelled)
+    apart = levels[0] * (levelled.max() - levelled.min())
+    level, spread = _lower_level(flat, levelled[calm], apart, levels, regression[1])
     plane[0] = level
     _robust_plane(x, y, z, calm, plane, spread, regression)
     if np.hypot(plane[1], plane[2]) > drift_slope:

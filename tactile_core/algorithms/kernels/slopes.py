@@ -1,6 +1,6 @@
 """Kernels of :mod:`tactile_core.algorithms.slope_field`.
 
-Bytes are divided without fast mathematics, so that they round as OpenCV's do.
+Bytes are divided in exact arithmetic, so that they round as in OpenCV.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def _entries(
 ) -> None:
     for j in range(entries.size):
         ratio = np.rint(np.float32(smoothed[j]) * per_unit / np.float32(base[j]))
-        # a ratio is a byte before the first entry is taken off
+        # a ratio saturates as a byte before the first entry is subtracted
         entry = min(ratio, np.float32(255)) - first
         entries[j] = np.uint8(np.int32(min(max(entry, np.float32(0)), last)))
 
@@ -54,16 +54,16 @@ def normal_xy_of_bytes(
     nx: Float32,
     ny: Float32,
 ) -> None:
-    """Sines of the table's entry of each pixel.
+    """Look up ``normal_xy`` of each pixel in the table.
 
     Parameters
     ----------
     smoothed, base : (H, 3 W) uint8
-        Interleaved channels; no base is 0.
+        Interleaved channels of frame and reference; ``base`` is nowhere 0.
     table : (B³,) int64
-        Pairs of float32 sines, moved as one; the last channel is the fastest axis.
+        Pairs of float32 components, copied as one integer; the last channel is the fastest axis.
     axis : (per_unit, first, count)
-        How a ratio becomes an entry.
+        As in :class:`~tactile_core.algorithms.colour_table.Axis`.
     nx, ny : (H, W) float32
         Overwritten.
     """
@@ -72,7 +72,7 @@ def normal_xy_of_bytes(
     entries = np.empty(3 * columns, np.uint8)
     places = np.empty(columns, np.uint32)
     found = np.empty(columns, np.int64)
-    # four short loops over a row, three of them vectors, take half the time of one
+    # four short loops over a row, three of them vectorised, take half the time of one loop
     for i in range(len(nx)):
         _entries(smoothed[i], base[i], per_unit, first, last, entries)
         _places(entries, np.uint32(axis[2]), places)
@@ -107,15 +107,15 @@ def _slopes_of_row(
 def to_slopes(
     nx: Float32, ny: Float32, step: int, steepest: float, gx: Float32, gy: Float32
 ) -> None:
-    """Turn sines, which are known on every ``step``-th row, into slopes; linear between them.
+    """Interpolate ``normal_xy`` linearly between rows, and convert it to slopes.
 
     Parameters
     ----------
     nx, ny : (R, W) float32
-        Sines; each row is the middle of ``step`` rows of the image.
+        Components of the unit normal; each row is the middle of ``step`` rows of the image.
     step : int
     steepest : float
-        The largest sine; steeper ones keep their direction.
+        Largest length of ``normal_xy``; longer ones keep their direction.
     gx, gy : (H, W) float32
         Overwritten by slopes.
     """

@@ -38,15 +38,15 @@ def _add_row(labels: Any, weight: Any, y: int, sums: Any) -> None:
 
 @njit(**LOOP)
 def moments_of_labels(labels: Any, weight: Any, count: int) -> Any:
-    """Sums of w, wx, wy, wxx, wxy and wyy of each label.
+    """Sum w, wx, wy, wxx, wxy and wyy of each label.
 
     Parameters
     ----------
     labels : (h, w) uint16
-        0: of no spot.
+        0 outside the spots.
     weight : (h, w) uint8
     count : int
-        Labels, with 0.
+        Number of labels, including 0.
 
     Returns
     -------

@@ -1,9 +1,14 @@
-"""The cosine transform (DCT-II) of rows, made of OpenCV's real DFT.
+"""Cosine transform (DCT-II) of rows by OpenCV's real DFT.
 
-With the even samples first and the odd ones reversed behind them, a real DFT of the same length
-holds the coefficients k and N − k as the real and imaginary part of its entry k, but for a rotation
-by πk/2N (Makhoul, "A fast cosine transform in one and two dimensions", 1980). They stay in that
-packed place, since a diagonal operator only needs to know their frequencies.
+Order the samples with the even ones first and the odd ones reversed behind them. A real DFT of the
+same length then holds the coefficients k and N − k as real and imaginary part of its entry k, up
+to a rotation by πk/2N [1]_. The coefficients stay in this packed order: a diagonal operator only
+needs their frequencies.
+
+References
+----------
+.. [1] J. Makhoul, "A fast cosine transform in one and two dimensions", IEEE Transactions on
+   Acoustics, Speech, and Signal Processing 28(1), 1980.
 """
 
 from __future__ import annotations
@@ -37,9 +42,9 @@ class CosineRows:
     length : int
         N, the number of samples.
     frequencies : (N,) int
-        Which coefficient is where.
+        Frequency of each packed coefficient.
     turn : (P,) complex
-        What turns the DFT's pairs into pairs of coefficients.
+        Rotations from pairs of the DFT to pairs of coefficients.
     """
 
     def __init__(self, length: int, dtype: DTypeLike) -> None:
@@ -58,25 +63,25 @@ class CosineRows:
 
     @property
     def room(self) -> int:
-        """Entries in a row of memory for the coefficients; two or one more than they are.
+        """Entries in a row of memory for the coefficients, one or two more than N.
 
-        numpy multiplies whole complex arrays twice as fast as their slices: so each row has room to
-        make complex numbers of all of it, where the lone coefficients are turned by 1.
+        numpy multiplies whole complex arrays twice as fast as slices. So a row is long enough to be
+        viewed as complex numbers, and coefficients without a partner are rotated by 1.
         """
         return 2 * len(self._whole_turn)
 
     def coefficients(self, memory: Array) -> Array:
-        """(M, N) view of an (M, ``room``) array, in the order of ``frequencies``."""
+        """Return the (M, N) view of an (M, ``room``) array, in the order of ``frequencies``."""
         return memory[:, 1 : self.length + 1]
 
     def forward(self, rows: Array, memory: Array) -> None:
-        """Transform (M, N) rows, whose samples are in the DFT's order, into (M, ``room``)."""
+        """Transform (M, N) rows, their samples in DFT order, into ``memory`` (M, ``room``)."""
         memory[:, 0] = memory[:, -1] = 0
         cv2.dft(rows, dst=self.coefficients(memory), flags=cv2.DFT_ROWS)
         _multiply(memory, self._whole_turn)
 
     def backward(self, memory: Array, rows: Array) -> None:
-        """Write N times the rows that have these coefficients, which are spoilt."""
+        """Write N times the rows with these coefficients; overwrites ``memory``."""
         _multiply(memory, self._whole_back)
         cv2.dft(self.coefficients(memory), dst=rows, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE)
 

@@ -1,4 +1,4 @@
-"""What the slopes make flow into each pixel through its faces."""
+"""Divergence of the slopes on the faces between pixels."""
 
 from __future__ import annotations
 
@@ -10,29 +10,28 @@ from tactile_core.algorithms.poisson.laplacian import Boundary
 
 
 def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
-    """Return twice the divergence of the slopes at the faces between pixels.
+    """Twice the divergence of the slopes at the faces between pixels.
 
-    The slope at a face is the mean of the two pixels beside it. At the border "neumann" has no
-    face; "dirichlet" has one towards the pixel outside, whose slope continues the last two
-    linearly.
+    The slope at a face is the mean of its two pixels. At the border, "neumann" has no face;
+    "dirichlet" has one towards the pixel outside, whose slope extrapolates the last two linearly.
 
     Parameters
     ----------
     gx, gy : (H, W)
         ∂z/∂x and ∂z/∂y, C-contiguous and of one floating dtype.
     boundary : "neumann" or "dirichlet"
-        What the border is.
+        Condition at the border of the image.
 
     Returns
     -------
     (H, W) array
-        A new one.
+        A new array.
     """
     across = np.empty_like(gx)
     flat = gx.reshape(-1)
     if flat.size > 2:
-        # the flat difference is wrong at the ends of rows, which follow; it takes a quarter of
-        # the time of one over slices of rows
+        # the difference of the flat array is wrong at the ends of rows, which are set below; it
+        # takes a quarter of the time of a difference over slices of rows
         np.subtract(flat[2:], flat[:-2], out=across.reshape(-1)[1:-1])
     across[:, 0], across[:, -1] = _ends(gx.T, boundary)
     with borrowed(gy.shape, gy.dtype) as down:
@@ -43,7 +42,7 @@ def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
 
 
 def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:
-    """Twice the divergence along the first axis in its first and last line."""
+    """Twice the divergence along the first axis, in the first and last line."""
     if len(slopes) == 1:
         nothing = np.zeros_like(slopes[0])
         return nothing, nothing

@@ -1,4 +1,4 @@
-"""Height from slopes on a full or a masked image."""
+"""Height from slopes on a full or masked image."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_core.errors import InputError
 
 
 class PoissonSolver:
-    """Integrates the slopes of many images of one size; see :func:`integrate`.
+    """Integrate the slopes of many images of one size; see :func:`integrate`.
 
     Parameters
     ----------
@@ -27,7 +27,13 @@ class PoissonSolver:
     Raises
     ------
     InputError
-        The shape is empty, the scale is not positive or the boundary unknown.
+        The shape is empty, the scale is not positive or the boundary is unknown.
+
+    References
+    ----------
+    .. [1] T. Simchony, R. Chellappa and M. Shao, "Direct analytical methods for solving Poisson
+       equations in computer vision problems", IEEE Transactions on Pattern Analysis and Machine
+       Intelligence 12(5), 1990.
     """
 
     def __init__(
@@ -59,7 +65,7 @@ class PoissonSolver:
         Raises
         ------
         InputError
-            A shape is not the solver's, or a slope is not finite.
+            A shape is not that of the solver, or a slope is not finite.
         """
         _check_shapes(self.shape, gx, gy)
         gx, gy = (np.ascontiguousarray(g, np.float32) for g in (gx, gy))
@@ -79,12 +85,14 @@ def integrate(
     boundary: Boundary = "neumann",
     mask: Bool | None = None,
 ) -> Float32:
-    """Height whose differences fit the slopes best, in the sense of least squares.
+    """Integrate slopes to the height that fits them best in the least-squares sense.
 
     Between neighbouring pixels the height should rise by ``mm_per_px`` times the mean of their
-    two slopes. The solution of these equations is exact but for rounding. Where the slopes are
-    sampled from a smooth surface the mean of two is off by the trapezoidal rule's error: a wave of
-    period P px comes out too low by 3.3 / P² of its amplitude, 0.1 % of its range at P = 40.
+    two slopes. The normal equations are a Poisson equation, as in [1]_, solved exactly up to
+    rounding by cosine or sine transforms [2]_. Unlike the Fourier projection of [3]_, the solution
+    is not periodic. For slopes sampled from a smooth surface, the mean of two has the error of the
+    trapezoidal rule: a wave of period P px loses 3.3 / P² of its amplitude, 0.1 % of its range at
+    P = 40.
 
     Parameters
     ----------
@@ -93,14 +101,13 @@ def integrate(
     mm_per_px : float
         Distance of neighbouring pixels.
     boundary : "neumann" or "dirichlet"
-        "neumann": nothing is known about the border; the mean is 0. "dirichlet": the height is 0
-        at the pixels one step outside the image, and the slope there continues the last two
-        linearly.
+        "neumann": the border is free and the mean height is 0. "dirichlet": the height is 0 at the
+        pixels one step outside the image, where the slope extrapolates the last two linearly.
     mask : (H, W) bool, optional
-        True where the slope was measured. Only faces between two such pixels count; the slopes
-        elsewhere may be anything. Each 4-connected part of the mask has its own free constant: its
-        mean is 0 (except for a part that "dirichlet" ties to the border). Outside the mask
-        the height is continued smoothly.
+        True where the slope was measured. Only faces between two such pixels count; other slopes
+        are ignored. Each 4-connected part of the mask has a free constant, so its mean is 0, except
+        for a part that "dirichlet" connects to the border. Outside the mask the height is
+        continued smoothly.
 
     Returns
     -------
@@ -111,7 +118,18 @@ def integrate(
     ------
     InputError
         Shapes differ or are not 2-D, a slope is not finite, the mask is empty or not boolean,
-        the scale is not positive, or the boundary unknown.
+        the scale is not positive, or the boundary is unknown.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: high-resolution robot tactile sensors for
+       estimating geometry and force", Sensors 17(12), 2017, equations 3 and 4.
+    .. [2] T. Simchony, R. Chellappa and M. Shao, "Direct analytical methods for solving Poisson
+       equations in computer vision problems", IEEE Transactions on Pattern Analysis and Machine
+       Intelligence 12(5), 1990.
+    .. [3] R. T. Frankot and R. Chellappa, "A method for enforcing integrability in shape from
+       shading algorithms", IEEE Transactions on Pattern Analysis and Machine Intelligence 10(4),
+       1988.
     """
     gx, gy = np.asarray(gx), np.asarray(gy)
     _check_arguments(gx.shape, mm_per_px, boundary)
@@ -159,7 +177,7 @@ def _check_mask(mask: Bool, shape: tuple[int, ...]) -> Bool:
 
 
 def _checked(values: Array) -> Array:
-    # one slope that is not finite spoils the whole solution, so that a look at one row is enough
+    # one slope that is not finite makes the whole solution so, and checking one row is enough
     if not np.isfinite(values[0]).all():
         raise InputError(
             "a slope is NaN or infinite; fill it in, or leave it out by mask=True where measured"

@@ -1,16 +1,24 @@
-"""Inverse of the five-point Laplacian on a rectangle, by fast transforms.
+"""Inverse of the five-point Laplacian on a rectangle by fast transforms.
 
-Neumann: no face at the border counts; the cosine transform (DCT-II) diagonalises it. Dirichlet:
-0 at the pixels one step outside the border; the sine transform (DST-I) diagonalises it.
+The cosine transform (DCT-II) diagonalises the Laplacian with a Neumann border, which has no face
+out of the image. The sine transform (DST-I) diagonalises it with a Dirichlet border, 0 at the
+pixels one step outside [1]_.
 
-The cosine transform is made of OpenCV's real DFT where OpenCV has a fast one: as fast as
-``scipy.fft``, and without its import, which takes half as long as a whole run on one image. Else,
-and for the sine transform, ``scipy.fft`` does it. With the compiled kernels only the rows are
-transformed; see :mod:`tactile_core.algorithms.poisson.tridiagonal`.
+The cosine transform uses OpenCV's real DFT where OpenCV has a fast one. It is as fast as
+``scipy.fft`` and needs no import of it, which takes half as long as a whole run on one image.
+Otherwise, and for the sine transform, ``scipy.fft`` is used. With the compiled kernels only the
+rows are transformed; see :mod:`tactile_core.algorithms.poisson.tridiagonal`.
+
+References
+----------
+.. [1] T. Simchony, R. Chellappa and M. Shao, "Direct analytical methods for solving Poisson
+   equations in computer vision problems", IEEE Transactions on Pattern Analysis and Machine
+   Intelligence 12(5), 1990.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, Protocol
 
@@ -26,18 +34,51 @@ from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
 
 Boundary = Literal["neumann", "dirichlet"]
 
-_BAND_PX = 80_000
-_LARGE_PX = 1_000_000
-"""Beyond it the many passes of :class:`DftLaplacian` fall out of the cache."""
+
+@dataclass(frozen=True)
+class LaplacianParameters:
+    """Parameters that fit the transforms to the processor's cache; results differ by rounding.
+
+    Attributes
+    ----------
+    band_px : int, px²
+        Pixels that are transformed together.
+        Source: chosen by hand; no script derives it.
+    large_px : int, px²
+        Beyond it ``scipy.fft`` is used, since :class:`DftLaplacian` passes over the image often
+        enough to leave the cache.
+        Source: chosen by hand; no script derives it.
+    zero_eigenvalue : float, ratio
+        Eigenvalues above minus this are that of the free constant.
+        Source: chosen by hand, just above rounding; no script derives it.
+    """
+
+    band_px: int = 80_000
+    large_px: int = 1_000_000
+    zero_eigenvalue: float = 1e-15
+
+
+LAPLACIAN = LaplacianParameters()
+"""The values in use."""
 
 
 class Laplacian(Protocol):
-    """A Laplacian that can be inverted, by several threads at once; immutable."""
+    """Invertible Laplacian; immutable, so several threads may use it at once."""
 
     def solve(self, rhs: Array) -> Array:
-        """Return the (H, W) z of L z = rhs, L z = Σ (neighbour − z), in the memory of rhs.
+        """Solve L z = rhs with L z = Σ (neighbour − z), in the memory of ``rhs``.
 
-        "neumann" takes the mean off rhs, and gives a z of mean 0.
+        With a Neumann border the mean of ``rhs`` is removed and that of z is 0.
+
+        Parameters
+        ----------
+        rhs : (H, W)
+            Overwritten.
+
+        Returns
+        -------
+        (H, W)
+            z.
         """
         ...
 
@@ -49,9 +90,15 @@ def laplacian(
     *,
     compiled: bool = False,
 ) -> Laplacian:
-    """Return the inverse for one image size, boundary and precision (float32 or float64).
+    """Return the fastest Laplacian for an image size, boundary and precision.
 
-    ``compiled`` uses :mod:`tactile_core.algorithms.kernels`, for float32 with a free border.
+    Parameters
+    ----------
+    shape : (height, width) in px
+    boundary : "neumann" or "dirichlet"
+    dtype : float32 or float64
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`, for float32 with a free border.
     """
     dtype = np.dtype(dtype)
     suits = boundary == "neumann" and dtype == np.float32
@@ -64,13 +111,14 @@ def _prepared(
 ) -> Laplacian:
     if compiled:
         return TridiagonalLaplacian(shape)
-    if boundary == "neumann" and cv2.ipp.useIPP() and shape[0] * shape[1] <= _LARGE_PX:
+    small = shape[0] * shape[1] <= LAPLACIAN.large_px
+    if boundary == "neumann" and cv2.ipp.useIPP() and small:
         return DftLaplacian(shape, dtype)
     return FftLaplacian(shape, boundary, dtype)
 
 
 class FftLaplacian:
-    """By ``scipy.fft``: of cosines (DCT-II) for Neumann, of sines (DST-I) for Dirichlet."""
+    """Laplacian by ``scipy.fft``: DCT-II for Neumann, DST-I for Dirichlet."""
 
     def __init__(
         self,
@@ -87,8 +135,8 @@ class FftLaplacian:
         """Return the z of L z = rhs."""
         from scipy import fft
 
-        cosines, normal_xy = (fft.dctn, fft.idctn, 2), (fft.dstn, fft.idstn, 1)
-        forward, backward, kind = cosines if self._boundary == "neumann" else normal_xy
+        cosine, sine = (fft.dctn, fft.idctn, 2), (fft.dstn, fft.idstn, 1)
+        forward, backward, kind = cosine if self._boundary == "neumann" else sine
         how: dict[str, Any] = {"type": kind, "norm": "ortho", "overwrite_x": True, "workers": 1}
         spectrum = forward(rhs, **how)
         spectrum *= self._gain
@@ -96,7 +144,7 @@ class FftLaplacian:
 
 
 class DftLaplacian:
-    """Neumann, by OpenCV's real DFT."""
+    """Laplacian with a Neumann border by OpenCV's real DFT."""
 
     def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float32) -> None:
         self._down, self._across = (CosineRows(n, dtype) for n in shape)
@@ -114,7 +162,7 @@ class DftLaplacian:
             borrowed((width, down.room), rhs.dtype) as memory,
         ):
             turned, spare_turned = rhs.reshape(width, height), spare.reshape(width, height)
-            # The samples of a column are brought into their order as whole rows, and then turned.
+            # Samples of columns are reordered as whole rows, and then transposed.
             in_dft_order(rhs, spare)
             cv2.transpose(spare, dst=turned)
             for band in _bands(turned):
@@ -131,20 +179,20 @@ class DftLaplacian:
         return rhs
 
     def _divide(self, rows: Array) -> None:
-        """Divide what each row is made of by its eigenvalue."""
+        """Divide the spectrum of each row by the eigenvalues."""
         across = self._across
         bands = _bands(rows)
         with borrowed((bands[0].stop, across.room), rows.dtype) as memory:
             for band in bands:
-                some = memory[: band.stop - band.start]
-                across.forward(rows[band], some)
-                across.coefficients(some)[:] *= self._gain[band]
-                across.backward(some, rows[band])
+                spectrum = memory[: band.stop - band.start]
+                across.forward(rows[band], spectrum)
+                across.coefficients(spectrum)[:] *= self._gain[band]
+                across.backward(spectrum, rows[band])
 
 
 def _bands(rows: Array) -> list[slice]:
-    """The rows in portions that stay in the cache while they are worked on."""
-    count = max(1, _BAND_PX // rows.shape[1])
+    """Split the rows into bands that stay in the cache while they are processed."""
+    count = max(1, LAPLACIAN.band_px // rows.shape[1])
     return [slice(i, min(i + count, len(rows))) for i in range(0, len(rows), count)]
 
 
@@ -153,6 +201,6 @@ def _eigenvalues(k: Array, n: int) -> Array:
 
 
 def _inverse(eigenvalues: Array, dtype: DTypeLike, scale: float = 1.0) -> Array:
-    # the constant, which no slope sees, is set to 0
-    free = eigenvalues > -1e-15
+    # the constant, which has no slope, is set to 0
+    free = eigenvalues > -LAPLACIAN.zero_eigenvalue
     return np.where(free, 0, scale / np.where(free, 1, eigenvalues)).astype(dtype)

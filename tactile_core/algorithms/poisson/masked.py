@@ -1,8 +1,9 @@
-"""The same least squares where only a part of the image was measured."""
+"""Least-squares integration where only a part of the image was measured."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,29 +11,54 @@ from tactile_core.algorithms.arrays.filling import filled
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
 
-_TOLERANCE = 1e-9
-_MOST_ROUNDS = 150
+
+@dataclass(frozen=True)
+class MaskedParameters:
+    """Parameters of the iterative solution. Nothing sets them: they decide its time alone.
+
+    Attributes
+    ----------
+    tolerance : float, ratio
+        Norm of the residual over that of the right-hand side.
+        Source: chosen by hand; no script derives it.
+    most_rounds : int, count
+        Iterations after which the equations are solved directly.
+        Source: chosen by hand; no script derives it.
+    """
+
+    tolerance: float = 1e-9
+    most_rounds: int = 150
+
+
+MASKED = MaskedParameters()
+"""The values in use."""
 
 
 def solve_masked(gx: Array, gy: Array, boundary: Boundary, mask: Bool) -> Array:
-    """Height in px over ``mask``, continued smoothly outside it.
+    """Integrate slopes inside a mask, and continue the height smoothly outside it.
 
-    Conjugate gradients, preconditioned by the inverse on the whole image, which differs only by
-    the faces that the mask cuts: some tens of rounds. Masks like sieves or mazes, where that is
-    slow, have few faces and are solved directly.
+    Conjugate gradients [1]_ are preconditioned by the inverse Laplacian of the whole image, which
+    differs only by the faces at the border of the mask, and converge in some tens of iterations.
+    Masks like sieves or mazes converge slowly, but have few faces and are solved directly.
 
     Parameters
     ----------
     gx, gy : (H, W)
         Finite inside the mask.
     boundary : "neumann" or "dirichlet"
-        What the border of the image is.
+        Condition at the border of the image.
     mask : (H, W) bool
         True on at least one pixel.
 
     Returns
     -------
     (H, W) float64
+        Height in px.
+
+    References
+    ----------
+    .. [1] M. R. Hestenes and E. Stiefel, "Methods of conjugate gradients for solving linear
+       systems", Journal of Research of the National Bureau of Standards 49(6), 1952.
     """
     domain = _Domain(mask, boundary)
     rhs = domain.rise(gx, gy)
@@ -43,7 +69,7 @@ def solve_masked(gx: Array, gy: Array, boundary: Boundary, mask: Bool) -> Array:
 
 
 class _Domain:
-    """The faces that count, and the Laplacian made of them."""
+    """Faces between measured pixels, and their Laplacian."""
 
     def __init__(self, mask: Bool, boundary: Boundary) -> None:
         self.mask = mask
@@ -51,7 +77,7 @@ class _Domain:
         self.across = mask[:, 1:] & mask[:, :-1]
         self.down = mask[1:] & mask[:-1]
         self.tied = np.zeros(mask.shape)
-        """Number of a pixel's faces towards the fixed 0 outside the image."""
+        """Number of faces of each pixel towards the fixed 0 outside the image."""
         if boundary == "dirichlet":
             for lines in (self.tied, self.tied.T):
                 lines[0] += 1
@@ -59,7 +85,7 @@ class _Domain:
             self.tied *= mask
 
     def rise(self, gx: Array, gy: Array) -> Array:
-        """Divergence of the slopes: what :meth:`apply` gives on the height that has them."""
+        """Divergence of the slopes; equals :meth:`apply` of the height with these slopes."""
         gx, gy = (np.where(self.mask, g, 0.0) for g in (gx, gy))
         total = np.zeros(self.mask.shape)
         _accumulate(total, 0.5 * (gx[:, 1:] + gx[:, :-1]) * self.across)
@@ -70,7 +96,7 @@ class _Domain:
         return total * self.mask
 
     def _add_border(self, total: Array, slopes: Array, faces: Bool) -> None:
-        # the slope half-way to the outside continues the last two pixels, or repeats a lone one
+        # the slope half a step outside extrapolates the last two pixels, or repeats a single one
         first, last = slopes[0].copy(), slopes[-1].copy()
         if len(slopes) > 1:
             first += 0.5 * (slopes[0] - slopes[1]) * faces[0]
@@ -79,7 +105,7 @@ class _Domain:
         total[-1] += last
 
     def apply(self, height: Array) -> Array:
-        """Σ (neighbour − height) over the faces that count."""
+        """Σ (neighbour − height) over the faces of each pixel."""
         total = -self.tied * height
         _accumulate(total, (height[:, 1:] - height[:, :-1]) * self.across)
         _accumulate(total.T, ((height[1:] - height[:-1]) * self.down).T)
@@ -104,7 +130,9 @@ def _conjugate_gradients(domain: _Domain, rhs: Array) -> Array | None:
 
     matrix = of_images(domain.apply)
     inverse = of_images(lambda residual: whole.solve(residual.copy()) * domain.mask)
-    height, unsolved = cg(matrix, rhs.ravel(), rtol=_TOLERANCE, maxiter=_MOST_ROUNDS, M=inverse)
+    height, unsolved = cg(
+        matrix, rhs.ravel(), rtol=MASKED.tolerance, maxiter=MASKED.most_rounds, M=inverse
+    )
     return None if unsolved else np.asarray(height.reshape(shape))
 
 
@@ -123,8 +151,8 @@ def _direct(domain: _Domain, rhs: Array) -> Array:
     one_way = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(n, n)).tocsr()
     links = one_way + one_way.T
     tied = domain.tied[domain.mask]
-    # a spring at one pixel holds each part that is free; since the slopes pull no part as a
-    # whole, it carries no force
+    # one tied pixel fixes the constant of each free part; the sum of the right-hand side over
+    # the part is 0, so it changes no difference
     part, _ = _parts(domain.mask)
     inside = part[domain.mask]
     label, first = np.unique(inside, return_index=True)
@@ -145,7 +173,7 @@ def _without_free_constants(domain: _Domain, height: Array) -> Array:
 
 
 def _parts(mask: Bool) -> tuple[Array, int]:
-    """Label the 4-connected parts from 1; 0 outside."""
+    """Label the 4-connected parts from 1, and count them; 0 outside the mask."""
     import cv2
 
     n, part = cv2.connectedComponents(mask.view(np.uint8), connectivity=4)

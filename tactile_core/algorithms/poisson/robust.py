@@ -1,6 +1,8 @@
-"""The same equations where some slopes are wrong: a misfit counts by its size, not its square."""
+"""Robust integration: outliers among the slopes count by their size instead of their square."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,11 +11,27 @@ from tactile_core.algorithms.poisson.integration import PoissonSolver
 from tactile_core.algorithms.poisson.laplacian import laplacian
 from tactile_core.errors import InputError
 
-_STEP_SLOPE = 0.2
-"""How much of a misfit one round explains away: decides how fast the rounds converge, not where."""
 
-_FILLED_WEIGHT = 0.1
-"""What was filled in shapes the height only where no measured slope contradicts."""
+@dataclass(frozen=True)
+class RobustParameters:
+    """Parameters that no option of ``core.robust_poisson`` sets: they depend on no sensor.
+
+    Attributes
+    ----------
+    step_slope : float, slope
+        Step of the multipliers. It decides how fast the rounds converge, not to which height.
+        Source: chosen by hand; no script derives it.
+    filled_weight : float, ratio
+        Weight of slopes that were filled in, so that any measured slope around them prevails.
+        Source: chosen by hand (ADR 11); no script derives it.
+    """
+
+    step_slope: float = 0.2
+    filled_weight: float = 0.1
+
+
+ROBUST = RobustParameters()
+"""The values in use."""
 
 
 def integrate_robustly(
@@ -26,19 +44,19 @@ def integrate_robustly(
     rounds: int = 8,
     compiled: bool = False,
 ) -> Float32:
-    """Height that a few wrong slopes do not bend.
+    """Integrate slopes robustly against a few outliers.
 
     As in :func:`~tactile_core.algorithms.poisson.integrate` with a free border, neighbours should
-    differ by the mean of their slopes. Here Huber's function of the misfits is smallest: their
-    squares up to ``outlier_slope``, their size beyond it, so that an outlier, the rim of a shadow
-    or a highlight pulls no harder than a misfit of ``outlier_slope``. The problem is convex; the
-    alternating direction method of multipliers (Boyd et al. 2011; as "split Bregman", Goldstein
-    and Osher 2009) turns it into rounds of clipped misfits and one exact solution each. Where
-    every misfit is below ``outlier_slope`` and every slope valid, the result is that of
+    differ by the mean of their slopes. Here the sum of Huber's function [1]_ of the residuals is
+    minimised: squares up to ``outlier_slope``, sizes beyond it. So an outlier, such as the rim of a
+    shadow or a highlight, has no more influence than a residual of ``outlier_slope``. The problem
+    is convex. The alternating direction method of multipliers [2]_ (split Bregman [3]_) solves it
+    in rounds, each of which clips the residuals and solves the Poisson equation exactly once. Where
+    every residual is below ``outlier_slope`` and every slope is valid, the result is that of
     ``integrate``.
 
-    Slopes that are wrong and yet those of some surface (too shallow all around a ball, say)
-    contradict nothing, and no integration finds them.
+    Wrong slopes that are consistent with some surface, such as slopes that are too shallow all
+    around a ball, leave no residual and cannot be detected.
 
     Parameters
     ----------
@@ -47,13 +65,13 @@ def integrate_robustly(
     mm_per_px : float
         Distance of neighbouring pixels.
     valid : (H, W) bool, optional
-        False where a slope was filled in: there it counts a tenth.
+        False where a slope was filled in; its weight is a tenth.
     outlier_slope : float
-        Misfit between a slope and the surface from which on it is an outlier: about the error of
-        a good slope, 0.02 for 1°. Far below that error the noise of good slopes is no longer
-        averaged; 0 makes all of them outliers: the sum of the misfits' sizes (L1).
+        Residual from which a slope is an outlier: about the error of a good slope, 0.02 for 1°.
+        Far below that error the noise of good slopes is no longer averaged; 0 minimises the sum of
+        the sizes of the residuals (L1).
     rounds : int
-        Each takes as long as ``integrate``, or a little longer.
+        Iterations; each takes about as long as ``integrate``.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
 
@@ -66,6 +84,16 @@ def integrate_robustly(
     ------
     InputError
         Shapes differ or are not 2-D, a slope is not finite, or the scale is not positive.
+
+    References
+    ----------
+    .. [1] P. J. Huber, "Robust estimation of a location parameter", Annals of Mathematical
+       Statistics 35(1), 1964.
+    .. [2] S. Boyd, N. Parikh, E. Chu, B. Peleato and J. Eckstein, "Distributed optimization and
+       statistical learning via the alternating direction method of multipliers", Foundations and
+       Trends in Machine Learning 3(1), 2011.
+    .. [3] T. Goldstein and S. Osher, "The split Bregman method for L1-regularized problems", SIAM
+       Journal on Imaging Sciences 2(2), 2009.
     """
     gx, gy = np.asarray(gx), np.asarray(gy)
     height = PoissonSolver(gx.shape, mm_per_px=mm_per_px, compiled=compiled).solve(gx, gy)
@@ -74,28 +102,27 @@ def integrate_robustly(
     inverse = laplacian(height.shape, "neumann", np.float32, compiled=compiled)
     rise = _at_faces(gx, gy) * np.float32(mm_per_px)
     weight = None if valid is None or valid.all() else _weights(valid)
-    most = np.float32(_STEP_SLOPE * mm_per_px)
-    gain = np.float32(_STEP_SLOPE / (_STEP_SLOPE + outlier_slope))
-    # pull: the multipliers, what each face has pulled with so far
-    pull, misfit = np.zeros_like(rise), np.zeros_like(rise)
+    most = np.float32(ROBUST.step_slope * mm_per_px)
+    gain = np.float32(ROBUST.step_slope / (ROBUST.step_slope + outlier_slope))
+    multipliers, residual = np.zeros_like(rise), np.zeros_like(rise)
     for _ in range(rounds):
-        np.subtract(height[:, 1:], height[:, :-1], out=misfit[0, :, :-1])
-        np.subtract(height[1:], height[:-1], out=misfit[1, :-1])
-        misfit -= rise
-        misfit += pull
-        misfit *= gain
-        new_pull = np.clip(misfit, -most, most, out=misfit)
+        np.subtract(height[:, 1:], height[:, :-1], out=residual[0, :, :-1])
+        np.subtract(height[1:], height[:-1], out=residual[1, :-1])
+        residual -= rise
+        residual += multipliers
+        residual *= gain
+        updated = np.clip(residual, -most, most, out=residual)
         if weight is not None:
-            new_pull *= weight
-        pull -= new_pull
-        pull -= new_pull
-        height += inverse.solve(_divergence(pull))
-        pull, misfit = new_pull, pull
+            updated *= weight
+        multipliers -= updated
+        multipliers -= updated
+        height += inverse.solve(_divergence(multipliers))
+        multipliers, residual = updated, multipliers
     return height
 
 
 def _at_faces(gx: Array, gy: Array) -> Float32:
-    """(2, H, W) means at the face to the right and the face below; 0 where there is none."""
+    """Mean slopes at the face to the right and the face below, (2, H, W); 0 without a face."""
     faces = np.zeros((2, *gx.shape), np.float32)
     faces[0, :, :-1] = 0.5 * (gx[:, 1:] + gx[:, :-1])
     faces[1, :-1] = 0.5 * (gy[1:] + gy[:-1])
@@ -103,16 +130,16 @@ def _at_faces(gx: Array, gy: Array) -> Float32:
 
 
 def _weights(valid: Bool) -> Float32:
-    """(2, H, W) weight of each face; one beside a filled pixel counts as filled."""
-    sure = np.where(valid, np.float32(1), np.float32(_FILLED_WEIGHT))
+    """Weight of each face, (2, H, W); a face next to a filled pixel has the weight of that."""
+    weight = np.where(valid, np.float32(1), np.float32(ROBUST.filled_weight))
     faces = np.ones((2, *valid.shape), np.float32)
-    np.minimum(sure[:, 1:], sure[:, :-1], out=faces[0, :, :-1])
-    np.minimum(sure[1:], sure[:-1], out=faces[1, :-1])
+    np.minimum(weight[:, 1:], weight[:, :-1], out=faces[0, :, :-1])
+    np.minimum(weight[1:], weight[:-1], out=faces[1, :-1])
     return faces
 
 
 def _divergence(flow: Float32) -> Float32:
-    """(H, W) what flows out of each pixel through its faces, less what flows in."""
+    """Flow out of each pixel through its faces minus the flow into it, (H, W)."""
     total: Float32 = flow[0] + flow[1]
     total[:, 1:] -= flow[0, :, :-1]
     total[1:] -= flow[1, :-1]

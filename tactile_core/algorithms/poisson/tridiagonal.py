@@ -1,8 +1,9 @@
-"""Inverse of the Laplacian with compiled loops: transform the rows, solve along the columns."""
+"""Inverse Laplacian with compiled loops: transform the rows, solve along the columns."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from types import ModuleType
 
@@ -14,29 +15,57 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.kernels import load
 from tactile_core.algorithms.poisson.cosines import CosineRows, from_dft_order, in_dft_order
 
-_LOW_SHARE = 20
-"""Of the packed coefficients the first 1/20, half of them of low frequency, in double precision."""
 
-_BAND_PX = 120_000
+@dataclass(frozen=True)
+class TridiagonalParameters:
+    """Parameters of precision and speed. Nothing sets them: heights differ by rounding.
 
-_FREE = 1e-9
-"""In place of the eigenvalue 0; what it lets through is a constant, which is taken off."""
+    Attributes
+    ----------
+    low_divisor : int, ratio
+        This fraction (1 / 20) of the packed coefficients is solved in double precision; half of
+        them have a low frequency.
+        Source: chosen by hand; no script derives it.
+    least_low : int, count
+        Added to that number.
+        Source: chosen by hand; no script derives it.
+    band_px : int, px²
+        Pixels that are processed together and stay in the cache.
+        Source: chosen by hand; smaller bands of 30 rows of 640 px are no faster (ADR 30).
+    free_eigenvalue : float, ratio
+        Replaces the eigenvalue 0 of the constant, which is removed from the solution.
+        Source: chosen by hand; no script derives it.
+    """
+
+    low_divisor: int = 20
+    least_low: int = 8
+    band_px: int = 120_000
+    free_eigenvalue: float = 1e-9
+
+
+TRIDIAGONAL = TridiagonalParameters()
+"""The values in use."""
 
 
 class TridiagonalLaplacian:
-    """Neumann, in float32.
+    """Laplacian with a Neumann border, in float32.
 
-    After a cosine transform of the rows each coefficient has tridiagonal equations down its column,
-    which cost two passes where a transform and its inverse cost many.
+    After a cosine transform of the rows [1]_, each coefficient has tridiagonal equations along its
+    column. They take two passes, where a transform along the columns and its inverse take many.
+
+    References
+    ----------
+    .. [1] R. W. Hockney, "A fast direct solution of Poisson's equation using Fourier analysis",
+       Journal of the ACM 12(1), 1965.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
         height, width = shape
         rows = CosineRows(width, np.float32)
         eigenvalues = 2 - 2 * np.cos(np.pi * rows.frequencies / width)
-        eigenvalues[0] = _FREE
+        eigenvalues[0] = TRIDIAGONAL.free_eigenvalue
         exact = _inverse_pivots(eigenvalues, height)
-        low = min(width, 8 + width // _LOW_SHARE)
+        low = min(width, TRIDIAGONAL.least_low + width // TRIDIAGONAL.low_divisor)
         self._low_pivots = np.ascontiguousarray(exact[:, :low])
         pivots = exact.astype(np.float32)
         pivots[:, :low] = 0
@@ -60,30 +89,31 @@ class TridiagonalLaplacian:
     def _solve(self, out: Array, gain: float, write: Callable[[int, Array], None]) -> None:
         """Replace the right-hand side by ``gain`` times its solution.
 
-        It goes down and up again in bands of rows that stay in the cache from step to step;
-        ``write`` writes those of the right-hand side, from a row on, if they are not there yet.
+        Elimination runs downwards and substitution upwards in bands of rows that stay in the cache
+        from step to step. ``write(first, band)`` computes a band of the right-hand side, if it is
+        not there yet.
         """
         kernels = _kernels()
         rows, columns = out.shape
-        step = max(1, _BAND_PX // columns)
+        step = max(1, TRIDIAGONAL.band_px // columns)
         bands = [(first, min(first + step, rows)) for first in range(0, rows, step)]
         with (
             borrowed((step, columns), np.float32) as memory,
             borrowed(self._low_pivots.shape, np.float64) as low,
         ):
             for first, last in bands:
-                band, some = out[first:last], memory[: last - first]
+                band, spare = out[first:last], memory[: last - first]
                 write(first, band)
-                in_dft_order(band.T, some.T)
-                cv2.dft(some, dst=band, flags=cv2.DFT_ROWS)
+                in_dft_order(band.T, spare.T)
+                cv2.dft(spare, dst=band, flags=cv2.DFT_ROWS)
                 kernels.forward_columns(out, first, last, self._turn, self._pivots, low)
             kernels.solve_low(low, self._low_pivots)
             for first, last in reversed(bands):
-                band, some = out[first:last], memory[: last - first]
+                band, spare = out[first:last], memory[: last - first]
                 kernels.backward_columns(out, first, last, self._turn, self._pivots, low)
-                cv2.dft(band, dst=some, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE)
-                np.multiply(some, np.float32(gain), out=some)
-                from_dft_order(some.T, band.T)
+                cv2.dft(band, dst=spare, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE)
+                np.multiply(spare, np.float32(gain), out=spare)
+                from_dft_order(spare.T, band.T)
 
 
 def _kernels() -> ModuleType:
@@ -93,7 +123,7 @@ def _kernels() -> ModuleType:
 
 
 def _inverse_pivots(eigenvalues: Array, height: int) -> Array:
-    """(H, W) of the elimination from the first row on; the first and last row have one face."""
+    """Inverse pivots of the elimination, (H, W); the first and last row have one face less."""
     diagonal = np.full(height, 2.0)
     diagonal[[0, -1]] = 1 if height > 1 else 0
     inverse = np.empty((height, len(eigenvalues)))

@@ -10,7 +10,7 @@ from tactile_core.evaluation.comparison.results import Comparison
 from tactile_core.evaluation.comparison.truth import Arrays
 from tactile_core.quantities.layers import Outline, Surface
 from tactile_core.views import html
-from tactile_core.views.maps import Over, deviation, relief
+from tactile_core.views.maps import Overlay, deviation, relief
 
 NOTHING = "–"
 """Cell of a score that does not exist."""
@@ -85,8 +85,8 @@ def _map(height_mm: np.ndarray, mm_per_px: float) -> Surface:
     return Surface(np.asarray(height_mm, np.float32), mm_per_px)
 
 
-def _contact(arrays: Arrays) -> Over:
-    return Over([Outline(arrays["contact"])] if "contact" in arrays else ())
+def _contact(arrays: Arrays) -> Overlay:
+    return Overlay([Outline(arrays["contact"])] if "contact" in arrays else ())
 
 
 def _row(summary: dict[str, Any], extra: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""A fitted function, or the features that it is given, against one reference."""
+"""A fitted function and its features, prepared for one reference."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def slope_field(
     *,
     compiled: bool = False,
 ) -> SlopeField:
-    """Prepare a function for whole images."""
+    """Prepare a fitted function for whole images."""
     return SlopeField(
         function,
         table,
@@ -28,7 +28,7 @@ def slope_field(
 
 
 def sampler_of(reference: Reference, blur_px: float) -> Sampler:
-    """Prepare relative change and place of pixels, exactly as a function is given them."""
+    """Prepare the features of single pixels (relative change and position) for one reference."""
     return Sampler(
         reference.pixels, reference.marker_mask, full_scale=reference.full_scale, blur_px=blur_px
     )

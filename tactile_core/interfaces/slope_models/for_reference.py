@@ -1,4 +1,4 @@
-"""What a model prepares for one reference, kept from frame to frame."""
+"""A cache of one entry: the object that a model prepares for the current reference."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ T = TypeVar("T")
 
 
 class ForReference(Generic[T]):
-    """Keeps what was prepared for the latest reference; a pickle of it keeps nothing.
+    """Caches the object that was prepared for the latest reference. Pickles drop the cache.
 
     Parameters
     ----------
     prepare : callable
-        What to prepare, of a reference. It pickles: a function of a module, or a method.
+        Maps a reference to the prepared object. It must pickle: a module's function, or a method.
     """
 
     def __init__(self, prepare: Callable[[Reference], T]) -> None:
@@ -27,7 +27,7 @@ class ForReference(Generic[T]):
         return {**self.__dict__, "_kept": None}
 
     def __call__(self, reference: Reference) -> T:
-        """Return what is prepared for this very reference."""
+        """Return the object for this reference; compares references by identity."""
         if self._kept is None or self._kept[0] is not reference:
             self._kept = reference, self._prepare(reference)
         return self._kept[1]

@@ -1,4 +1,4 @@
-"""Height, width and channels of the images that a model was fitted on, and of those it is given."""
+"""Height, width and channels of images, and the check that frames match the model."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ ImageShape = tuple[int, int, int]
 
 
 def shape_of(reference: Reference) -> ImageShape:
-    """(H, W, K) of the images that are measured."""
+    """Return (H, W, K) of a reference's pixels."""
     height, width, channels = reference.pixels.shape
     return height, width, channels
 
 
 def check_fitting(frame: Frame, reference: Reference, shape: ImageShape) -> None:
-    """Refuse a frame or a reference that a model of (H, W, K) images was not fitted for.
+    """Check that a frame and a reference have the (H, W, K) shape that a model was fitted to.
 
     Raises
     ------
     CalibrationError
-        One has another size or number of channels, or they have another full scale than each other.
+        The size or number of channels differs, or the full scales of frame and reference differ.
     """
     for what, pixels in (("frame", frame.pixels), ("reference", reference.pixels)):
         if pixels.shape != shape:
@@ -37,5 +37,5 @@ def check_fitting(frame: Frame, reference: Reference, shape: ImageShape) -> None
 
 
 def in_words(shape: tuple[int, ...]) -> str:
-    """An (H, W, K) shape, for a message."""
+    """Format an (H, W, K) shape for a message."""
     return f"{shape[1]} × {shape[0]} with {shape[2]} channels"

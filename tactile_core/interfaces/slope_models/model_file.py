@@ -1,4 +1,4 @@
-"""``model.npz``: the arrays of a fitted model, beside the shape of its images."""
+"""``model.npz``: the arrays of a fitted model and the shape of its images."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from tactile_core.formats.npz import read_npz
 from tactile_core.interfaces.slope_models.image_shape import ImageShape
 
 FILE = "model.npz"
+"""Name of the file in the model's folder."""
 
 Arrays = Mapping[str, NDArray[Any]]
 T = TypeVar("T")
@@ -25,48 +26,48 @@ T = TypeVar("T")
 def write_model(
     folder: Path, shape: ImageShape, arrays: Arrays, *, compressed: bool = False
 ) -> None:
-    """Write the arrays of a model that was fitted on images of this shape."""
+    """Write the arrays of a model that was fitted to images of this shape."""
     save: Any = np.savez_compressed if compressed else np.savez
     save(folder / FILE, shape=np.array(shape), **arrays)
 
 
 @contextmanager
 def stored_model(folder: Path) -> Iterator[tuple[ImageShape, Arrays]]:
-    """Lend shape and arrays of a stored model to a ``with`` block that rebuilds it from them.
+    """Read shape and arrays of a stored model for a ``with`` block that rebuilds the model.
 
     Raises
     ------
     CalibrationError
-        The file is missing, broken or of another model, which the block may tell by a LookupError,
-        TypeError, ValueError or OverflowError.
+        The file is missing, damaged or of another model. The block signals the latter by a
+        LookupError, TypeError, ValueError or OverflowError.
     """
     path = folder / FILE
     try:
         arrays = read_npz(path)
         height, width, channels = (int(n) for n in arrays["shape"])
         if min(height, width, channels) < 1:
-            raise ValueError("no image has such a size")
+            raise ValueError("an image has at least one pixel and one channel")
         yield (height, width, channels), arrays
     except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
         raise CalibrationError(f"{path} does not hold such a model; calibrate again") from error
 
 
 def blur_from(arrays: Arrays, shape: ImageShape) -> float:
-    """Standard deviation in px of a model's smoothing, of the array ``blur_px``.
+    """Read the standard deviation in px of a model's smoothing from the array ``blur_px``.
 
     Raises
     ------
     LookupError, TypeError, ValueError
-        There is none, or no image of this shape is smoothed so.
+        The array is missing, or its value implausible for images of this shape.
     """
     blur_px = float(arrays["blur_px"])
     if not 0 <= blur_px <= max(shape[:2]):
-        raise ValueError("no image is smoothed so")
+        raise ValueError("blur_px is negative or larger than the image")
     return blur_px
 
 
 def arrays_of(part: Any) -> dict[str, NDArray[Any]]:
-    """Return the fields of a dataclass of arrays and numbers, by name."""
+    """Return the fields of a dataclass of arrays and numbers as arrays, by name."""
     return {field.name: np.asarray(getattr(part, field.name)) for field in fields(part)}
 
 
@@ -76,12 +77,12 @@ def part_from(kind: type[T], arrays: Arrays) -> T:
     Raises
     ------
     LookupError, TypeError
-        An array is missing, or there are several numbers where the class has one.
+        An array is missing, or holds several numbers for a scalar field.
     """
     described: Any = kind
     return kind(
         **{
-            # a module that postpones its annotations has them as text
+            # with postponed annotations a field's type is text
             field.name: float(arrays[field.name]) if field.type == "float" else arrays[field.name]
             for field in fields(described)
         }
@@ -89,7 +90,7 @@ def part_from(kind: type[T], arrays: Arrays) -> T:
 
 
 def table_arrays(table: ColourTable) -> dict[str, NDArray[Any]]:
-    """Arrays of a table, by names that no model uses."""
+    """Return the arrays of a table, under names that no model uses."""
     return {
         "table": table.normal_xy,
         "table_axis": np.array([table.axis.per_unit, table.axis.first]),
@@ -103,11 +104,11 @@ def table_from(arrays: Arrays) -> ColourTable:
     Raises
     ------
     LookupError, ValueError
-        They are missing, or no table.
+        Arrays are missing, or are not those of a table.
     """
     per_unit, first = arrays["table_axis"]
     normal_xy = np.asarray(arrays["table"], np.complex64)
     if normal_xy.ndim != 3 or len(set(normal_xy.shape)) != 1:
-        raise ValueError("a table is a cube")
+        raise ValueError("the array of a table is a cube")
     axis = Axis(float(per_unit), int(first), len(normal_xy))
     return ColourTable(axis, normal_xy, int(arrays["table_points"]))

@@ -1,4 +1,4 @@
-"""Options of calibrators whose models smooth the images that they measure."""
+"""Options shared by calibrators whose models smooth their images."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ from tactile_core.interfaces import device
 
 
 class SlopeOptions(device.Options):
-    """Options of every calibrator whose model reads slopes from light."""
+    """Options of every calibrator whose model maps intensities to slopes."""
 
     blur_px: float = Field(
         default=2.0,
         ge=0,
         le=20,
-        description="Smoothing against the grain of the coating, standard deviation.",
+        description="Gaussian smoothing against the grain of the coating: standard deviation, px.",
     )
     blur_mm: float | None = Field(
-        default=None, ge=0, description="The same on the gel, for cameras of other scales."
+        default=None,
+        ge=0,
+        description="The same in mm on the gel, independent of the camera's scale; replaces "
+        "blur_px.",
     )
 
     @model_validator(mode="after")
@@ -29,5 +32,5 @@ class SlopeOptions(device.Options):
         return self
 
     def smoothing_px(self, mm_per_px: float) -> float:
-        """Standard deviation in px of an image of this scale, 20 at the most."""
+        """Return the standard deviation in px for an image of this scale, at most 20."""
         return self.blur_px if self.blur_mm is None else min(20.0, self.blur_mm / mm_per_px)

@@ -1,8 +1,9 @@
-"""Pixels of known slope, as features and sines that a model is fitted to."""
+"""Training samples: features of pixels, and their normals' x and y components as targets."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,19 +14,37 @@ from tactile_core.interfaces.slope_models.fields import sampler_of
 from tactile_core.interfaces.slope_models.image_shape import in_words
 from tactile_core.quantities import Float32, Reference
 
-MOST_SAMPLES = 12_000
-"""More pixels cost time and teach nothing: neighbours in a press are alike."""
 
-FEWEST_SAMPLES = 50
+@dataclass(frozen=True)
+class SampleParameters:
+    """Parameters of sampling training pixels. Nothing sets them from outside.
+
+    Attributes
+    ----------
+    most : int, count
+        Training pixels of all presses together, at most. Neighbouring pixels of a press are
+        redundant, so that more cost time without improving the fit.
+        Source: chosen by hand; no script derives it.
+    fewest : int, count
+        A fit needs at least this many pixels.
+        Source: chosen by hand; no script derives it.
+    """
+
+    most: int = 12_000
+    fewest: int = 50
+
+
+SAMPLES = SampleParameters()
+"""The values in use."""
 
 
 def scale_of(presses: Sequence[Press]) -> float:
-    """Millimetres per pixel of the presses.
+    """Return the scale of the presses in mm per px.
 
     Raises
     ------
     CalibrationError
-        There are none.
+        There are no presses.
     """
     if not presses:
         raise too_few(presses)
@@ -37,29 +56,29 @@ def samples_of(
     reference: Reference,
     *,
     blur_px: float,
-    most: int = MOST_SAMPLES,
+    most: int = SAMPLES.most,
 ) -> tuple[Float32, Float32]:
-    """Features (N, K + 2) and sines (N, 2) of the presses' pixels, thinned evenly.
+    """Return features (N, K + 2) and normal_xy (N, 2) of the presses' pixels, thinned randomly.
 
-    Saturated pixels stay: what a clipped channel looks like on a slope is learnt as it will be
-    seen, which on real balls is better than leaving it to extrapolation.
+    Saturated pixels are kept. The model then learns slopes of clipped channels from examples,
+    which on real balls is more accurate than extrapolation.
 
     Raises
     ------
     CalibrationError
-        There are too few pixels to fit on, they all rest, or a press has another size than the
+        Too few pixels to fit on, only undeformed pixels, or a press of another size than the
         reference.
     """
     for press in presses:
         if press.frame.pixels.shape != reference.pixels.shape:
             raise CalibrationError(
                 f"press {press.name!r} is {in_words(press.frame.pixels.shape)} and the reference "
-                f"{in_words(reference.pixels.shape)}; record both alike"
+                f"{in_words(reference.pixels.shape)}; record both at the same size"
             )
     if not presses:
         raise too_few(presses)
     features, normal_xy = thinned(presses, sampler_of(reference, blur_px).features, most=most)
-    if len(normal_xy) < FEWEST_SAMPLES or not normal_xy.any():
+    if len(normal_xy) < SAMPLES.fewest or not normal_xy.any():
         raise too_few(presses)
     return features, normal_xy
 
@@ -67,16 +86,17 @@ def samples_of(
 def thinned(
     presses: Sequence[Press], features_of: Callable[..., Float32], *, most: int
 ) -> tuple[Float32, Float32]:
-    """Features (N, F) and sines (N, 2) of some pixels of each of the presses.
+    """Return features (N, F) and normal_xy (N, 2) of randomly drawn pixels of each press.
 
     Parameters
     ----------
     presses : sequence of Press
-        One at least.
+        At least one.
     features_of : callable
-        Of pixels (H, W, K), markers, and N rows and columns; as :meth:`Sampler.features`.
+        Called with pixels (H, W, K), marker mask, and N rows and columns, like
+        :meth:`Sampler.features`.
     most : int
-        So many pixels of all presses together.
+        Pixels of all presses together, at most.
     """
     features, normal_xy = [], []
     rng = np.random.default_rng(0)
@@ -90,7 +110,7 @@ def thinned(
 
 
 def too_few(presses: Sequence[Press]) -> CalibrationError:
-    """Return the refusal of presses in which hardly a pixel is of use."""
+    """Return the error for presses with too few usable pixels."""
     return CalibrationError(
         f"{len(presses)} presses hold too few pixels to fit on; record more presses, or larger ones"
     )

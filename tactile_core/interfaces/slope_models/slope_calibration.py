@@ -1,4 +1,4 @@
-"""A calibration that is one slope model and nothing else."""
+"""A calibration that consists of one slope model."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tactile_core.quantities import Frame, Gradients, Reference
 
 
 class SlopeCalibration(Calibration):
-    """Measures by the slope model that it holds; a subclass names the function that is fitted.
+    """Measures with a slope model; a subclass names the class of the fitted function.
 
     Attributes
     ----------
     function : type of SlopeFunction
-        What :meth:`load` makes again.
+        Class of the function that :meth:`load` rebuilds.
     slopes : SlopeModel
     """
 
@@ -27,11 +27,11 @@ class SlopeCalibration(Calibration):
         self.slopes = slopes
 
     def prepared(self, *, compiled: bool) -> Self:
-        """Return the model with or without compiled loops."""
+        """Return the calibration with or without compiled loops."""
         return type(self)(replace(self.slopes, compiled=compiled))
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame; see :meth:`SlopeModel.measure`."""
+        """Return the slopes of one frame; see :meth:`SlopeModel.measure`."""
         return self.slopes.measure(frame, reference)
 
     def save(self, directory: Path) -> None:

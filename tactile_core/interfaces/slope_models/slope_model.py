@@ -1,4 +1,4 @@
-"""A fitted function from change and place to slope, as a value that a calibration holds."""
+"""A fitted function from intensity change and position to slope, with all that it needs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.intensity import CEILING, FLOOR
+from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.validity import two_within
@@ -29,19 +29,19 @@ from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 
 class SlopeFunction(Protocol):
-    """What was fitted: a function that is made again from its arrays."""
+    """A fitted function that can be stored as arrays."""
 
     def __call__(self, features: Float32) -> Float32:
-        """Map (N, K + 2) relative changes and places to (N, 2) sines of the slope."""
+        """Map (N, K + 2) relative changes and positions to (N, 2) components of the normal."""
         ...
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return all that was fitted, by name."""
+        """Return the fitted arrays by name."""
         ...
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> Self:
-        """Make it again; a LookupError, TypeError or ValueError where that cannot be done."""
+        """Rebuild the function; LookupError, TypeError or ValueError if the arrays are wrong."""
         ...
 
 
@@ -50,19 +50,26 @@ F = TypeVar("F", bound=SlopeFunction)
 
 @dataclass(frozen=True, eq=False)
 class SlopeModel(Generic[F]):
-    """A fitted function and all that it takes to measure frames with it; pickles.
+    """A fitted function with all that is needed to measure frames. It pickles.
 
     Attributes
     ----------
     function : SlopeFunction
     shape : (H, W, K)
-        Of the images that it was fitted on.
+        Shape of the images that it was fitted to.
     blur_px : float
         Standard deviation of the smoothing of the images.
     table : ColourTable or None
-        A faster way over large images; see :mod:`tactile_core.interfaces.slope_models.tables`.
+        A faster approximation for large images; see
+        :mod:`tactile_core.interfaces.slope_models.tables`.
     compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`; the same but for rounding.
+        Whether to use :mod:`tactile_core.algorithms.kernels`; results differ by rounding only.
+
+    References
+    ----------
+    .. [1] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-Resolution Robot Tactile Sensors for
+       Estimating Geometry and Force", Sensors 17(12), 2017, section 3.3: the inverse of the
+       reflectance function, equation 1.
     """
 
     function: F
@@ -76,16 +83,16 @@ class SlopeModel(Generic[F]):
         object.__setattr__(self, "_field", ForReference(self.field))
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Slopes of one frame.
+        """Return the slopes of one frame.
 
-        A slope is valid where no marker hides the gel surface and two channels are neither
-        saturated nor dark: it has two components, and such a channel only bounds them.
+        A slope is valid where no marker hides the gel surface and at least two channels are
+        neither saturated nor dark: two components need two measurements.
 
         Raises
         ------
         CalibrationError
-            The frame or the reference has another size or number of channels than the presses had,
-            or they have another full scale than each other.
+            Size or number of channels of the frame or the reference differ from the training
+            images, or the full scales of frame and reference differ.
         """
         check_fitting(frame, reference, self.shape)
         gx, gy, _ = self._field(reference).measure(frame.pixels, frame.marker_mask)
@@ -106,37 +113,41 @@ class SlopeModel(Generic[F]):
 
     @classmethod
     def load(cls, directory: Path, function: type[F]) -> Self:
-        """Read ``model.npz``, with a function of this class.
+        """Read ``model.npz`` and rebuild a function of the given class.
 
         Raises
         ------
         CalibrationError
-            It is missing, broken or of another model.
+            The file is missing, damaged or of another model.
         """
         with stored_model(directory) as (shape, arrays):
             blur_px = blur_from(arrays, shape)
             table = table_from(arrays) if "table" in arrays else None
             made = function.from_arrays(arrays)
             if not np.isfinite(made(np.zeros((1, shape[2] + 2), np.float32))).all():
-                raise ValueError("the model gives no numbers")
+                raise ValueError("the model does not return finite numbers")
         return cls(made, shape, blur_px, table)
 
 
-def slopes_of(frame: Frame, gx: Float32, gy: Float32, sure: Bool | None = None) -> Gradients:
-    """Return the slopes of a frame, valid where they can be measured and are sure.
+def slopes_of(frame: Frame, gx: Float32, gy: Float32, reliable: Bool | None = None) -> Gradients:
+    """Return the slopes of a frame, valid where they are measurable and reliable.
 
     Parameters
     ----------
     frame : Frame
     gx, gy : (H, W) float32
         ∂z/∂x and ∂z/∂y.
-    sure : (H, W) bool, optional
-        Where the model vouches for them.
+    reliable : (H, W) bool, optional
+        The model's own estimate of where its slopes are reliable; by default everywhere.
     """
-    valid = two_within(frame.pixels, FLOOR * frame.full_scale, CEILING * frame.full_scale)
+    valid = two_within(
+        frame.pixels,
+        LEVELS.dark_share * frame.full_scale,
+        LEVELS.saturation_share * frame.full_scale,
+    )
     if frame.marker_mask is not None:
         valid &= bare_mask(frame.marker_mask)
     measurable: Bool = valid.view(np.bool_)
-    if sure is not None:
-        measurable &= sure
+    if reliable is not None:
+        measurable &= reliable
     return Gradients(gx, gy, measurable, frame.mm_per_px, frame.timestamp_s)

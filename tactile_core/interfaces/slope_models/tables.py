@@ -1,9 +1,9 @@
-"""A table over colour that is as good as its model: a faster way over large images."""
+"""A lookup table that approximates a slope model, for faster measurement of large images."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,13 +15,31 @@ from tactile_core.interfaces.slope_models.fields import sampler_of, slope_field
 from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.quantities import Float32, Reference
 
-POINTS = (1_200, 4_800, 19_200)
-"""Points of the coarse grid that are tried, one after another."""
 
-FAITHFUL_SINE = 0.0175
-"""Largest mean distance of table and model, 1°: half of what the best models err."""
+@dataclass(frozen=True)
+class TableParameters:
+    """Parameters of choosing a table. Nothing sets them: the choice is checked against the model.
 
-_PRESSES_COMPARED = 4
+    Attributes
+    ----------
+    points : tuple of int, count
+        Numbers of points of the coarse grid over the image that are tried, in this order.
+        Source: chosen by hand; each grid is twice as fine as the one before.
+    largest_error : float, sine of the angle
+        Largest mean distance between table and model.
+        Source: the sine of 1°, half the error of the best models (``docs/reference/accuracy.md``).
+    presses_compared : int, count
+        Presses on which table and model are compared.
+        Source: chosen by hand; no script derives it.
+    """
+
+    points: tuple[int, ...] = (1_200, 4_800, 19_200)
+    largest_error: float = 0.0175
+    presses_compared: int = 4
+
+
+TABLE = TableParameters()
+"""The values in use."""
 
 
 def baked(
@@ -31,7 +49,7 @@ def baked(
     reference: Reference,
     blur_px: float,
 ) -> ColourTable | None:
-    """Table of a model for the colours that were seen; None where none is needed."""
+    """Return a table of a model over the colours of the training pixels; None if not needed."""
     height, width, channels = shape_of(reference)
     if not takes_table((height, width, channels)):
         return None
@@ -46,22 +64,27 @@ def faithful(
     reference: Reference,
     blur_px: float,
 ) -> ColourTable | None:
-    """The table with as many points as keep it near its model on some presses; None if none do.
+    """Return the table on the coarsest grid that reproduces its model on some presses.
 
-    How fast the light varies over the gel, and how large the presses are, decides.
+    The necessary number of points depends on how fast the light varies over the gel.
+
+    Returns
+    -------
+    ColourTable, or None if no grid is fine enough
     """
     sampler = sampler_of(reference, blur_px)
-    some = presses[:: max(1, len(presses) // _PRESSES_COMPARED)][:_PRESSES_COMPARED]
-    for points in POINTS:
+    step = max(1, len(presses) // TABLE.presses_compared)
+    some = presses[::step][: TABLE.presses_compared]
+    for points in TABLE.points:
         candidate = replace(table, points=points)
         field = slope_field(model, candidate, reference, blur_px)
-        apart = []
+        distances = []
         for press in some:
             at = press.rows, press.columns
             gx, gy, _ = field.measure(press.frame.pixels, press.frame.marker_mask)
             exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
             fast = to_normal_xy(np.stack([gx[at], gy[at]], axis=1))
-            apart.append(np.linalg.norm(fast - exact, axis=1))
-        if np.concatenate(apart).mean() < FAITHFUL_SINE:
+            distances.append(np.linalg.norm(fast - exact, axis=1))
+        if np.concatenate(distances).mean() < TABLE.largest_error:
             return candidate
     return None

@@ -1,4 +1,4 @@
-"""Unknown pixels are continued from the known ones."""
+"""Unknown pixels are interpolated from the known ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.filling import filled, filled_alike
+from tactile_core.algorithms.arrays.filling import filled, filled_together
 
 Array = NDArray[Any]
 
@@ -22,7 +22,7 @@ Array = NDArray[Any]
     st.integers(0, 2**32 - 1),
     st.sampled_from([np.float32, np.float64]),
 )
-def test_known_pixels_stay_and_the_rest_lies_between_them(
+def test_known_pixels_are_kept_and_the_others_are_between_them(
     shape: tuple[int, int], share: float, seed: int, dtype: type
 ) -> None:
     rng = np.random.default_rng(seed)
@@ -44,9 +44,9 @@ def test_holes_in_a_slope_are_bridged() -> None:
     assert filled(np.where(known, ramp, 9), known) == pytest.approx(ramp, abs=0.05)
 
 
-def test_images_filled_together_are_filled_as_if_alone() -> None:
+def test_images_filled_together_equal_images_filled_one_by_one() -> None:
     rng = np.random.default_rng(0)
     images = list(rng.standard_normal((2, 33, 47)))
     known = rng.random((33, 47)) > 0.6
-    for one, both in zip(images, filled_alike(images, known), strict=True):
+    for one, both in zip(images, filled_together(images, known), strict=True):
         assert np.array_equal(filled(one, known), both)

@@ -1,4 +1,4 @@
-"""Slopes are those of a plane, whatever the spacing and the smoothing."""
+"""Gradients of planes are exact, whatever the spacing and the smoothing."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,9 @@ INNER = np.s_[1:-1, 1:-1]
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 10), st.booleans())
-def test_a_plane_has_its_slopes(x: float, y: float, spacing: float, smooth: bool) -> None:
+def test_the_gradient_of_a_plane_is_its_slope(
+    x: float, y: float, spacing: float, smooth: bool
+) -> None:
     rows, columns = np.indices((6, 8)) * spacing
     plane = (x * columns + y * rows).astype(np.float32)
     along, down = gradient(plane, spacing, smooth=smooth)
@@ -22,7 +24,7 @@ def test_a_plane_has_its_slopes(x: float, y: float, spacing: float, smooth: bool
     )
 
 
-def test_a_channel_is_a_channel_even_if_it_is_the_only_one() -> None:
+def test_a_single_channel_keeps_its_axis() -> None:
     image = np.random.default_rng(0).random((5, 6, 1), np.float32)
     for slope in gradient(image):
         assert slope.shape == image.shape

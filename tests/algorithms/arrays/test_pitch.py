@@ -12,6 +12,6 @@ def test_the_pitch_is_that_of_most_neighbours() -> None:
     assert (spacings(points) < 7.0).sum() >= 2
 
 
-def test_what_has_no_neighbour_is_infinitely_far_from_it() -> None:
+def test_the_pitch_without_neighbours_is_infinite() -> None:
     assert pitch(np.array([[3.0, 4.0]])) == np.inf
     assert pitch(np.zeros((0, 2))) == np.inf

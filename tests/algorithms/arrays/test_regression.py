@@ -15,7 +15,7 @@ def test_there_is_one_term_per_monomial(features: int, order: int) -> None:
     assert count == comb(features + order, order)
 
 
-def test_a_quadratic_comes_back_exactly() -> None:
+def test_a_quadratic_is_recovered_exactly() -> None:
     rng = np.random.default_rng(0)
     x = rng.normal(size=(500, 3)).astype(np.float32)
     y = np.stack([1 + 2 * x[:, 0] - x[:, 1] * x[:, 2], x[:, 2] ** 2], 1).astype(np.float32)
@@ -23,13 +23,13 @@ def test_a_quadratic_comes_back_exactly() -> None:
     np.testing.assert_allclose(fit(x), y, atol=1e-3)
 
 
-def test_a_strong_ridge_shrinks_towards_nothing() -> None:
+def test_a_strong_ridge_shrinks_the_coefficients_to_zero() -> None:
     x = np.random.default_rng(0).normal(size=(200, 2)).astype(np.float32)
     weak, strong = (fit_polynomial(x, x, order=1, ridge=r) for r in (1e-6, 10.0))
     assert np.abs(strong(x)).mean() < 0.2 * np.abs(weak(x)).mean()
 
 
-def test_samples_that_determine_nothing_are_refused() -> None:
+def test_samples_that_determine_no_coefficients_are_refused() -> None:
     level = np.zeros((20, 3), np.float32)
     with pytest.raises(CalibrationError, match="check that the images"):
         fit_polynomial(level, level[:, :2], ridge=0.0)

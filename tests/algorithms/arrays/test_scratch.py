@@ -10,12 +10,12 @@ from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
 from tactile_core.algorithms.arrays.scratch import borrowed
 
 
-def test_what_is_lent_at_the_same_time_is_never_the_same() -> None:
+def test_arrays_borrowed_at_the_same_time_differ() -> None:
     with borrowed((30, 40), np.float32) as first, borrowed((30, 40), np.float32) as second:
         assert not np.shares_memory(first, second)
 
 
-def test_what_was_given_back_is_lent_again_for_any_dtype() -> None:
+def test_returned_memory_is_reused_for_any_dtype() -> None:
     with borrowed((30, 40), np.float32) as first:
         pass
     with borrowed((30, 40, 4), np.uint8) as second:
@@ -23,7 +23,7 @@ def test_what_was_given_back_is_lent_again_for_any_dtype() -> None:
         assert second.shape == (30, 40, 4)
 
 
-def test_threads_have_memory_of_their_own() -> None:
+def test_each_thread_has_its_own_memory() -> None:
     together = Barrier(2)
 
     def lend(value: int) -> bool:
@@ -36,7 +36,7 @@ def test_threads_have_memory_of_their_own() -> None:
         assert all(pool.map(lend, [1, 2]))
 
 
-def test_memory_comes_back_from_a_failure() -> None:
+def test_memory_is_returned_after_an_error() -> None:
     with pytest.raises(ZeroDivisionError), borrowed((7, 9), np.float64) as first:
         raise ZeroDivisionError
     with borrowed((7, 9), np.float64) as second:
@@ -44,12 +44,12 @@ def test_memory_comes_back_from_a_failure() -> None:
 
 
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=40), st.floats(0, 1))
-def test_quantiles_are_numpys(values: list[float], share: float) -> None:
+def test_quantiles_equal_those_of_numpy(values: list[float], share: float) -> None:
     some = np.array(values)
     assert quantile(some, share) == pytest.approx(np.quantile(some, share), abs=1e-9)
 
 
-def test_what_a_few_outliers_are_hardly_changes_a_sigma() -> None:
+def test_sigma_is_robust_to_outliers() -> None:
     residuals = np.random.default_rng(0).normal(0, 3, 10_000)
     assert sigma_of(residuals) == pytest.approx(3, rel=0.03)
     assert sigma_of(np.append(residuals, np.full(1000, 1e6))) == pytest.approx(3, rel=0.2)

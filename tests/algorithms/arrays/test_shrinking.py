@@ -1,4 +1,4 @@
-"""Shrinking keeps the mean, whatever the number of lamps."""
+"""Shrinking keeps the mean, whatever the number of channels."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
 
 
 @given(st.integers(1, 9), SIZES)
-def test_each_channel_is_shrunk_by_itself_and_keeps_its_mean(
+def test_channels_are_shrunk_independently_and_keep_their_mean(
     channels: int, size_px: tuple[int, int]
 ) -> None:
     image = np.random.default_rng(channels).uniform(0, 255, (25, 31, channels)).astype(np.float32)
@@ -38,14 +38,16 @@ def test_markers_are_filled_under_six_lights(dtype: type) -> None:
     np.testing.assert_allclose(filled[50, 60], levels, atol=2)
 
 
-def test_drift_of_six_lights_is_reported_in_a_small_image() -> None:
+def test_drift_of_six_lights_is_estimated_in_a_small_image() -> None:
     undeformed = np.random.default_rng(1).uniform(80, 140, (41, 53, 6)).astype(np.float32)
     gains = np.array([1.03, 0.97, 1.01, 1.0, 0.98, 1.02])
     np.testing.assert_allclose(channel_gains(undeformed * gains, undeformed, 255), gains, rtol=1e-3)
 
 
 @given(sides, sides, st.integers(1, 16))
-def test_each_pixel_is_the_mean_of_those_it_stands_for(width: int, height: int, times: int) -> None:
+def test_each_pixel_is_the_mean_of_the_pixels_it_covers(
+    width: int, height: int, times: int
+) -> None:
     image = np.random.default_rng(times).uniform(-1, 1, (height * times, width * times, 2))
     squares = image.reshape(height, times, width, times, 2)
     small = shrunk(image.astype(np.float32), (width, height))

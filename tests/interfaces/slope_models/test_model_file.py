@@ -1,4 +1,4 @@
-"""Arrays of a model on disk."""
+"""Saving and loading the arrays of a slope model."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Line:
 LINE = Line(np.array([1, 2], np.float32), 0.1)
 
 
-def test_a_part_comes_back_with_its_arrays_and_numbers(tmp_path: Path) -> None:
+def test_a_part_is_restored_with_its_arrays_and_numbers(tmp_path: Path) -> None:
     write_model(tmp_path, SHAPE, arrays_of(LINE))
     with stored_model(tmp_path) as (shape, arrays):
         line = part_from(Line, arrays)
@@ -41,7 +41,7 @@ def test_a_part_comes_back_with_its_arrays_and_numbers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("level", [np.zeros(2), None])
-def test_a_part_of_another_form_is_refused(
+def test_a_part_with_missing_or_misshapen_values_is_rejected(
     tmp_path: Path, level: NDArray[np.float64] | None
 ) -> None:
     arrays = {name: array for name, array in arrays_of(LINE).items() if name != "level"}
@@ -52,7 +52,7 @@ def test_a_part_of_another_form_is_refused(
 
 
 @pytest.mark.parametrize("shape", [(np.inf, 9, 3), (0, 9, 3), (9, 9)])
-def test_a_shape_that_no_image_has_is_refused(tmp_path: Path, shape: Any) -> None:
+def test_an_impossible_image_shape_is_rejected(tmp_path: Path, shape: Any) -> None:
     write_model(tmp_path, shape, arrays_of(LINE))
     refusal = pytest.raises(CalibrationError, match=r"hold such a model; calibrate again")
     with refusal, stored_model(tmp_path):

@@ -1,4 +1,4 @@
-"""Balls and labels that cannot be true are refused; what was fitted on nonsense is said to be."""
+"""Implausible balls and labels are refused; a useless calibration comes with a warning."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def labelled(lab: VirtualLab, folder: Path, rows: str) -> Calibrated:
 
 
 @pytest.mark.parametrize("diameter_mm", [float("inf"), float("nan"), 0, -4, 1e300, 1e9])
-def test_no_ball_has_such_a_diameter(lab: VirtualLab, diameter_mm: float) -> None:
+def test_an_implausible_diameter_is_refused(lab: VirtualLab, diameter_mm: float) -> None:
     with pytest.raises(InputError, match="--ball-diameter-mm must be positive"):
         calibrate(lab.profile, lab.presses, lab.reference, ball_diameter_mm=diameter_mm)
 
@@ -41,7 +41,7 @@ def test_a_ball_smaller_than_two_pixels_is_refused(lab: VirtualLab) -> None:
 
 
 @pytest.mark.parametrize("diameter_mm", [float("nan"), 0])
-def test_beside_a_target_a_diameter_is_judged_too(
+def test_an_implausible_diameter_next_to_a_target_is_refused(
     lab: VirtualLab, tmp_path: Path, diameter_mm: float
 ) -> None:
     target = tmp_path / "target.yaml"
@@ -62,7 +62,7 @@ def test_beside_a_target_a_diameter_is_judged_too(
         ("press_1.png,80,-20,9", ":3: the circle's centre"),
     ],
 )
-def test_a_label_that_cannot_be_true_is_named_with_its_line(
+def test_an_implausible_label_is_named_with_its_line(
     lab: VirtualLab, tmp_path: Path, row: str, words: str
 ) -> None:
     with pytest.raises(InputError, match=r"labels\.csv") as caught:

@@ -1,4 +1,4 @@
-"""Who switches the lights, and that each image shows the exposure that it should."""
+"""Switching of sequential lights, and the match between images and exposures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAMES = ("a", "b", "c")
 IMAGE = ImageSection(width_px=8, height_px=6, mm_per_px=0.1, color="grey")
 
 
-class InTurn(Illumination):
+class Sequential(Illumination):
     channels = NAMES
 
     def exposures(self) -> tuple[Exposure, ...]:
@@ -43,11 +43,11 @@ class Box(LightDriver):
 
 
 class Scripted(Camera):
-    """Sends the exposures that it is told, each as bright as its index says."""
+    """Sends the given exposures, each with a grey level of ten times its index."""
 
-    def __init__(self, indices: Sequence[int], trigger: Trigger, *, tells: bool = True) -> None:
+    def __init__(self, indices: Sequence[int], trigger: Trigger, *, indexed: bool = True) -> None:
         super().__init__(Options())
-        self._indices, self._trigger, self._tells = iter(indices), trigger, tells
+        self._indices, self._trigger, self._indexed = iter(indices), trigger, indexed
         self.armed: list[tuple[Exposure, ...]] = []
 
     def _open(self) -> None:
@@ -63,65 +63,65 @@ class Scripted(Camera):
     def _read(self, timeout_s: float) -> Image:
         index = next(self._indices)
         pixels = np.full((6, 8), 10 * index, np.uint8)
-        return Image(pixels, exposure_index=index if self._tells else None)
+        return Image(pixels, exposure_index=index if self._indexed else None)
 
 
 def observed(camera: Camera, driver: LightDriver | None = None) -> list[int]:
-    """Levels of the channels of one observation."""
-    frame = Acquisition(camera.open(), InTurn(Options()), IMAGE, driver).observe()
+    """Return the grey levels of the channels of one observation."""
+    frame = Acquisition(camera.open(), Sequential(Options()), IMAGE, driver).observe()
     assert frame is not None
     return [int(level) for level in frame.pixels[0, 0]]
 
 
-def test_the_driver_sets_each_light_before_its_image_is_read() -> None:
+def test_the_driver_sets_each_light_before_reading_its_image() -> None:
     camera, box = Scripted([0, 1, 2, 0, 1, 2], Trigger.SOFTWARE), Box()
-    acquisition = Acquisition(camera.open(), InTurn(Options()), IMAGE, box.open())
+    acquisition = Acquisition(camera.open(), Sequential(Options()), IMAGE, box.open())
     for _ in range(2):
         acquisition.observe()
     assert box.set_to == [{name: 1.0} for name in (*NAMES, *NAMES)]
-    assert camera.armed == [InTurn(Options()).exposures()]
+    assert camera.armed == [Sequential(Options()).exposures()]
 
 
-def test_lights_that_stay_as_they_are_are_set_once() -> None:
-    class Always(InTurn):
+def test_unchanged_lights_are_set_once() -> None:
+    class Constant(Sequential):
         channels = ("a",)
 
         def exposures(self) -> tuple[Exposure, ...]:
             return (Exposure({"a": 1.0, "b": 1.0}, ("a",)),)
 
     camera, box = Scripted([0, 0, 0], Trigger.SOFTWARE), Box()
-    acquisition = Acquisition(camera.open(), Always(Options()), IMAGE, box.open())
+    acquisition = Acquisition(camera.open(), Constant(Options()), IMAGE, box.open())
     for _ in range(3):
         acquisition.observe()
     assert box.set_to == [{"a": 1.0, "b": 1.0}]
 
 
-def test_a_camera_that_switches_the_lights_itself_needs_no_driver_and_begins_anywhere() -> None:
+def test_a_camera_that_switches_the_lights_can_start_at_any_exposure() -> None:
     assert observed(Scripted([2, 0, 1], Trigger.CAMERA)) == [0, 10, 20]
     box = Box().open()
     assert observed(Scripted([0, 1, 2], Trigger.CAMERA), box) == [0, 10, 20]
     assert box.set_to == []
 
 
-def test_images_that_do_not_know_their_exposure_are_taken_in_order() -> None:
-    assert observed(Scripted([2, 0, 1], Trigger.CAMERA, tells=False)) == [20, 0, 10]
+def test_images_without_an_exposure_index_are_used_in_order() -> None:
+    assert observed(Scripted([2, 0, 1], Trigger.CAMERA, indexed=False)) == [20, 0, 10]
 
 
-def test_lights_in_turn_that_nothing_switches_are_refused_in_one_sentence() -> None:
+def test_sequential_lights_without_a_driver_are_rejected() -> None:
     with pytest.raises(InputError, match=r"3 exposures .* but .*Scripted does not switch them"):
         observed(Scripted([0, 1, 2], Trigger.SOFTWARE))
 
 
-def test_an_image_of_another_light_than_shines_is_refused() -> None:
+def test_an_image_of_the_wrong_exposure_is_rejected() -> None:
     with pytest.raises(
         DeviceError, match=r"lights of exposure 1 were on, .* an image of exposure 2"
     ):
         observed(Scripted([0, 2, 1], Trigger.SOFTWARE), Box().open())
 
 
-def test_a_lost_image_spoils_one_observation_alone() -> None:
+def test_a_lost_image_affects_only_one_observation() -> None:
     camera = Scripted([0, 2, 0, 1, 2, 0], Trigger.CAMERA)
-    acquisition = Acquisition(camera.open(), InTurn(Options()), IMAGE)
+    acquisition = Acquisition(camera.open(), Sequential(Options()), IMAGE)
     with pytest.raises(DeviceError, match=r"exposure 0 arrived twice .* an image was lost"):
         acquisition.observe()
     frame = acquisition.observe()
@@ -130,6 +130,6 @@ def test_a_lost_image_spoils_one_observation_alone() -> None:
     assert len(camera.armed) == 2
 
 
-def test_an_exposure_that_does_not_exist_is_a_fault_of_the_camera() -> None:
+def test_an_invalid_exposure_index_is_a_fault_of_the_camera_plugin() -> None:
     with pytest.raises(PluginFault, match="exposure_index is 7; one observation has 3"):
         observed(Scripted([7, 0, 1], Trigger.CAMERA))

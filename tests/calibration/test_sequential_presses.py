@@ -1,4 +1,4 @@
-"""A ball pressed here and there under six lamps in turn."""
+"""Presses of a ball under six sequential lights."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CENTRES_PX = [(40.0, 35.0), (118.5, 40.0), (80.0, 62.5), (45.0, 84.0), (121.0, 8
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
-    """Six lamps, and a folder with one folder per press."""
+    """Six lights, and a folder with one folder per press."""
     lab = make_height_lab(tmp_path_factory.mktemp("rig"))
     for number, centre in enumerate(CENTRES_PX):
         height = BallPress(centre, BALL_MM, 0.7).height_mm((HEIGHT, WIDTH), MM_PER_PX)
@@ -46,8 +46,8 @@ def test_circles_are_found_and_the_lights_learned(rig: HeightLab) -> None:
     assert all(press.used for press in made.presses)
     found = np.array([press.centre_px for press in made.presses])
     assert np.abs(found - CENTRES_PX).max() < 0.5
-    away = np.array(made.bundle.manifest.channel_azimuth_deg) - AZIMUTHS_DEG
-    assert np.abs((away + 180) % 360 - 180).max() < 5
+    off = np.array(made.bundle.manifest.channel_azimuth_deg) - AZIMUTHS_DEG
+    assert np.abs((off + 180) % 360 - 180).max() < 5
     assert made.notes == ()
     assert made.score is not None
     assert made.score.mean_deg < 3

@@ -1,4 +1,4 @@
-"""What fitting, scoring and the report need of a surface whose slopes are known."""
+"""A surface with ground truth, as fitting, scoring and the report use it."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 
-class KnownSurface(Protocol):
-    """Part of a frame in which a known shape touches the skin: a ball, or a height map's rows."""
+class TargetSurface(Protocol):
+    """Part of a frame with ground truth: a pressed ball, or rows of a height map."""
 
     @property
     def file(self) -> str:
-        """Where it comes from, for people."""
+        """Name of its source, for reports."""
 
     @property
     def frame(self) -> Frame:
@@ -27,18 +27,18 @@ class KnownSurface(Protocol):
 
     @property
     def why(self) -> str:
-        """Why it is not."""
+        """Why it is not used; empty if it is."""
 
     @property
     def centre_px(self) -> tuple[float, float]:
-        """Its middle, x and y."""
+        """Its centre, x and y."""
 
     @property
     def radius_px(self) -> float:
-        """Of the contact; of a circle as large, where the contact is no circle."""
+        """Radius of the contact; for other shapes, of a circle of the same area."""
 
     def area(self) -> Bool:
-        """(H, W) bool: where it lies."""
+        """(H, W) bool: the pixels that it covers."""
 
     def training(self) -> Press:
         """Pixels to fit on."""
@@ -47,13 +47,13 @@ class KnownSurface(Protocol):
         """(H, W) bool: pixels that count in a score."""
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows, columns and (N, 2) slopes over a mask."""
+        """Rows, columns and (N, 2) true slopes of the pixels of a mask."""
 
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
-        """(N,) measured minus true height over a mask, up to what no slope tells."""
+        """(N,) measured minus true height over a mask, up to what slopes leave undetermined."""
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
         """(N, 2) slopes and the (N, K) changes of intensity that they cause, to first order."""
 
 
-S = TypeVar("S", bound=KnownSurface)
+S = TypeVar("S", bound=TargetSurface)

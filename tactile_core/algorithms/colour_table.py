@@ -57,7 +57,9 @@ TABLE = TableParameters()
 """The values in use."""
 
 _STRIDE = 256
+"""Padded side of the table, so that one byte per channel addresses an entry."""
 _LARGEST_BYTE = 255
+"""Largest entry per channel that fits into a byte."""
 
 
 @dataclass(frozen=True)

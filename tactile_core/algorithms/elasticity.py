@@ -20,8 +20,10 @@ class GelParameters:
         Thickness of the elastomer.
         Source: the test sheet of [1]_, 23.4 × 22.6 × 2.0 mm.
     shear_modulus_mpa : float, MPa
+        Shear modulus of the elastomer.
         Source: neo-Hookean coefficient of the silicone XP-565 [1]_.
     poisson_ratio : float, ratio
+        Poisson's ratio of the elastomer.
         Source: chosen by hand, nearly incompressible; the papers give none.
 
     References

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
+from tactile_core.interfaces.constant_light import COLOUR
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
@@ -25,8 +26,6 @@ from tactile_core.sim.stage import VirtualStage
 from tactile_core.views import html
 from tactile_core.views.arrows import arrows
 from tactile_core.views.maps import Overlay, deviation, relief
-
-_COLOURS = 3
 
 
 @dataclass(frozen=True)
@@ -283,6 +282,6 @@ def _ball_mm(profile: Profile) -> float:
 def _shown(frame: Frame) -> NDArray[np.uint8]:
     """(H, W, 3) image: the colours, or three evenly spaced channels of sequential lights."""
     pixels: NDArray[Any] = frame.pixels
-    channels = np.arange(_COLOURS) * (pixels.shape[2] // _COLOURS)
+    channels = np.arange(COLOUR) * (pixels.shape[2] // COLOUR)
     shown = pixels[..., channels].astype(np.float32) * (255 / frame.full_scale)
     return np.ascontiguousarray(shown.astype(np.uint8))

@@ -13,6 +13,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.folders import fresh_folder, move_in, resolved
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
+from tactile_core.interfaces.constant_light import COLOUR
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.quantities import Frame
 from tactile_core.sim.script import Script
@@ -20,7 +21,6 @@ from tactile_core.sim.stage import VirtualStage
 from tactile_core.sim.truth import TrueState
 
 FRAMES, TRUTH, REFERENCE = "frames", "truth", "reference"
-_COLOURS = 3
 
 
 def simulate(
@@ -96,7 +96,7 @@ def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
 def write_frame(folder: Path, frame: Frame, name: str) -> None:
     """Write a colour image, or a folder of grey images, one per light of a sequence."""
     pixels = frame.pixels
-    sequential = len(frame.exposure_times_s) > 1 or pixels.shape[2] not in (1, _COLOURS)
+    sequential = len(frame.exposure_times_s) > 1 or pixels.shape[2] not in (1, COLOUR)
     inside = folder / name if sequential else folder
     inside.mkdir(parents=True, exist_ok=True)
     if not sequential:

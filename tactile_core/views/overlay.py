@@ -32,7 +32,7 @@ class OverlayParameters:
     marker_rgb, arrow_rgb : tuple of int, grey levels
         R, G, B of markers and arrows. Source: chosen by hand.
     marker_radius : float, sheet px
-        Source: chosen by hand.
+        Radius of the dot of a marker. Source: chosen by hand.
     arrow_line, arrow_halo : float, sheet px
         Line width of an arrow, without and with its light border. Source: chosen by hand.
     arrow_tip : float, sheet px

@@ -22,6 +22,7 @@ from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.slip.surface_view import SurfaceView
 
 _TINY = 1e-12
+"""Added to denominators against division by zero."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Complex64
 
 _TINY = 1e-12
+"""Added to denominators against division by zero."""
 
 
 @dataclass(frozen=True)

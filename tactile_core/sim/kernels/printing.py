@@ -11,6 +11,7 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import LOOP
 
 ROUND, SQUARE, TRIANGLE = 0, 1, 2
+"""Codes of the marker shapes: numba takes numbers rather than names."""
 
 
 @njit(**LOOP)

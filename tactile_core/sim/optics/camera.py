@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-
-_COLOURS = 3
+from tactile_core.interfaces.constant_light import COLOUR
 
 
 @dataclass(frozen=True)
@@ -224,7 +223,7 @@ def vignette(shape: tuple[int, int], loss: float) -> Float32:
 
 
 def _compressed(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
-    colour = pixels.ndim == _COLOURS and pixels.shape[2] == _COLOURS
+    colour = pixels.ndim == COLOUR and pixels.shape[2] == COLOUR
     swapped = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if colour else pixels
     _, data = cv2.imencode(".jpg", swapped, [cv2.IMWRITE_JPEG_QUALITY, quality])
     back = cv2.imdecode(data, cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE)

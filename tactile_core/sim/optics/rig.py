@@ -14,6 +14,7 @@ from tactile_core.acquisition.assembly import exposures_of
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.constant_light import COLOUR
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.sim import kernels
@@ -24,8 +25,6 @@ from tactile_core.sim.optics.lights import led_arrays_of
 from tactile_core.sim.optics.quick import photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
-
-_COLOURS = 3
 
 
 @dataclass(frozen=True)
@@ -265,7 +264,7 @@ class RigOptics:
         """
         sensor = self.profile.optics.sensor
         count = len(self._colours)
-        mixing = crosstalk_matrix(sensor.crosstalk) if count == _COLOURS else np.eye(count)
+        mixing = crosstalk_matrix(sensor.crosstalk) if count == COLOUR else np.eye(count)
         bare = replace(self._membrane.state(np.zeros(self._shape, np.float32)), reflectance=None)
         medians = []
         for shot in self._shots:

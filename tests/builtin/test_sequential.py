@@ -77,6 +77,6 @@ def test_a_swapped_exposure_is_named_and_not_measured(tmp_path: Path) -> None:
     pipeline.process(frame)
     lights[1], lights[4] = lights[4], lights[1]
     (bad,) = read_frames(profile, record(tmp_path / "press7", lights))
-    with pytest.raises(SequenceError, match=r"press7.*'lamp2' shows light 'lamp5'") as caught:
+    with pytest.raises(SequenceError, match=r"press7.*'led2' shows light 'led5'") as caught:
         pipeline.process(bad)
     assert caught.value.exit_code == 2

@@ -68,7 +68,7 @@ def test_without_a_reference_the_light_of_the_press_is_used(height_lab: HeightLa
         assert slope_error_deg(height_lab, result) < 1.5
         assert any("stands in" in note for note in result.notes)
         stand_in = result.bundle.reference.pixels
-        undeformed = cv2.imread(str(height_lab.undeformed / "lamp0.png"), cv2.IMREAD_UNCHANGED)
+        undeformed = cv2.imread(str(height_lab.undeformed / "led0.png"), cv2.IMREAD_UNCHANGED)
         assert np.abs(stand_in[..., 0] / undeformed - 1).mean() < 0.03
 
 

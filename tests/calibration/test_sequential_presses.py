@@ -37,7 +37,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> HeightLab:
 def record(folder: Path, height_mm: np.ndarray, seed: int) -> None:
     folder.mkdir(parents=True)
     for k, exposure in enumerate(lit(height_mm, seed)):
-        cv2.imwrite(str(folder / f"lamp{k}.png"), exposure)
+        cv2.imwrite(str(folder / f"led{k}.png"), exposure)
 
 
 def test_circles_are_found_and_the_lights_learned(rig: HeightLab) -> None:

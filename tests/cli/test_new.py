@@ -19,7 +19,7 @@ from tactile_core.profiles.loader import load_profile
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Enter an empty folder with one picture of a sensor without contact."""
-    photograph(sensor(), tmp_path / "untouched.png")
+    photograph(sensor(), tmp_path / "reference.png")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -41,13 +41,13 @@ def new(folder: Path, capsys: pytest.CaptureFixture[str]) -> New:
     return run
 
 
-MINE = ("mine", "--from", "hex_fingertip_unmarked", "--image", "untouched.png")
+MINE = ("mine", "--from", "hex_fingertip_unmarked", "--image", "reference.png")
 
 
 def test_the_path_goes_to_stdout_and_messages_to_stderr(new: New, folder: Path) -> None:
     code, out, message = new(*MINE, "--known-mm", "5", "--known-px", "20,30,52,54")
     assert (code, out) == (0, "mine.yaml\n")
-    assert "tactile calibrate mine.yaml --presses FOLDER --reference untouched.png" in message
+    assert "tactile calibrate mine.yaml --presses FOLDER --reference reference.png" in message
     assert "NOT MEASURED" not in message
     assert load_profile(folder / "mine.yaml").image.mm_per_px == 0.125
 
@@ -55,7 +55,7 @@ def test_the_path_goes_to_stdout_and_messages_to_stderr(new: New, folder: Path) 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--from", "hex_fingertp", "--image", "untouched.png"), "did you mean 'hex_fingertip'?"),
+        (("--from", "hex_fingertp", "--image", "reference.png"), "did you mean 'hex_fingertip'?"),
         (("--from", "hex_fingertip", "--image", "gone.png"), "gone.png"),
         (("--from", "hex_fingertip", "--image", "note.png"), "note.png"),
         (("--from", "hex_fingertip"), "--image"),

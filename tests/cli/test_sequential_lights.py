@@ -36,7 +36,7 @@ def scan_of(rig: HeightLab) -> Scan:
 def record(folder: Path, exposures: Scan) -> Path:
     folder.mkdir()
     for k, exposure in enumerate(exposures):
-        cv2.imwrite(str(folder / f"lamp{k}.png"), exposure)
+        cv2.imwrite(str(folder / f"led{k}.png"), exposure)
     return folder
 
 
@@ -82,14 +82,14 @@ def test_colour_images_for_a_grey_profile_are_refused(rig: HeightLab, tmp_path: 
 
 def test_a_bundle_of_lights_in_another_order_is_refused(rig: HeightLab, tmp_path: Path) -> None:
     lines = rig.profile.read_text().splitlines(keepends=True)
-    first, second = (i for i, line in enumerate(lines) if "lamp0" in line or "lamp1" in line)
+    first, second = (i for i, line in enumerate(lines) if "led0" in line or "led1" in line)
     lines[first], lines[second] = lines[second], lines[first]
     other = tmp_path / rig.profile.name
     other.write_text("".join(lines))
     message = refused("run", other, "--bundle", rig.folder / "bundle", "--input", rig.press)
     errors = [line for line in message.splitlines() if not line.startswith("note: ")]
     assert len(errors) == 1
-    assert "order lamp1, lamp0" in errors[0]
+    assert "order led1, led0" in errors[0]
     assert "calibrate again" in errors[0]
 
 
@@ -98,7 +98,7 @@ def test_two_swapped_images_are_refused(rig: HeightLab, tmp_path: Path) -> None:
     exposures[0], exposures[3] = exposures[3], exposures[0]
     message = refused(*run(rig, record(tmp_path / "swapped", exposures)))
     assert message.count("\n") == 1
-    assert "the exposure of light 'lamp0' shows light 'lamp3'" in message
+    assert "the exposure of light 'led0' shows light 'led3'" in message
 
 
 @pytest.mark.parametrize(("level", "why"), [(255, "saturated"), (0, "too dark")])
@@ -121,8 +121,8 @@ def turned(rig: HeightLab, folder: Path, azimuths_deg: dict[str, int]) -> Path:
     """Write the profile with other azimuths for some lights."""
     text = rig.profile.read_text()
     for k, azimuth in enumerate(AZIMUTHS_DEG):
-        there = azimuths_deg.get(f"lamp{k}", azimuth)
-        text = text.replace(f"lamp{k}, azimuth_deg: {azimuth},", f"lamp{k}, azimuth_deg: {there},")
+        there = azimuths_deg.get(f"led{k}", azimuth)
+        text = text.replace(f"led{k}, azimuth_deg: {azimuth},", f"led{k}, azimuth_deg: {there},")
     path = folder / rig.profile.name
     path.write_text(text)
     return path
@@ -135,30 +135,30 @@ def notes(rig: HeightLab, profile: Path) -> tuple[str, ...]:
 def test_lights_at_the_positions_in_the_profile_give_no_note(
     rig: HeightLab, tmp_path: Path
 ) -> None:
-    assert notes(rig, turned(rig, tmp_path, {"lamp3": 75})) == ()
+    assert notes(rig, turned(rig, tmp_path, {"led3": 75})) == ()
 
 
 def test_a_light_at_another_azimuth_gives_a_note(rig: HeightLab, tmp_path: Path) -> None:
-    (note,) = notes(rig, turned(rig, tmp_path, {"lamp1": 0, "lamp2": 60}))
-    assert "lamp1 from -30° (profile 0°)" in note
-    assert "lamp2 from 30° (profile 60°)" in note
-    assert "lamp0" not in note
+    (note,) = notes(rig, turned(rig, tmp_path, {"led1": 0, "led2": 60}))
+    assert "led1 from -30° (profile 0°)" in note
+    assert "led2 from 30° (profile 60°)" in note
+    assert "led0" not in note
     assert "correct 'azimuth_deg'" in note
 
 
 def test_two_swapped_lights_give_a_note_with_the_order(rig: HeightLab, tmp_path: Path) -> None:
-    profile = turned(rig, tmp_path, {"lamp0": 90, "lamp3": -90})
+    profile = turned(rig, tmp_path, {"led0": 90, "led3": -90})
     (note,) = notes(rig, profile)
-    assert "match in the order lamp3, lamp1, lamp2, lamp0, lamp4, lamp5" in note
+    assert "match in the order led3, led1, led2, led0, led4, led5" in note
 
 
 def test_the_command_prints_the_note_and_calibrates(rig: HeightLab, tmp_path: Path) -> None:
-    shutil.copy(turned(rig, tmp_path, {"lamp1": 30}), tmp_path / "profile.yaml")
+    shutil.copy(turned(rig, tmp_path, {"led1": 30}), tmp_path / "profile.yaml")
     done = tactile(
         *("calibrate", tmp_path / "profile.yaml", "--presses", rig.press),
         *("--reference", rig.undeformed, "--target", rig.tmd, "--out", tmp_path / "bundle"),
         "--json",
     )
     assert done.returncode == 0, done.stderr
-    assert "note: light directions differ from the profile: lamp1" in done.stderr
+    assert "note: light directions differ from the profile: led1" in done.stderr
     assert json.loads(done.stdout)["bundle"]

@@ -255,7 +255,7 @@ def test_listing_shows_the_components_of_a_valid_plugin(
     assert (info.status, info.version, info.problems) == ("ok", "1.4", ())
     assert info.components == {
         "camera": ("still",),
-        "illumination": ("lamp",),
+        "illumination": ("ring",),
         "light_driver": ("box",),
         "estimator": ("peak", "peak_again"),
     }

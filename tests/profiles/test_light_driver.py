@@ -61,7 +61,7 @@ def test_the_driver_has_its_own_options(base: Path) -> None:
             "7:12: illumination.driver.use: plugin 'mylab' (tactile-mylab 1.4) has no light driver",
         ),
         ("driver:", "drivr:", "7:3: illumination.drivr: unknown key; did you mean 'driver'?"),
-        ("mylab.box", "mylab.lamp", "is of the kind illumination"),
+        ("mylab.box", "mylab.ring", "is of the kind illumination"),
         ("{use: mylab.box, port: a, baud: 300}", "mylab.box", "write {use: mylab.box}"),
         ("use: mylab.box, ", "", "7:3: illumination.driver.use: is missing"),
     ],
@@ -95,7 +95,7 @@ def test_null_removes_the_driver(base: Path) -> None:
 
 
 def test_another_illumination_keeps_the_driver(base: Path) -> None:
-    driver = revised(base, "{use: mylab.lamp}")
+    driver = revised(base, "{use: mylab.ring}")
     assert driver is not None
     assert driver.options == {"port": "a", "baud": 300}
 

@@ -47,7 +47,7 @@ gel:
   thickness_mm: 3
   markers: {pitch_mm: 1.5, diameter_mm: 2}
 camera: {use: core.replai}
-illumination: {use: nolab.lamp}
+illumination: {use: nolab.ring}
 calibration: {use: core.automatic, presses_for_network: few}
 """
 
@@ -66,7 +66,7 @@ INVALID_MESSAGES = [
     "markers must not touch",
     "15:10: camera.use: plugin 'core' (tactile-core 0.1.0) has no camera 'replai'; "
     "did you mean 'replay'?",
-    "16:16: illumination.use: illumination 'nolab.lamp' needs the plugin 'nolab', which is not "
+    "16:16: illumination.use: illumination 'nolab.ring' needs the plugin 'nolab', which is not "
     "installed; run 'pip install tactile-nolab'",
     "17:36: calibration.presses_for_network: should be a whole number, not 'few'",
 ]

@@ -24,7 +24,7 @@ illumination:
   use: core.sequential
   lights:
 """ + "".join(
-    f"    - {{name: lamp{k}, azimuth_deg: {azimuth}, elevation_deg: 35}}\n"
+    f"    - {{name: led{k}, azimuth_deg: {azimuth}, elevation_deg: 35}}\n"
     for k, azimuth in enumerate(AZIMUTHS_DEG)
 )
 PROFILE += """\
@@ -91,7 +91,7 @@ def make_height_lab(folder: Path) -> HeightLab:
     for path, height, seed in ((lab.press, lab.height_mm, 1), (lab.undeformed, 0 * relief(), 2)):
         path.mkdir(parents=True)
         for k, exposure in enumerate(lit(height, seed)):
-            cv2.imwrite(str(path / f"lamp{k}.png"), exposure)
+            cv2.imwrite(str(path / f"led{k}.png"), exposure)
     tilt = 0.3 + 0.002 * np.arange(WIDTH) - 0.001 * np.arange(HEIGHT)[:, None]
     write_tmd(lab.tmd, (lab.height_mm + tilt).astype(np.float32), MM_PER_PX)
     return lab

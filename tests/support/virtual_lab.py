@@ -30,7 +30,7 @@ class VirtualLab:
 
     @property
     def reference(self) -> Path:
-        return self.folder / "untouched.png"
+        return self.folder / "reference.png"
 
     def image(self, press: BallPress | None, seed: int = 99) -> NDArray[np.uint8]:
         """Render an image."""

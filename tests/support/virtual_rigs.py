@@ -24,7 +24,7 @@ def rig(
 ) -> Profile:
     """Return a rig with a linear grey camera and lights at these azimuths."""
     lights = [
-        {"name": f"lamp{k}", "azimuth_deg": azimuth, "elevation_deg": elevation_deg}
+        {"name": f"led{k}", "azimuth_deg": azimuth, "elevation_deg": elevation_deg}
         for k, azimuth in enumerate(azimuths_deg)
     ]
     together = {"use": "core.constant", "channels": ["grey"], "lights": lights}

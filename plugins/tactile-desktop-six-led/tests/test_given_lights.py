@@ -55,7 +55,7 @@ def test_an_outlier_light_is_rejected(level: float) -> None:
 
 
 def test_a_profile_can_select_given_lights() -> None:
-    lights = [Light(f"lamp{k}", azimuth, 60.0) for k, azimuth in enumerate(AZIMUTHS)]
+    lights = [Light(f"led{k}", azimuth, 60.0) for k, azimuth in enumerate(AZIMUTHS)]
     given = PhotometricCalibrator(StereoOptions(lights="given"))
     assert isinstance(given.from_lights(lights), GivenLights)
     assert PhotometricCalibrator(StereoOptions()).from_lights(lights) is None
@@ -99,7 +99,7 @@ illumination:
   use: core.sequential
   lights:
 """ + "".join(
-    f"    - {{name: lamp{k}, azimuth_deg: {azimuth}, elevation_deg: 60}}\n"
+    f"    - {{name: led{k}, azimuth_deg: {azimuth}, elevation_deg: 60}}\n"
     for k, azimuth in enumerate(AZIMUTHS)
 )
 PROFILE += """\
@@ -138,7 +138,7 @@ def profile(tmp_path: Path) -> Path:
 def test_a_pipeline_without_a_bundle_uses_the_lights_of_the_profile(profile: Path) -> None:
     pipeline = Pipeline(profile)
     assert any("slopes come from the lights" in note for note in pipeline.notes)
-    frame = Frame(exposures(hill(), np.ones(6)), tuple(f"lamp{k}" for k in range(6)), 0.05)
+    frame = Frame(exposures(hill(), np.ones(6)), tuple(f"led{k}" for k in range(6)), 0.05)
     reading = pipeline.process(frame)
     assert slope_error_deg(reading[Gradients].x, reading[Gradients].y) < 0.5
     assert reading[HeightMap].mm.max() == pytest.approx(PEAK_MM, rel=0.05)
@@ -146,7 +146,7 @@ def test_a_pipeline_without_a_bundle_uses_the_lights_of_the_profile(profile: Pat
 
 def test_a_reference_compensates_unequal_strengths_of_the_lights(profile: Path) -> None:
     unequal = np.array([1.0, 0.8, 1.1, 0.7, 0.9, 1.0])
-    names = tuple(f"lamp{k}" for k in range(6))
+    names = tuple(f"led{k}" for k in range(6))
     frame = Frame(exposures(hill(), unequal), names, 0.05)
     level = exposures(np.zeros_like(hill()), unequal).astype(np.float32)
     reading = Pipeline(profile, reference=Reference(level, names)).process(frame)

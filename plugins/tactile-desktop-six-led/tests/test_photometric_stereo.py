@@ -64,7 +64,7 @@ class Rig:
             level = level + noise
         dtype = np.uint8 if full_scale == 255 else np.uint16
         pixels = np.clip(np.rint(level), 0, full_scale).astype(dtype)
-        names = tuple(f"lamp{k}" for k in range(pixels.shape[2]))
+        names = tuple(f"led{k}" for k in range(pixels.shape[2]))
         return Frame(pixels, names, 0.01, full_scale=full_scale)
 
     def reference(self, full_scale: float = 255.0) -> Reference:

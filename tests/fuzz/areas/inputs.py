@@ -57,7 +57,7 @@ def images(box: Sandbox, rng: Random) -> Attempt:
             (recipes.RUN, "frames/ball.png", "frames/rest.png"),
             (recipes.RUN_SCAN, "scan/light0.png", "scan/light2.png"),
             (recipes.RUN_MARKED, "sheared/frames/000003.png"),
-            (recipes.RUN_MARKED, "sheared/reference/untouched.png"),
+            (recipes.RUN_MARKED, "sheared/reference/undeformed.png"),
             (recipes.CALIBRATE, "presses/press_0.png", "presses/press_2.png"),
             (recipes.CALIBRATE, "ref.png"),
             (recipes.CALIBRATE_GRID, "balls.png"),

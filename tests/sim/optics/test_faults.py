@@ -85,11 +85,11 @@ def test_values_out_of_range_are_refused(values: dict[str, Any], what: str) -> N
 
 
 def test_an_unknown_light_is_refused_by_name() -> None:
-    with pytest.raises(InputError, match="no light 'lamp9'; the lights are lamp0"):
-        RigOptics(rig(), faults=Faults(dim_lights={"lamp9": 0.0}))
+    with pytest.raises(InputError, match="no light 'led9'; the lights are led0"):
+        RigOptics(rig(), faults=Faults(dim_lights={"led9": 0.0}))
 
 
 def test_an_unknown_led_is_refused() -> None:
     profile = rig(optics={"lights": {"array": [1, 4]}})
-    with pytest.raises(InputError, match="light 'lamp0' has LEDs 0 to 3, and dead_leds names 1, 4"):
-        RigOptics(profile, faults=Faults(dead_leds={"lamp0": (1, 4)}))
+    with pytest.raises(InputError, match="light 'led0' has LEDs 0 to 3, and dead_leds names 1, 4"):
+        RigOptics(profile, faults=Faults(dead_leds={"led0": (1, 4)}))

@@ -96,7 +96,7 @@ def test_a_dead_light_is_dark_and_the_others_are_unchanged() -> None:
     profile = rig((0.0, 120.0, 240.0), in_turn=True, optics={"sensor": QUIET})
     whole, dead = (
         RigOptics(profile, faults=faults).expose(level(), frame=3)
-        for faults in (Faults(), Faults(dim_lights={"lamp1": 0.0}))
+        for faults in (Faults(), Faults(dim_lights={"led1": 0.0}))
     )
     assert dead[..., 1].max() == 0
     np.testing.assert_array_equal(dead[..., ::2], whole[..., ::2])

@@ -82,10 +82,10 @@ def test_an_exposure_shows_the_lights_that_are_on() -> None:
     surface = optics.surface(level())
     left, right, both = (
         optics.photograph(surface, levels).astype(float)
-        for levels in ({"lamp1": 1.0}, {"lamp0": 0.5}, {"lamp1": 1.0, "lamp0": 0.5})
+        for levels in ({"led1": 1.0}, {"led0": 0.5}, {"led1": 1.0, "led0": 0.5})
     )
     np.testing.assert_allclose(left + right, both, atol=2)
-    assert optics.exposures == (Exposure({"lamp0": 1.0, "lamp1": 1.0}, ("grey",)),)
+    assert optics.exposures == (Exposure({"led0": 1.0, "led1": 1.0}, ("grey",)),)
 
 
 def test_a_dome_is_darker_on_the_side_away_from_the_light() -> None:

@@ -8,7 +8,7 @@ from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 
 
 class Lights(Illumination):
-    """Two lights fired in turn; sound."""
+    """Two sequential lights; valid."""
 
     channels = ("left", "right")
     lights = (Light("left", 180, 30), Light("right", 0, 30))

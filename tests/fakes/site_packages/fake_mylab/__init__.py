@@ -15,12 +15,12 @@ def tactile_cameras() -> Mapping[str, str]:
 
 @hookimpl
 def tactile_illuminations() -> Mapping[str, str]:
-    return {"lamp": "fake_mylab.lamp:Lamp"}
+    return {"ring": "fake_mylab.ring:Ring"}
 
 
 @hookimpl
 def tactile_light_drivers() -> Mapping[str, str]:
-    return {"box": "fake_mylab.lamp:Box"}
+    return {"box": "fake_mylab.ring:Box"}
 
 
 @hookimpl

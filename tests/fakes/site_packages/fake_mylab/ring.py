@@ -11,11 +11,11 @@ from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.light_driver import LightDriver
 
 
-class Lamp(Illumination):
+class Ring(Illumination):
     channels = ("grey",)
 
     def exposures(self) -> tuple[Exposure, ...]:
-        return (Exposure({"lamp": 1.0}, ("grey",)),)
+        return (Exposure({"ring": 1.0}, ("grey",)),)
 
 
 class BoxOptions(Options):

@@ -11,7 +11,7 @@ from tactile_core import load_profile
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import Indenter, make_indenter
 
-OUT = Path(__file__).parents[1] / "images" / "virtual_skin.svg"
+OUT = Path(__file__).parents[1] / "images" / "virtual_gel.svg"
 COLOURS = {"plate": "#1f6fb4", "cylinder": "#c8553d", "ball": "#3a8f5c"}
 PRESSES: dict[str, tuple[Indenter, float, float]] = {
     "plate": (make_indenter("flat", size_mm=(40.0, 40.0)), 0.0, 45.0),

@@ -21,6 +21,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Chain, Step
+from tactile_core.pipeline.notes import exposure_warnings, left_out_notes
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.profile_steps import chain_of
 from tactile_core.pipeline.workers import shared_out
@@ -44,9 +45,6 @@ from tactile_core.quantities import (
 )
 
 _INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
-
-_RELEVANT_SHARE = 0.01
-"""Share of a frame's intensities: fewer saturated or dark ones are filled without a warning."""
 
 _COMPILING_MS = 2000.0
 """A frame takes longer only if its kernels are being compiled."""
@@ -116,7 +114,7 @@ class Pipeline:
             notes.append(
                 f"the gel has no markers, so these steps are left out: {', '.join(markless)}"
             )
-        notes += self._notes_of_left_out()
+        notes += left_out_notes(self._left_out(), bundled=self.bundle is not None)
         self.notes = tuple(notes)
 
     def frame(self, *images: Pixels, timestamp_s: float = 0.0, source: str = "") -> Frame:
@@ -179,7 +177,7 @@ class Pipeline:
         not_measured = {Frame, Reference, *self._chain.external}
         measured_only = {k: v for k, v in result.by_type.items() if k not in not_measured}
         latency_ms = 1e3 * (perf_counter() - start)
-        warnings = [*(self.notes if first else ()), *_exposure_warnings(raw)]
+        warnings = [*(self.notes if first else ()), *exposure_warnings(raw)]
         for name, kind in result.left_out.items():
             if kind in self._chain.external:
                 warnings.append(
@@ -349,22 +347,6 @@ class Pipeline:
         with blame("the calibration", found):
             return found.prepared(compiled=self.compiled)
 
-    def _notes_of_left_out(self) -> list[str]:
-        left_out = self._left_out()
-        unreferenced = [name for name, kind in left_out.items() if kind is Reference]
-        others = [name for name in left_out if name not in unreferenced]
-        no_reference = "no reference", "give --reference, a recording of the undeformed sensor"
-        no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
-        reasons = [
-            (unreferenced, no_reference),
-            (others, no_bundle if self.bundle is None else no_reference),
-        ]
-        return [
-            f"{why}, so these steps are left out: {', '.join(steps)}; {remedy}"
-            for steps, (why, remedy) in reasons
-            if steps
-        ]
-
     def _left_out(self) -> dict[str, type[Quantity]]:
         """Return the steps that cannot run, each with the missing input that causes it."""
         given: set[type[Quantity]] = {Frame, *self._chain.external}
@@ -405,17 +387,3 @@ class Pipeline:
                 f"the {what} has {shape[2]} channels, but the bundle was made for "
                 f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
             )
-
-
-def _exposure_warnings(frame: Frame) -> tuple[str, ...]:
-    warnings = []
-    if frame.saturated_share > _RELEVANT_SHARE:
-        warnings.append(
-            f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
-        )
-    if frame.too_dark_share > _RELEVANT_SHARE:
-        warnings.append(
-            f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
-            f"the lights"
-        )
-    return tuple(warnings)

@@ -15,7 +15,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
-from tactile_core.sim.gel_surface import Mode
+from tactile_core.sim.modes import Mode
 from tactile_core.sim.script import Script
 from tactile_core.sim.stage import VirtualStage
 

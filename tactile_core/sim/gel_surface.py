@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import ModuleType
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,55 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
-from tactile_core.sim.contact_step import ContactModel, Precision
+from tactile_core.sim.contact_step import ContactModel
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import Indenter
+from tactile_core.sim.modes import MODES, Mode
 from tactile_core.sim.motion import checked_seconds, checked_steps, slowing_steps, straight_path
 from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
 from tactile_core.sim.truth import TrueState
-
-Mode = Literal["accurate", "fast"]
-
-
-@dataclass(frozen=True)
-class ModeParameters:
-    """Resolution and tolerances of one simulation mode. The user selects the mode instead.
-
-    Attributes
-    ----------
-    nodes_across : int, count
-        Nodes along the longer side of the gel; in the accurate mode, before refinement.
-        Source: chosen by hand for the fast mode to run at camera rate (``benchmarks/bench_sim.py``
-        measures it).
-    precision : Precision
-        Solver tolerances (relative) and sweeps (count).
-        Source: chosen by hand; ``tests/sim/test_gel_surface.py`` compares both modes.
-    press_steps : int, count
-        Default number of increments of a press.
-        Source: chosen by hand; no script derives it.
-    """
-
-    nodes_across: int
-    precision: Precision
-    press_steps: int
-
-
-MODES: dict[Mode, ModeParameters] = {
-    "fast": ModeParameters(
-        nodes_across=128,
-        precision=Precision(normal=2e-3, friction=5e-3, sweeps=1),
-        press_steps=4,
-    ),
-    "accurate": ModeParameters(
-        nodes_across=256,
-        precision=Precision(normal=1e-4, friction=1e-3, sweeps=3),
-        press_steps=5,
-    ),
-}
-"""The values in use."""
 
 
 class GelSurface:

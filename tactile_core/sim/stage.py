@@ -13,8 +13,9 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Pixels
 from tactile_core.sim import kernels
-from tactile_core.sim.gel_surface import GelSurface, Mode
+from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.rig import RigOptics
 

@@ -18,7 +18,7 @@ from tactile_core.interfaces.constant_light import COLOUR
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.sim import kernels
-from tactile_core.sim.gel_surface import Mode
+from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import led_arrays_of

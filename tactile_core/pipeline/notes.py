@@ -1,0 +1,47 @@
+"""Sentences for the user about a frame's exposure and about steps that cannot run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.quantities import Frame, Quantity, Reference
+
+_RELEVANT_SHARE = 0.01
+"""Share of a frame's intensities: fewer saturated or dark ones are filled without a warning."""
+
+
+def exposure_warnings(frame: Frame) -> tuple[str, ...]:
+    """Return the warnings about saturated and dark intensities of a frame as acquired."""
+    warnings = []
+    if frame.saturated_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
+        )
+    if frame.too_dark_share > _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
+            f"the lights"
+        )
+    return tuple(warnings)
+
+
+def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> list[str]:
+    """Return the notes about steps that are left out, with what makes them run.
+
+    Parameters
+    ----------
+    left_out : mapping of step name to type
+        The steps that cannot run, each with the missing input that causes it.
+    bundled : bool
+        Whether the pipeline has a bundle.
+    """
+    unreferenced = [name for name, kind in left_out.items() if kind is Reference]
+    others = [name for name in left_out if name not in unreferenced]
+    no_reference = "no reference", "give --reference, a recording of the undeformed sensor"
+    no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
+    reasons = [(unreferenced, no_reference), (others, no_reference if bundled else no_bundle)]
+    return [
+        f"{why}, so these steps are left out: {', '.join(steps)}; {remedy}"
+        for steps, (why, remedy) in reasons
+        if steps
+    ]

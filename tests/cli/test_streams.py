@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -29,6 +30,12 @@ def tactile(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         command, capture_output=True, text=True, check=False, env=environment(**more)
     )
+
+
+def skip_if_ignored(name: str) -> None:
+    """Skip a test of a signal that this process ignores, as under ``nohup``."""
+    if signal.getsignal(signal.Signals[name]) is signal.SIG_IGN:
+        pytest.skip(f"this process ignores {name}, and so do its children")
 
 
 def with_closed_stdout(*words: object) -> tuple[int, str]:
@@ -71,6 +78,7 @@ def test_prints_of_a_driver_do_not_reach_stdout(tmp_path: Path) -> None:
 def test_a_signal_closes_the_sensor_and_ends_with_its_code(
     tmp_path: Path, name: str, code: int
 ) -> None:
+    skip_if_ignored(name)
     path = profile(tmp_path, step=f"{name} at estimate", camera="chatter at close")
     done = tactile("run", path, "--json")
     assert (done.returncode, done.stdout) == (code, "")
@@ -125,6 +133,7 @@ main(["profiles"])
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_signal_during_argument_parsing_ends_with_its_code(name: str, code: int) -> None:
+    skip_if_ignored(name)
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED_READING, name],
         capture_output=True,

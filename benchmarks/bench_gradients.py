@@ -1,6 +1,5 @@
 """Time of fitting, loading and the parts of the step from RGB to slopes: ``make bench``."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -83,7 +82,7 @@ def bench_measure(benchmark, use, shape):
 def bench_measure_at_every_pixel(benchmark, use, monkeypatch):
     presses, reference = unit((480, 640))
     model = fitted(use, presses, reference)
-    everywhere = replace(slope_field.SLOPE_FIELD, exact_pixels=reference.pixels.size)
+    everywhere = slope_field.SLOPE_FIELD._replace(exact_pixels=reference.pixels.size)
     monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
     benchmark.pedantic(model.measure, (presses[1].frame, reference), rounds=5, warmup_rounds=1)
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import comb
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +13,7 @@ from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.arrays.types import Float32
 
 
-@dataclass(frozen=True)
-class BackgroundParameters:
+class BackgroundParameters(NamedTuple):
     """Parameters of the background fit. What a user may choose is the degree of the polynomial.
 
     Attributes

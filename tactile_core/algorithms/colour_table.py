@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Complex64, Float32
 
 
-@dataclass(frozen=True)
-class TableParameters:
+class TableParameters(NamedTuple):
     """Parameters of lookup tables. The number of entries is an option of ``core.lookup_table``.
 
     Nothing sets the others from outside: they depend on no sensor.

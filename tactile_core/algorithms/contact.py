@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -14,8 +14,7 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
 
-@dataclass(frozen=True)
-class ContactParameters:
+class ContactParameters(NamedTuple):
     """Parameters of contact detection that no option sets: they are relative to noise or depth.
 
     Attributes

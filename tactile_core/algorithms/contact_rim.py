@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 
 
-@dataclass(frozen=True)
-class RimParameters:
+class RimParameters(NamedTuple):
     """Discretisation of the Hankel transform. Nothing sets it from outside: it is converged.
 
     Attributes

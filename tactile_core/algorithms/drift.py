@@ -7,7 +7,7 @@ frames, so a contact that is held for long is not absorbed into the reference.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -18,8 +18,7 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.levels import LEVELS
 
 
-@dataclass(frozen=True)
-class DriftParameters:
+class DriftParameters(NamedTuple):
     """Parameters of the drift estimate.
 
     Nothing sets them from outside: they are shares and ratios, the same for every sensor. A profile

@@ -10,8 +10,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array
 
 
-@dataclass(frozen=True)
-class GelParameters:
+class GelParameters(NamedTuple):
     """Properties of the gel where a profile gives none.
 
     Attributes

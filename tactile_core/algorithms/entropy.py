@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -12,8 +12,7 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
 
-@dataclass(frozen=True)
-class EntropyParameters:
+class EntropyParameters(NamedTuple):
     """Parameters of the displacement entropy.
 
     Attributes

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class LevelParameters:
+class LevelParameters(NamedTuple):
     """Levels between which an intensity measures light.
 
     Nothing sets them from outside. A calibration is fitted with these levels and stored without

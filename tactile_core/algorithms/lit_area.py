@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 Box = tuple[int, int, int, int]
 
 
-@dataclass(frozen=True)
-class LitAreaParameters:
+class LitAreaParameters(NamedTuple):
     """Parameters of the search for the illuminated area.
 
     Nothing sets them from outside: the result is a proposal that the user may edit in the profile.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from tactile_core.algorithms.arrays.regression import scaling
 from tactile_core.algorithms.arrays.types import Float32
 
 
-@dataclass(frozen=True)
-class TrainingParameters:
+class TrainingParameters(NamedTuple):
     """Parameters of evaluation and training that no argument of :func:`train` sets.
 
     Nothing sets them from outside: they depend on the method or the processor, not on a sensor.

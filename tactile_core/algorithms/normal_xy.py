@@ -8,7 +8,7 @@ mean towards a vertical wall.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,8 +16,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float32
 
 
-@dataclass(frozen=True)
-class NormalParameters:
+class NormalParameters(NamedTuple):
     """Bound of the normals that slope models return.
 
     Nothing sets it from outside: stored models and their tables are made with it.

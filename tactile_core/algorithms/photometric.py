@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -21,8 +21,7 @@ _NO_MARKER: Any = 0
 """Value of a marker mask off the markers. OpenCV compares with numbers; its type stubs do not."""
 
 
-@dataclass(frozen=True)
-class MarkerFillParameters:
+class MarkerFillParameters(NamedTuple):
     """Parameters of filling markers from the gel surface around them.
 
     Nothing sets them from outside: the size of the markers sets the size of the neighbourhood.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +13,7 @@ from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.types import Array
 
 
-@dataclass(frozen=True)
-class RestParameters:
+class RestParameters(NamedTuple):
     """Parameters of the search for the rest surface. What a user may set is the largest tilt.
 
     Attributes

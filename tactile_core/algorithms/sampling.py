@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -15,8 +15,7 @@ from tactile_core.algorithms.arrays.types import Bool
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
 
-@dataclass(frozen=True)
-class SamplingParameters:
+class SamplingParameters(NamedTuple):
     """Parameters of the coarse grid. Nothing sets them from outside: they are relative to the blur.
 
     Attributes

@@ -9,7 +9,6 @@ contact leaves no undeformed surface, the exposure cannot be identified, and no 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
@@ -19,8 +18,7 @@ from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.types import Array
 
 
-@dataclass(frozen=True)
-class SequenceParameters:
+class SequenceParameters(NamedTuple):
     """Parameters of the verification of exposures.
 
     Nothing sets them from outside: they are ratios, the same for every rig with sequential lights.

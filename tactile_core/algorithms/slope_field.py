@@ -10,8 +10,7 @@ numbers of channels the model is evaluated at every pixel.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -34,8 +33,7 @@ from tactile_core.algorithms.sampling import Sampling
 Model = Callable[[Float32], Float32]
 
 
-@dataclass(frozen=True)
-class SlopeFieldParameters:
+class SlopeFieldParameters(NamedTuple):
     """Parameters of the evaluation of slope models.
 
     Nothing sets them from outside: they trade time against accuracy and depend on no sensor.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ from tactile_core.interfaces.slope_models.tables import faithful
 from tactile_core.quantities import Float32, Reference
 
 
-@dataclass(frozen=True)
-class LookupTableParameters:
+class LookupTableParameters(NamedTuple):
     """Parameters of the fit. The number of entries is an option; nothing sets the others.
 
     Attributes

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -15,8 +16,7 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import DisplacementField, Float32, Frame, Reference
 
 
-@dataclass(frozen=True)
-class OpticalFlowParameters:
+class OpticalFlowParameters(NamedTuple):
     """Parameters of the step; the pixel stride is an option.
 
     Attributes

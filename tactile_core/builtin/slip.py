@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +30,7 @@ from tactile_core.quantities import (
 )
 
 
-@dataclass(frozen=True)
-class SlipParameters:
+class SlipParameters(NamedTuple):
     """Parameters of the step that are not options.
 
     Attributes

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,8 +21,7 @@ from tactile_core.algorithms.slip.touched import (
 from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
 
 
-@dataclass(frozen=True)
-class TouchParameters:
+class TouchParameters(NamedTuple):
     """Parameters of the contact area; those of its shape are in ``algorithms/slip/touched.py``.
 
     Attributes

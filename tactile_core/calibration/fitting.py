@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,8 +42,7 @@ _USELESS = (
 )
 
 
-@dataclass(frozen=True)
-class AzimuthParameters:
+class AzimuthParameters(NamedTuple):
     """Parameters of the check of light directions. Nothing sets them from outside: it only warns.
 
     Attributes

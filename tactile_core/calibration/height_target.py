@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -19,8 +20,7 @@ SUFFIX = ".tmd"
 """Ending of a height map's file name."""
 
 
-@dataclass(frozen=True)
-class HeightTargetParameters:
+class HeightTargetParameters(NamedTuple):
     """Parameters of reading a height map. Nothing sets them from outside: they guard the input.
 
     Attributes

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -15,8 +16,7 @@ from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 
-@dataclass(frozen=True)
-class MapRowParameters:
+class MapRowParameters(NamedTuple):
     """Parameters of sampling a height map. Nothing sets them from outside.
 
     They balance the few steep pixels of a map against the many level ones; see

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +26,7 @@ from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 
-@dataclass(frozen=True)
-class PressParameters:
+class PressParameters(NamedTuple):
     """Parameters of selecting pixels of a press. Nothing sets them from outside.
 
     They follow from the geometry of a ball on a gel, not from the sensor: all lengths are ratios.

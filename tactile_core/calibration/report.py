@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
@@ -23,8 +22,7 @@ _USED, _LEFT_OUT, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), 
 """Colours of outlines and plots, RGB."""
 
 
-@dataclass(frozen=True)
-class ReportParameters:
+class ReportParameters(NamedTuple):
     """Layout of the report. Nothing sets it from outside: it changes no result.
 
     Attributes

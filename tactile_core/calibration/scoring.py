@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -20,8 +20,7 @@ from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 
 
-@dataclass(frozen=True)
-class ScoringParameters:
+class ScoringParameters(NamedTuple):
     """Parameters of the cross-validation. Nothing sets them, so that scores stay comparable.
 
     Attributes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Generic
+from typing import Any, Generic, NamedTuple
 
 import numpy as np
 
@@ -34,8 +34,7 @@ _STAND_IN = (
 )
 
 
-@dataclass(frozen=True)
-class TargetParameters:
+class TargetParameters(NamedTuple):
     """Plausibility limits of balls and labels. Nothing sets them from outside: they catch typos.
 
     Attributes

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,8 +11,7 @@ from tactile_core.algorithms.drift import ReferenceLevels, divided
 from tactile_core.quantities import Frame, Reference
 
 
-@dataclass(frozen=True)
-class CompensationParameters:
+class CompensationParameters(NamedTuple):
     """Parameters of the compensation. Nothing sets them from outside: they save time alone.
 
     Attributes

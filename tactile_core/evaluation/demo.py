@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -28,8 +28,7 @@ from tactile_core.views.arrows import arrows
 from tactile_core.views.maps import Overlay, deviation, relief
 
 
-@dataclass(frozen=True)
-class DemoParameters:
+class DemoParameters(NamedTuple):
     """Set-up of the demonstration. It is fixed, so that its figures are comparable.
 
     Attributes

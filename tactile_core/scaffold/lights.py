@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,7 @@ from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding
 
 
-@dataclass(frozen=True)
-class ContactParameters:
+class ContactParameters(NamedTuple):
     """Parameters of the check of the scale. Nothing sets them from outside: it only warns.
 
     Attributes

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +22,7 @@ from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.markers import FoundMarkers
 
 
-@dataclass(frozen=True)
-class ScaleParameters:
+class ScaleParameters(NamedTuple):
     """Parameters of the comparison of scales. Nothing sets them from outside: it catches mistakes.
 
     Attributes

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +19,7 @@ from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
 
 
-@dataclass(frozen=True)
-class ViewParameters:
+class ViewParameters(NamedTuple):
     """Parameters of finding the view. Nothing sets them: options give crop and corners instead.
 
     Attributes

@@ -7,7 +7,7 @@ elastic contact mechanics use :class:`tactile_core.sim.VirtualStage`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from tactile_core.profiles.model import Profile
 
 
-@dataclass(frozen=True)
-class BallParameters:
+class BallParameters(NamedTuple):
     """Shape of the gel surface around the ball.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,7 @@ from tactile_core.sim.viscoelasticity import TimeStep
 from tactile_core.sim.window import Window
 
 
-@dataclass(frozen=True)
-class ContactStepParameters:
+class ContactStepParameters(NamedTuple):
     """Parameters of a contact step. They are numerical; nothing sets them from outside.
 
     Attributes

@@ -7,6 +7,7 @@ pressure. Below this limit the gel surface sticks to the object; at the limit it
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -15,8 +16,7 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.sim.response import Response
 
 
-@dataclass(frozen=True)
-class FrictionParameters:
+class FrictionParameters(NamedTuple):
     """Parameters of the friction solver. They affect its speed, not its solution.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,7 @@ NO_GEL_MM = -1e3
 """Level of the rest surface outside the gel: nothing reaches it."""
 
 
-@dataclass(frozen=True)
-class GelParameters:
+class GelParameters(NamedTuple):
     """Parameters of the gel model that no profile key sets, apart from the friction coefficient.
 
     Attributes

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from tactile_core.sim.contact_step import Precision
 
 Mode = Literal["accurate", "fast"]
 
 
-@dataclass(frozen=True)
-class ModeParameters:
+class ModeParameters(NamedTuple):
     """Resolution and tolerances of one simulation mode. The user selects the mode instead.
 
     Attributes

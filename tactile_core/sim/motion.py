@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,7 @@ QUASI_STATIC_S = np.inf
 """Duration of a quasi-static step: all stress relaxes."""
 
 
-@dataclass(frozen=True)
-class HoldParameters:
+class HoldParameters(NamedTuple):
     """Time steps of a hold. A longer hold uses longer steps, because relaxation slows down.
 
     Attributes

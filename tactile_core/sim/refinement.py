@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,7 @@ from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import Indenter
 
 
-@dataclass(frozen=True)
-class RefinementParameters:
+class RefinementParameters(NamedTuple):
     """Parameters of grid refinement in the accurate mode. They trade accuracy for time.
 
     Attributes

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
@@ -14,8 +13,7 @@ from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.sim.grid import Grid
 
 
-@dataclass(frozen=True)
-class InversionParameters:
+class InversionParameters(NamedTuple):
     """Iterations that invert the displacement field. They bound the error, at a cost in time.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array
 
 
-@dataclass(frozen=True)
-class WindowParameters:
+class WindowParameters(NamedTuple):
     """Size of a window around a contact. It affects the time of a step, not its solution.
 
     Attributes

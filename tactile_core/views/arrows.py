@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 
-@dataclass(frozen=True)
-class ArrowParameters:
+class ArrowParameters(NamedTuple):
     """Style of the arrows. It has no effect on measurements, so nothing sets it from outside.
 
     Attributes

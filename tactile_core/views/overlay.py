@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,8 +16,7 @@ _FRACTION_BITS = 4
 """Fractional bits of OpenCV's coordinates."""
 
 
-@dataclass(frozen=True)
-class OverlayParameters:
+class OverlayParameters(NamedTuple):
     """Style of overlays. It has no effect on measurements, so nothing sets it from outside.
 
     Lengths in sheet px are px on the smallest sheet and grow with the picture.

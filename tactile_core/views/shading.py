@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from tactile_core.views.drawing import Rgb
 
 
-@dataclass(frozen=True)
-class ShadingParameters:
+class ShadingParameters(NamedTuple):
     """Colours of maps. They have no effect on measurements, so nothing sets them from outside.
 
     Lightness is from 0 to 1. Lightness, chroma and hue are those of OKLab [1]_.

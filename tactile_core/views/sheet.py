@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 
@@ -19,8 +19,7 @@ from tactile_core.views.drawing import (
 )
 
 
-@dataclass(frozen=True)
-class SheetParameters:
+class SheetParameters(NamedTuple):
     """Layout of sheets. It has no effect on measurements, so nothing sets it from outside.
 
     Lengths in sheet px are px on the smallest sheet and grow with the picture.

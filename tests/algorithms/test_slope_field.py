@@ -1,5 +1,4 @@
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,7 +33,7 @@ def both_ways(
 ) -> tuple[np.ndarray, np.ndarray]:
     table = bake(model, Axis(per_unit=80, first=45, count=80))
     fast = np.stack(SlopeField(model, table, reference).measure(frame)[:2])
-    everywhere = replace(SLOPE_FIELD, exact_pixels=frame.size)
+    everywhere = SLOPE_FIELD._replace(exact_pixels=frame.size)
     monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
     exact = np.stack(SlopeField(model, table, reference).measure(frame)[:2])
     return fast, exact

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +38,7 @@ OPPONENT = np.array([[2, -1, -1], [0, 3**0.5, -(3**0.5)], [2**0.5] * 3]) / 6**0.
 """Rows: two axes of the plane of hue and saturation, and the intensity; orthonormal."""
 
 
-@dataclass(frozen=True)
-class DecoderParameters:
+class DecoderParameters(NamedTuple):
     """Parameters of fitting a decoder. Nothing sets them: they are shares of the measured colours.
 
     Attributes

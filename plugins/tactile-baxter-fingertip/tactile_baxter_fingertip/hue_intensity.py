@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -33,8 +32,7 @@ CHANNELS = 3
 """Hue needs three channels."""
 
 
-@dataclass(frozen=True)
-class SampleParameters:
+class SampleParameters(NamedTuple):
     """Parameters of sampling training pixels. Nothing sets them: they are limits of the fit.
 
     Attributes

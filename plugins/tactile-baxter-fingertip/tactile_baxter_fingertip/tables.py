@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,8 +16,7 @@ ENTRIES = 256
 """Entries along each axis: a byte is an index."""
 
 
-@dataclass(frozen=True)
-class TableParameters:
+class TableParameters(NamedTuple):
     """Parameters of smoothing a table. Nothing sets them: they adapt to the density of samples.
 
     Attributes

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,7 @@ from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 
-@dataclass(frozen=True)
-class RobustNormalParameters:
+class RobustNormalParameters(NamedTuple):
     """Parameters of robust photometric stereo. Nothing sets them: intensities are relative.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,7 @@ from tactile_desktop_six_led.redundancy import Redundancy
 Float32 = NDArray[np.float32]
 
 
-@dataclass(frozen=True)
-class DriftParameters:
+class DriftParameters(NamedTuple):
     """Parameters of drift estimation. Nothing sets them; responses are relative to the reference.
 
     Attributes

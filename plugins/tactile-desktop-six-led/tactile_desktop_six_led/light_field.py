@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,7 @@ from tactile_core.algorithms.arrays import regression
 Float32 = NDArray[np.float32]
 
 
-@dataclass(frozen=True)
-class LightFieldParameters:
+class LightFieldParameters(NamedTuple):
     """Parameters of the light field. Nothing sets them from outside.
 
     Attributes

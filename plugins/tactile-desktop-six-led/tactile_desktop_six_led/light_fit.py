@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,7 @@ Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class LightFitParameters:
+class LightFitParameters(NamedTuple):
     """Parameters of the fit. Nothing sets them: features and targets are dimensionless.
 
     Attributes

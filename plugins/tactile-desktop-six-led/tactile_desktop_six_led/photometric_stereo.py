@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,7 @@ FEWEST_LIGHTS = 3
 """A normal times an albedo has three unknowns."""
 
 
-@dataclass(frozen=True)
-class StereoParameters:
+class StereoParameters(NamedTuple):
     """Parameters of calibrating photometric stereo. Nothing sets them from outside.
 
     Attributes

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,7 @@ _TINY = 1e-6
 """Keeps a denominator regular."""
 
 
-@dataclass(frozen=True)
-class RedundancyParameters:
+class RedundancyParameters(NamedTuple):
     """Parameters of fitting the redundancy. Nothing sets them: they are relative to the residual.
 
     Attributes

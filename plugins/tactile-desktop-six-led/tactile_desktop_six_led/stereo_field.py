@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -22,8 +21,7 @@ Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class StereoFieldParameters:
+class StereoFieldParameters(NamedTuple):
     """Parameters of measuring entire images. Nothing sets them from outside.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,8 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool
 
 
-@dataclass(frozen=True)
-class FillingParameters:
+class FillingParameters(NamedTuple):
     """Parameters of filling. Nothing sets them from outside: they depend on no image.
 
     Attributes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from tactile_core.algorithms.circles.press import Change
 from tactile_core.algorithms.circles.symmetry import vertex
 
 
-@dataclass(frozen=True)
-class BorderParameters:
+class BorderParameters(NamedTuple):
     """Parameters of the search for the contact radius.
 
     Nothing sets them from outside: they are relative to the radius of the ball.

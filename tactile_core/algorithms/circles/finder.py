@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,7 @@ from tactile_core.algorithms.circles.light import (
 from tactile_core.algorithms.circles.start import Start
 
 
-@dataclass(frozen=True)
-class FinderParameters:
+class FinderParameters(NamedTuple):
     """Parameters of the joint fit of circles and light.
 
     Nothing sets them from outside: they are relative to the radius of the ball or the residuals.

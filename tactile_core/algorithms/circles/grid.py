@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from tactile_core.algorithms.circles.press import PressImage, disc
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 
-@dataclass(frozen=True)
-class GridParameters:
+class GridParameters(NamedTuple):
     """Parameters of the refinement of grids.
 
     Nothing sets them from outside: they are relative to the radius of the balls.

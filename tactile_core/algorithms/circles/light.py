@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change
 
 
-@dataclass(frozen=True)
-class LightParameters:
+class LightParameters(NamedTuple):
     """Parameters of the fit of the light.
 
     Nothing sets them from outside: the number of presses decides the orders.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -15,8 +15,7 @@ from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.levels import LEVELS
 
 
-@dataclass(frozen=True)
-class PressParameters:
+class PressParameters(NamedTuple):
     """Parameters of the preparation of presses.
 
     Nothing sets them from outside: the working scale makes them independent of the sensor.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -12,8 +13,7 @@ from tactile_core.algorithms.circles.press import Change, PressImage, change_of,
 from tactile_core.algorithms.circles.symmetry import odd_centre
 
 
-@dataclass(frozen=True)
-class StartParameters:
+class StartParameters(NamedTuple):
     """Parameters of the analysis of single presses.
 
     Nothing sets them from outside: they are relative to the noise or the radius of the ball.

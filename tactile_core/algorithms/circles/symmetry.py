@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,8 +11,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change
 
 
-@dataclass(frozen=True)
-class SymmetryParameters:
+class SymmetryParameters(NamedTuple):
     """Parameters of the search for the centre of symmetry.
 
     Nothing sets them from outside: they are relative to the radius of the ball.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,8 +14,7 @@ from tactile_core.algorithms.arrays.shrinking import enlarged, repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
-@dataclass(frozen=True)
-class GridParameters:
+class GridParameters(NamedTuple):
     """Parameters of the coarse grid.
 
     Attributes

@@ -6,7 +6,7 @@ Markers are too sparse to resolve that bend. Elasticity predicts it from the con
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -19,8 +19,7 @@ _COMPONENTS = 0, 1, 1, 2, 3, 4, 5, 6
 """Which of the seven computed components are x and y of each field; two fields share one."""
 
 
-@dataclass(frozen=True)
-class ContactShearParameters:
+class ContactShearParameters(NamedTuple):
     """Parameters of the elastic fields of a contact.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -12,8 +13,7 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
-@dataclass(frozen=True)
-class FlowParameters:
+class FlowParameters(NamedTuple):
     """Parameters of the optical flow. Lengths are pixels of the reduced image.
 
     Attributes

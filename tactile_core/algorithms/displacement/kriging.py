@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
 
-@dataclass(frozen=True)
-class KrigingParameters:
+class KrigingParameters(NamedTuple):
     """Parameters of the covariance. All variances are relative to that of the field.
 
     Attributes

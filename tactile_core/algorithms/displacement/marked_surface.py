@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -19,8 +19,7 @@ from tactile_core.errors import InputError
 _TINY = float(np.finfo(np.float32).tiny)
 
 
-@dataclass(frozen=True)
-class SurfaceParameters:
+class SurfaceParameters(NamedTuple):
     """Parameters of the dense field. They are relative to the marker pitch and the gel thickness.
 
     Attributes

@@ -11,11 +11,10 @@ Unless stated otherwise, values were chosen together on virtual strokes of a mar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class NeighbourhoodParameters:
+class NeighbourhoodParameters(NamedTuple):
     """Parameters of the local plane fit.
 
     Attributes
@@ -48,8 +47,7 @@ class NeighbourhoodParameters:
     min_sigma_pitches: float = 0.01
 
 
-@dataclass(frozen=True)
-class GrowthParameters:
+class GrowthParameters(NamedTuple):
     """Parameters of region growing and of its checks.
 
     Attributes
@@ -112,8 +110,7 @@ class GrowthParameters:
     residual_cap: float = 0.25
 
 
-@dataclass(frozen=True)
-class SmallMotionParameters:
+class SmallMotionParameters(NamedTuple):
     """Parameters of the first attempt at a frame, which assumes a small and smooth step.
 
     Attributes
@@ -142,8 +139,7 @@ class SmallMotionParameters:
     rounds: int = 4
 
 
-@dataclass(frozen=True)
-class HypothesisParameters:
+class HypothesisParameters(NamedTuple):
     """Parameters of the search among several hypotheses.
 
     Attributes
@@ -211,8 +207,7 @@ class HypothesisParameters:
     max_motion_pitches: float = 1.5
 
 
-@dataclass(frozen=True)
-class ConfidenceParameters:
+class ConfidenceParameters(NamedTuple):
     """Parameters of the confidence in a marker's identity. All limits scale with ``allowance``.
 
     Attributes
@@ -264,8 +259,7 @@ class ConfidenceParameters:
     clutter_factor: float = 6.0
 
 
-@dataclass(frozen=True)
-class TrackerParameters:
+class TrackerParameters(NamedTuple):
     """Parameters of the tracker.
 
     Attributes

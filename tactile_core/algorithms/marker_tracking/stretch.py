@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,7 @@ from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 
-@dataclass(frozen=True)
-class StretchParameters:
+class StretchParameters(NamedTuple):
     """Parameters of the test for a stretched lattice. They are relative to the pitch.
 
     Attributes

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -16,8 +15,7 @@ FULL = 255
 """Contrast of a pixel that reflects no light at all."""
 
 
-@dataclass(frozen=True)
-class ContrastParameters:
+class ContrastParameters(NamedTuple):
     """Parameters of the marker contrast. They are relative to a marker's size and to the light.
 
     Attributes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -12,8 +12,7 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.markers.contrast import background_of, brightness_of, check_image
 
 
-@dataclass(frozen=True)
-class LatticeParameters:
+class LatticeParameters(NamedTuple):
     """Parameters of the search for a marker lattice. Sizes are relative to the diameter tried.
 
     Attributes

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class DetectionParameters:
+class DetectionParameters(NamedTuple):
     """Parameters of marker detection. Nothing sets them from outside: they are relative.
 
     Lengths are relative to the marker's diameter, contrast and mass to the typical marker of the

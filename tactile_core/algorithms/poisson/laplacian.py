@@ -18,9 +18,8 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import cv2
 import numpy as np
@@ -35,8 +34,7 @@ from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
 Boundary = Literal["neumann", "dirichlet"]
 
 
-@dataclass(frozen=True)
-class LaplacianParameters:
+class LaplacianParameters(NamedTuple):
     """Parameters that fit the transforms to the processor's cache; results differ by rounding.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
 
 
-@dataclass(frozen=True)
-class MaskedParameters:
+class MaskedParameters(NamedTuple):
     """Parameters of the iterative solution. Nothing sets them: they decide its time alone.
 
     Attributes

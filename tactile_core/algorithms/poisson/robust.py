@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from tactile_core.algorithms.poisson.laplacian import laplacian
 from tactile_core.errors import InputError
 
 
-@dataclass(frozen=True)
-class RobustParameters:
+class RobustParameters(NamedTuple):
     """Parameters that no option of ``core.robust_poisson`` sets: they depend on no sensor.
 
     Attributes

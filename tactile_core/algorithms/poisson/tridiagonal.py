@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from types import ModuleType
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,8 +16,7 @@ from tactile_core.algorithms.kernels import load
 from tactile_core.algorithms.poisson.cosines import CosineRows, from_dft_order, in_dft_order
 
 
-@dataclass(frozen=True)
-class TridiagonalParameters:
+class TridiagonalParameters(NamedTuple):
     """Parameters of precision and speed. Nothing sets them: heights differ by rounding.
 
     Attributes

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class DegreeParameters:
+class DegreeParameters(NamedTuple):
     """Parameters of the degree of slip.
 
     Attributes

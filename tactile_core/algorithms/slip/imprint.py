@@ -12,7 +12,7 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -25,8 +25,7 @@ _TINY = 1e-12
 """Added to denominators against division by zero."""
 
 
-@dataclass(frozen=True)
-class ImprintParameters:
+class ImprintParameters(NamedTuple):
     """Parameters of slip from the imprint. Only ``slip_share`` is an option of ``core.slip``.
 
     Attributes

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -15,8 +14,7 @@ from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
 
 
-@dataclass(frozen=True)
-class PlaneParameters:
+class PlaneParameters(NamedTuple):
     """Parameters of the coarse fields.
 
     Attributes

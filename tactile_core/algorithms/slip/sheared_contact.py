@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +21,7 @@ from tactile_core.algorithms.slip.stick_region import (
 )
 
 
-@dataclass(frozen=True)
-class ShearedContactParameters:
+class ShearedContactParameters(NamedTuple):
     """Parameters of the contact's history. The first two are defaults of options of ``core.slip``.
 
     Attributes

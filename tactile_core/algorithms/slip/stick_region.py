@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,7 @@ _TINY = 1e-12
 """Added to denominators against division by zero."""
 
 
-@dataclass(frozen=True)
-class StickRegionParameters:
+class StickRegionParameters(NamedTuple):
     """Parameters of the fit of the stick region.
 
     Attributes

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import reduce
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -14,8 +14,7 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 
 
-@dataclass(frozen=True)
-class RingParameters:
+class RingParameters(NamedTuple):
     """Parameters of the contact area. Lengths are grid points, about 0.22 mm apart.
 
     Attributes

@@ -7,6 +7,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
+from typing import NamedTuple
 
 from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.stream import Stream
@@ -16,8 +17,7 @@ WARM_UP_FRAMES = 4
 """Frames before timing starts. Chosen by hand; the first one compiles and prepares tables."""
 
 
-@dataclass(frozen=True)
-class StreamingParameters:
+class StreamingParameters(NamedTuple):
     """Measurement of throughput with one and with two processes.
 
     Attributes

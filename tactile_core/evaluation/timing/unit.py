@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +27,7 @@ from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
 
-@dataclass(frozen=True)
-class UnitParameters:
+class UnitParameters(NamedTuple):
     """Presses and frames of a virtual unit. They are fixed, so that timings are comparable.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from tactile_core.interfaces.slope_models.image_shape import in_words
 from tactile_core.quantities import Float32, Reference
 
 
-@dataclass(frozen=True)
-class SampleParameters:
+class SampleParameters(NamedTuple):
     """Parameters of sampling training pixels. Nothing sets them from outside.
 
     Attributes

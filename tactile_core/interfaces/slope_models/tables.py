@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,7 @@ from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.quantities import Float32, Reference
 
 
-@dataclass(frozen=True)
-class TableParameters:
+class TableParameters(NamedTuple):
     """Parameters of choosing a table. Nothing sets them: the choice is checked against the model.
 
     Attributes

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +14,7 @@ from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.solids import positive
 
 
-@dataclass(frozen=True)
-class MeshParameters:
+class MeshParameters(NamedTuple):
     """Limits of the conversion of a mesh to a height map.
 
     Attributes

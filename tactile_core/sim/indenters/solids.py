@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +12,7 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 
 
-@dataclass(frozen=True)
-class SolidParameters:
+class SolidParameters(NamedTuple):
     """Parameters of round surfaces.
 
     Attributes

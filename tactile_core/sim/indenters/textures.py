@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +14,7 @@ from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 from tactile_core.sim.indenters.solids import positive, round_gap
 
 
-@dataclass(frozen=True)
-class CoinParameters:
+class CoinParameters(NamedTuple):
     """Design of the coin's face. All values are chosen by hand to resemble a coin.
 
     Attributes
@@ -57,8 +57,7 @@ class CoinParameters:
     star_points: int = 5
 
 
-@dataclass(frozen=True)
-class LetterParameters:
+class LetterParameters(NamedTuple):
     """Drawing of raised letters.
 
     Attributes

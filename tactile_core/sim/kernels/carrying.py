@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -12,8 +11,7 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
 
 
-@dataclass(frozen=True)
-class CarryingParameters:
+class CarryingParameters(NamedTuple):
     """Fixed-point iteration that inverts the displacement field.
 
     Attributes

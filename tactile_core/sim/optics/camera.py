@@ -16,8 +16,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.constant_light import COLOUR
 
 
-@dataclass(frozen=True)
-class CameraParameters:
+class CameraParameters(NamedTuple):
     """Parameters of the camera model that no profile key sets directly.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,8 +12,7 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 
 
-@dataclass(frozen=True)
-class CoatingParameters:
+class CoatingParameters(NamedTuple):
     """Reflectance of a semi-specular coating: metal flakes in silicone. Profiles may override it.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -19,8 +19,7 @@ _SHARES = ("missing_markers", "merged_markers", "dropped_frames", "torn_frames",
 _COUNTS = ("dust", "scratches")
 
 
-@dataclass(frozen=True)
-class FaultParameters:
+class FaultParameters(NamedTuple):
     """Appearance of faults. Options select how many there are; their look is not adjustable.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,8 +17,7 @@ from tactile_core.interfaces.illumination import Illumination, Light
 from tactile_core.interfaces.optics import LightBuild
 
 
-@dataclass(frozen=True)
-class LightParameters:
+class LightParameters(NamedTuple):
     """Parameters of the light model that no profile key sets, and defaults of those that one does.
 
     Attributes

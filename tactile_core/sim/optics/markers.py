@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,7 @@ SHAPES = ("round", "square", "triangle")
 """Outlines of markers; compiled loops identify them by their index here."""
 
 
-@dataclass(frozen=True)
-class PrintParameters:
+class PrintParameters(NamedTuple):
     """Layout of printed markers, as far as the profile does not set it.
 
     Attributes

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -27,8 +27,7 @@ from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
 
-@dataclass(frozen=True)
-class ShadowParameters:
+class ShadowParameters(NamedTuple):
     """Resolution of cast shadows in each mode.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -10,8 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float32
 
 
-@dataclass(frozen=True)
-class MarchingParameters:
+class MarchingParameters(NamedTuple):
     """Ray marching towards a light.
 
     Attributes

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,7 @@ from tactile_core.sim.optics.shadows import Shadows
 from tactile_core.sim.optics.surface import Surface
 
 
-@dataclass(frozen=True)
-class SourceParameters:
+class SourceParameters(NamedTuple):
     """Parameters of light sources and camera position.
 
     Attributes

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import ModuleType
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,8 +18,7 @@ from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import SHAPES, MarkerPrint
 
 
-@dataclass(frozen=True)
-class SurfaceParameters:
+class SurfaceParameters(NamedTuple):
     """Parameters of the rendered surface.
 
     Attributes

@@ -41,11 +41,12 @@ def tactile_calibrators() -> Mapping[str, str]:
 
 @hookimpl
 def tactile_artefacts() -> Mapping[str, str]:
-    """What the calibrators fit."""
+    """What a calibration fits."""
     return {
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.polynomial:Polynomial",
+        "slope_errors": "tactile_core.interfaces.slope_errors:SlopeErrors",
     }
 
 

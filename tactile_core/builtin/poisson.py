@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+import cv2
+import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat
 
 from tactile_core.algorithms.poisson import PoissonSolver
+from tactile_core.algorithms.poisson.propagation import height_std
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -74,8 +77,28 @@ class Poisson(Estimator):
 def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
     """Make a height map of the (H, W) height that was integrated from these slopes."""
     return HeightMap(
-        height_mm, gradients.valid, gradients.mm_per_px, gradients.timestamp_s, context.rest_mm
+        height_mm,
+        gradients.valid,
+        gradients.mm_per_px,
+        gradients.timestamp_s,
+        context.rest_mm,
+        _std_cells_mm(height_mm, gradients),
     )
+
+
+def _std_cells_mm(height_mm: Float32, gradients: Gradients) -> Float32 | None:
+    """Propagate the errors of slopes: those of each pixel, and a factor that they share."""
+    cells, gain, correlation_mm = (
+        gradients.std_cells,
+        gradients.gain_std,
+        gradients.correlation_mm,
+    )
+    if cells is None or gain is None or correlation_mm is None:
+        return None
+    scale, (rows, columns) = gradients.mm_per_px, cells.shape
+    cell_mm = (scale * height_mm.shape[0] / rows, scale * height_mm.shape[1] / columns)
+    common = cv2.resize(height_mm, (columns, rows), interpolation=cv2.INTER_NEAREST) * gain
+    return np.asarray(np.hypot(height_std(cells, cell_mm, correlation_mm), common), np.float32)
 
 
 def set_to_rest(

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.bundles.manifest import (
+    ERRORS,
     LIGHT,
     Manifest,
     bundle_files,
@@ -24,6 +25,7 @@ from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import registered_name, resolve
 from tactile_core.profiles.loader import profile_hash
@@ -35,6 +37,9 @@ SCALE_TOLERANCE = 0.01
 
 _ATTEMPTS = 50
 """A bundle that is replaced while it is read is read again this often."""
+
+_KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
+"""Classes of the artefacts that the core uses itself."""
 
 _SERIAL = re.compile(r"[A-Za-z0-9._-]+")
 
@@ -62,6 +67,13 @@ class Bundle:
         model = self.artefacts[LIGHT]
         assert isinstance(model, Calibration)
         return model
+
+    @property
+    def errors(self) -> SlopeErrors | None:
+        """The size of the errors of its slopes; None if it is unknown."""
+        found = self.artefacts.get(ERRORS)
+        assert isinstance(found, SlopeErrors | None)
+        return found
 
     def artefact(self, name: str) -> Artefact:
         """Return an artefact by its name.
@@ -250,11 +262,12 @@ def _loaded_artefact(directory: Path, name: str, use: str) -> Artefact:
             f"bundle {directory}: {use} cannot load its model ({type(error).__name__}: {error}); "
             f"calibrate again"
         ) from error
-    wanted = Calibration if name == LIGHT else Artefact
+    wanted = _KINDS.get(name, Artefact)
     if not isinstance(artefact, wanted):
         found = type(artefact).__name__
         raise fault(_words(name), cls, f"loaded {found}, no {wanted.__name__}")
-    return artefact
+    loaded: Artefact = artefact
+    return loaded
 
 
 def _words(name: str) -> str:

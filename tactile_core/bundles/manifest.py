@@ -24,6 +24,9 @@ MANIFEST = "manifest.json"
 LIGHT = "light"
 """Name of the artefact that maps intensities to slopes or depth."""
 
+ERRORS = "errors"
+"""Name of the artefact with the size of its errors; a bundle without a score has none."""
+
 _LARGEST_BYTES = 4 << 20
 """A larger manifest is refused before it is parsed."""
 

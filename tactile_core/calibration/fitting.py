@@ -13,7 +13,7 @@ import numpy as np
 from tactile_core import __version__
 from tactile_core.acquisition.assembly import lights_of
 from tactile_core.bundles.bundle import Bundle, check_serial, names_of, now
-from tactile_core.bundles.manifest import LIGHT, Manifest
+from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
 from tactile_core.calibration.height_target import is_height_map
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
@@ -27,6 +27,7 @@ from tactile_core.calibration.targets import (
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, played_back, read_frames
 from tactile_core.plugins.calibrators import calibrator_of, fitted_by, smoothing_px_of
@@ -157,7 +158,9 @@ def calibrate(
         )
     progress.stage("fitting", 0.15)
     fitted = fit([*(surface.training() for surface in good), *ground_truth.undeformed], undeformed)
-    artefacts = {LIGHT: fitted}
+    artefacts: dict[str, Artefact] = {LIGHT: fitted}
+    if score is not None and score.errors is not None:
+        artefacts[ERRORS] = score.errors
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, undeformed)
     if is_sequential(frames[0]):

@@ -10,12 +10,14 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.poisson import integrate
+from tactile_core.calibration.error_fit import HeldOutSurface, fitted_errors
 from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.target_surface import S
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.plugins.returned import measured_by
 from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 
@@ -60,6 +62,8 @@ class Score:
         tilt.
     samples : (N, 4) float32
         Measured and true slopes of a sample of pixels, for the report.
+    errors : SlopeErrors or None
+        Size of the errors against the measured slope; None if heights are measured directly.
     """
 
     presses: int
@@ -69,6 +73,7 @@ class Score:
     predict_flat_deg: float
     height_rmse_mm: float
     samples: np.ndarray
+    errors: SlopeErrors | None = None
 
     def summary(self) -> dict[str, Any]:
         """Return the ``held_out`` entry of ``tactile calibrate --json``."""
@@ -91,13 +96,14 @@ class _Measured:
     gx: Float32
     gy: Float32
     height_mm: Float32
+    integrated: bool = True
 
     @classmethod
     def of(cls, measured: Gradients | HeightMap) -> Self:
         """Integrate slopes, or differentiate heights."""
         scale = measured.mm_per_px
         if isinstance(measured, HeightMap):
-            return cls(*gradient(measured.mm, scale), measured.mm)
+            return cls(*gradient(measured.mm, scale), measured.mm, integrated=False)
         gx, gy = measured.x, measured.y
         return cls(gx, gy, integrate(gx, gy, mm_per_px=scale))
 
@@ -142,6 +148,7 @@ def cross_validate(
     progress = progress or Silent()
     folds = min(SCORING.folds, len(surfaces))
     errors, flat, slopes, height_errors = [], [], [], []
+    held_out_surfaces = list[HeldOutSurface]()
     for fold in range(folds):
         progress.fraction(fold / folds)
         held_out = range(fold, len(surfaces), folds)
@@ -164,6 +171,9 @@ def cross_validate(
             step = max(1, len(true) // SCORING.report_samples)
             slopes.append(np.column_stack([found, true])[::step])
             height_errors.append(surface.height_errors_mm(measured.height_mm, mask))
+            if measured.integrated:
+                shape = measured.gx, measured.gy, measured.height_mm
+                held_out_surfaces.append(HeldOutSurface(*shape, surface.training()))
     progress.fraction(1.0)
     if not errors or not sum(map(len, errors)):
         return None
@@ -176,4 +186,5 @@ def cross_validate(
         predict_flat_deg=float(np.concatenate(flat).mean()),
         height_rmse_mm=float(np.sqrt(np.mean(np.concatenate(height_errors) ** 2))),
         samples=np.concatenate(slopes).astype(np.float32),
+        errors=fitted_errors(held_out_surfaces),
     )

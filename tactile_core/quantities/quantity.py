@@ -47,7 +47,8 @@ class Quantity:
         name : str
             A field over ``y`` and ``x``. Another field of the quantity has the size of the image.
         """
-        sizes = [getattr(self, f.name).shape[:2] for f in _images(type(self)) if not f.spec.coarse]
+        images = [getattr(self, f.name) for f in _images(type(self)) if not f.spec.coarse]
+        sizes = [image.shape[:2] for image in images if image is not None]
         values: NDArray[Any] = getattr(self, name)
         return values if not sizes else enlarged(values, sizes[0])
 

@@ -30,6 +30,13 @@ class Gradients(Quantity):
         ∂z/∂x (x right) and ∂z/∂y (y down) of :class:`HeightMap`.
     valid : (H, W) bool
         False where the value is filled in (markers, saturation).
+    std_cells : (h, w) float32 or None
+        Standard deviation of a component, one value per cell; equal cells tile the image. None if
+        the calibration was not scored.
+    gain_std : float or None
+        Relative standard deviation of a factor that all slopes of a frame have in common.
+    correlation_mm : float or None
+        Errors of slopes are correlated within this distance.
     """
 
     x: Annotated[Float32, FieldSpec("mm/mm", _YX, saved_as="gradients")]
@@ -37,6 +44,19 @@ class Gradients(Quantity):
     valid: Annotated[Bool, FieldSpec(axes=_YX, saved_as="gradients_valid", validity=True)]
     mm_per_px: MmPerPx
     timestamp_s: TimestampS = 0.0
+    std_cells: Annotated[
+        Float32 | None,
+        FieldSpec("mm/mm", _YX, saved_as="gradients_std", std_of="gradients", coarse=True),
+    ] = None
+    gain_std: Annotated[float | None, FieldSpec(saved_as="gradients_gain_std")] = None
+    correlation_mm: Annotated[
+        float | None, FieldSpec("mm", saved_as="gradients_correlation_mm")
+    ] = None
+
+    @property
+    def std(self) -> Float32 | None:
+        """(H, W) standard deviation of a component of the slope; None if it is unknown."""
+        return None if self.std_cells is None else np.asarray(self.full("std_cells"), np.float32)
 
     @property
     def normals(self) -> Float32:
@@ -62,6 +82,9 @@ class HeightMap(Quantity):
         False where the slopes were filled in.
     rest_mm : (H, W) float32 or None
         z of the undeformed surface in the sensor frame, 0 at a dome's apex; None for a flat gel.
+    std_cells_mm : (h, w) float32 or None
+        Standard deviation of the height, one value per cell; equal cells tile the image. None if
+        that of the slopes is unknown.
     """
 
     mm: Annotated[Float32, FieldSpec("mm", _YX, saved_as="height_mm")]
@@ -69,6 +92,17 @@ class HeightMap(Quantity):
     mm_per_px: MmPerPx
     timestamp_s: TimestampS = 0.0
     rest_mm: Annotated[Float32 | None, FieldSpec("mm", _YX, saved_as="rest_mm")] = None
+    std_cells_mm: Annotated[
+        Float32 | None,
+        FieldSpec("mm", _YX, saved_as="height_std_mm", std_of="height_mm", coarse=True),
+    ] = None
+
+    @property
+    def std_mm(self) -> Float32 | None:
+        """(H, W) standard deviation of the height; None if it is unknown."""
+        if self.std_cells_mm is None:
+            return None
+        return np.asarray(self.full("std_cells_mm"), np.float32)
 
     @property
     def points_mm(self) -> Float32:

@@ -1,0 +1,123 @@
+"""Standard deviation of measured slopes, from the errors on held-out presses."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Array, Float32
+
+
+class ErrorParameters(NamedTuple):
+    """Parameters of the standard deviation of slopes. Nothing sets them from outside.
+
+    Attributes
+    ----------
+    within_one_std : float, share
+        Share of errors within one standard deviation. The quantile is used instead of the root
+        mean square, because errors have heavy tails.
+        Source: normal distribution.
+    bins : int, count
+        Bins of the slope, of equal ratio.
+        Source: chosen by hand; errors vary smoothly with the slope.
+    min_samples : int, count
+        Neighbouring bins are merged until each holds as many pixels.
+        Source: a hundred values give the quantile within a tenth.
+    smallest_share : float, share
+        Quantile of the slopes other than 0 that counts as the smallest slope that a model returns.
+        Source: chosen by hand; nearly the smallest, but not a single pixel's.
+    least_slope : float, mm per mm
+        All smaller slopes share the lowest bin.
+        Source: a fiftieth of a degree, far below the noise of any sensor.
+    edge_px : float, px
+        Error of position of a feature of the surface. Where slopes vary, it is an error of slope.
+        Source: ``experiments/uncertainty.py`` on virtual indenters other than the ball.
+    max_cells : int, count
+        Cells along the longer side of the image.
+        Source: chosen by hand for speed; standard deviations vary slowly.
+    """
+
+    within_one_std: float = 0.6827
+    bins: int = 18
+    min_samples: int = 100
+    smallest_share: float = 0.02
+    least_slope: float = 3e-4
+    edge_px: float = 1.0
+    max_cells: int = 160
+
+
+ERRORS = ErrorParameters()
+"""The values in use."""
+
+
+def error_table(slopes: Array, errors: Array) -> tuple[Float32, Float32]:
+    """Tabulate the size of an error against the measured slope.
+
+    Parameters
+    ----------
+    slopes : (N,) float
+        Measured slopes: the length of the gradient, mm per mm.
+    errors : (N, 2) float
+        Measured minus true slopes, x and y.
+
+    Returns
+    -------
+    slopes, std : (M,) float32
+        Mean slope in each bin, and the standard deviation of a component there.
+    """
+    zero = slopes < ERRORS.least_slope
+    if ERRORS.min_samples <= np.count_nonzero(zero) < len(slopes):
+        # a model that ignores small changes may miss any slope up to the smallest that it returns
+        missed = float(np.quantile(slopes[~zero], ERRORS.smallest_share))
+        errors = np.where(zero[:, None], np.maximum(np.abs(errors), missed), errors)
+    order = np.argsort(slopes)
+    slopes, size = slopes[order], np.abs(errors[order])
+    steepest = max(float(slopes[-1]), 2 * ERRORS.least_slope)
+    edges = np.geomspace(ERRORS.least_slope, steepest, ERRORS.bins)
+    starts = [0]
+    for start in np.searchsorted(slopes, edges):
+        if start - starts[-1] >= ERRORS.min_samples and len(slopes) - start >= ERRORS.min_samples:
+            starts.append(int(start))
+    bins = [slice(a, b) for a, b in zip(starts, [*starts[1:], len(slopes)], strict=True)]
+    std = [np.quantile(size[one], ERRORS.within_one_std) for one in bins]
+    return (
+        np.array([slopes[one].mean() for one in bins], np.float32),
+        np.array(std, np.float32),
+    )
+
+
+def slope_std(gx: Float32, gy: Float32, slopes: Float32, std: Float32) -> Float32:
+    """Return the standard deviation of a component of the slope, on a coarse grid.
+
+    It is that of the slope's size in a table, plus what an error of position causes where the slope
+    varies, for example at an edge.
+
+    Parameters
+    ----------
+    gx, gy : (H, W) float32
+        ∂z/∂x and ∂z/∂y.
+    slopes, std : (M,) float32
+        Result of :func:`error_table`.
+
+    Returns
+    -------
+    (h, w) float32
+        One value per cell; equal cells tile the image.
+    """
+    step = max(1, -(-max(gx.shape) // ERRORS.max_cells))
+    size = max(1, gx.shape[1] // step), max(1, gx.shape[0] // step)
+    x, y = (cv2.resize(g, size, interpolation=cv2.INTER_NEAREST) for g in (gx, gy))
+    found = np.interp(cv2.magnitude(x, y), slopes, std)
+    variation = np.zeros(found.shape, np.float32)
+    for g in (gx, gy):
+        mean = cv2.resize(g, size, interpolation=cv2.INTER_AREA)
+        across, down = (
+            cv2.Sobel(mean, cv2.CV_32F, *order, ksize=1, borderType=cv2.BORDER_REPLICATE)
+            for order in ((1, 0), (0, 1))
+        )
+        variation += cv2.magnitude(across, down)
+    # central differences span two cells
+    edge = variation * (ERRORS.edge_px / (2 * step))
+    return np.asarray(np.hypot(found, edge), np.float32)

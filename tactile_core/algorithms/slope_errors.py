@@ -33,7 +33,7 @@ class ErrorParameters(NamedTuple):
         Source: a fiftieth of a degree, far below the noise of any sensor.
     edge_px : float, px
         Error of position of a feature of the surface. Where slopes vary, it is an error of slope.
-        Source: ``experiments/uncertainty.py`` on virtual indenters other than the ball.
+        Source: ``benchmarks/uncertainty.py`` on virtual indenters other than the ball.
     max_cells : int, count
         Cells along the longer side of the image.
         Source: chosen by hand for speed; standard deviations vary slowly.

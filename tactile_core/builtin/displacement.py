@@ -30,11 +30,14 @@ class Displacement(Estimator):
     def estimate(self, markers: MarkerField, contact: ContactMask | None) -> DisplacementField:
         """Return the field; valid within a pitch of a marker that is seen."""
         surface = self._surface_of(markers)
+        area = None if contact is None else contact.mask
+        field = surface.measured(markers.px, markers.seen, area)
         return DisplacementField(
-            surface.cells(markers.px, markers.seen, None if contact is None else contact.mask),
+            field.cells_mm,
             surface.supported(markers.px, markers.seen),
             markers.mm_per_px,
             markers.timestamp_s,
+            field.std_cells_mm,
         )
 
     def _surface_of(self, markers: MarkerField) -> MarkedSurface:

@@ -25,6 +25,8 @@ class DisplacementField(Quantity):
         per cell; cells of equal size tile the image, which has at least as many pixels as cells.
     valid : (H, W) bool
         False where the field is extrapolated beyond the markers.
+    std_cells_mm : (h, w) float32 or None
+        Standard deviation of a component, one value per cell; None if it is unknown.
     """
 
     cells_mm: Annotated[
@@ -33,6 +35,21 @@ class DisplacementField(Quantity):
     valid: Annotated[Bool, FieldSpec(axes=("y", "x"), saved_as="displacement_valid", validity=True)]
     mm_per_px: MmPerPx
     timestamp_s: TimestampS = 0.0
+    std_cells_mm: Annotated[
+        Float32 | None,
+        FieldSpec(
+            "mm",
+            ("y", "x"),
+            saved_as="displacement_std_mm",
+            std_of="displacement_mm",
+            coarse=True,
+        ),
+    ] = None
+
+    @property
+    def std_mm(self) -> Float32 | None:
+        """(H, W) standard deviation of a component at every pixel; None if it is unknown."""
+        return None if self.std_cells_mm is None else self.full("std_cells_mm")
 
     @cached_property
     def mm(self) -> Float32:

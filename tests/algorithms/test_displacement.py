@@ -201,3 +201,29 @@ def _at(field: NDArray[np.float32], points: Array) -> Array:
 def test_markers_of_the_wrong_shape_are_refused() -> None:
     with pytest.raises(InputError, match=r"\(N, 2\)"):
         MarkedSurface(np.zeros(4), SHAPE, mm_per_px=SCALE_MM)
+
+
+@given(st.integers(0, 1000))
+def test_errors_of_a_smooth_field_are_about_a_standard_deviation(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    cycles, phases = rng.uniform(0.5, 1.5, (2, 2)), rng.uniform(0, 6, 2)
+
+    def field(x: Array, y: Array) -> Array:
+        waves = (
+            np.sin(2 * np.pi * (cycle[0] * x / 160 + cycle[1] * y / 120) + phase)
+            for cycle, phase in zip(cycles, phases, strict=True)
+        )
+        return 0.05 * np.stack(list(waves), -1)
+
+    moved_px = field(*MARKERS.T) / SCALE_MM + rng.normal(0, 0.1, MARKERS.shape)
+    found = surface().measured(MARKERS + moved_px, ALL)
+    std_mm = np.median(found.std_cells_mm)
+    rows, columns = found.cells_mm.shape[:2]
+    x, y = np.meshgrid((np.arange(columns) + 0.5) * 160 / columns, np.arange(rows) * 120 / rows)
+    error_mm = np.abs(found.cells_mm - field(x, y + 60 / rows))
+    assert 0.5 < np.quantile(error_mm, 0.68) / std_mm < 2
+
+
+def test_a_surface_that_does_not_move_is_as_certain_as_its_markers() -> None:
+    found = surface().measured(MARKERS, ALL)
+    np.testing.assert_allclose(found.std_cells_mm, 0.06 * SCALE_MM, rtol=1e-5)

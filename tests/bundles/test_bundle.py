@@ -160,7 +160,12 @@ def test_an_edited_manifest_is_refused(copy: Path, change: dict[str, object]) ->
 
 def test_a_manifest_names_every_other_file_with_its_hash(lab: VirtualLab) -> None:
     names = Bundle.load(lab.bundle).manifest.files
-    assert set(names) == {"light/model.npz", "reference.npz", "report.html"}
+    assert set(names) == {
+        "errors/errors.npz",
+        "light/model.npz",
+        "reference.npz",
+        "report.html",
+    }
     assert all(len(digest) == 64 for digest in names.values())
 
 

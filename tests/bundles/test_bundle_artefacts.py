@@ -89,11 +89,16 @@ def test_two_artefacts_come_back_each_from_its_own_folder(
     assert set(held(tmp_path / "b")) == {
         "manifest.json",
         "reference.npz",
+        "errors/errors.npz",
         "light/model.npz",
         "force/spring.txt",
     }
     again = Bundle.load(tmp_path / "b")
-    assert again.manifest.artefacts == {"light": "core.mlp", "force": "forcelab.spring"}
+    assert again.manifest.artefacts == {
+        "light": "core.mlp",
+        "errors": "core.slope_errors",
+        "force": "forcelab.spring",
+    }
     force = again.artefact("force")
     assert isinstance(force, spring)
     assert force.n_per_mm == 2.5

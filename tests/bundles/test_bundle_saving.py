@@ -23,6 +23,7 @@ def test_a_new_bundle_replaces_the_old_one_whole(lab: VirtualLab, copy: Path) ->
     Bundle.load(lab.bundle).save(copy)
     assert set(held(copy.parent)) == {
         "bundle/manifest.json",
+        "bundle/errors/errors.npz",
         "bundle/light/model.npz",
         "bundle/reference.npz",
     }

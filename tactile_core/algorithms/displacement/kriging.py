@@ -20,11 +20,21 @@ class KrigingParameters(NamedTuple):
     shift_variance, slope_variance : float, ratio
         Variance of a constant and of a linear trend of the field, per range.
         Source: chosen by hand, large compared with 1, so that trends are not damped.
+    std_share : float, ratio
+        Standard deviation of the field relative to the root mean square that follows from
+        leave-one-out residuals. The residuals have heavy tails, so that it is below 1.
+        Source: ``benchmarks/uncertainty.py``, on virtual contacts.
+    noise_px : float, px
+        Standard deviation of the field where all markers agree.
+        Source: ``benchmarks/uncertainty.py``, on virtual contacts; about half the noise of a
+        marker.
     """
 
     noise_variance: float = 3e-4
     shift_variance: float = 1e2
     slope_variance: float = 1e1
+    std_share: float = 0.75
+    noise_px: float = 0.06
 
 
 KRIGING = KrigingParameters()
@@ -45,21 +55,30 @@ class Kriging:
         Positions at which the field is interpolated.
     range_mm : float
         Length scale of the covariance.
+    pitch_mm : float
+        Distance of neighbouring markers.
 
     References
     ----------
     .. [1] C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning", MIT
-       Press, 2006, section 4.2.1.
+       Press, 2006, sections 4.2.1 (covariance), 2.2 (variance) and 5.4.2 (leave-one-out).
     """
 
-    def __init__(self, markers_mm: Array, points_mm: Array, *, range_mm: float) -> None:
+    def __init__(
+        self, markers_mm: Array, points_mm: Array, *, range_mm: float, pitch_mm: float
+    ) -> None:
         markers, points = (np.array(at, np.float64) / range_mm for at in (markers_mm, points_mm))
         middle = points.mean(axis=0)
         markers, points = markers - middle, points - middle
         noise = KRIGING.noise_variance * np.eye(len(markers))
         covariance: Float64 = _covariance(markers, markers) + noise
         self._precision = np.asarray(np.linalg.inv(covariance), np.float64)
-        self._weights: Float32 = (_covariance(points, markers) @ self._precision).astype(np.float32)
+        between = _covariance(points, markers)
+        weights = between @ self._precision
+        self._weights: Float32 = weights.astype(np.float32)
+        unexplained = _variance(points) - (weights * between).sum(axis=1)
+        near = _nearness(points, markers, pitch_mm / range_mm)
+        self._variances = (near * np.maximum(unexplained, 0)[:, None]).astype(np.float32)
 
     def completed(self, values: Float64, seen: Bool) -> Float64:
         """Replace the values of unseen markers by the most likely ones, given the others.
@@ -90,6 +109,15 @@ class Kriging:
         """Interpolate completed values (N, J) at the points, (M, J)."""
         return np.asarray(self._weights @ values.astype(np.float32))
 
+    def std(self, values: Float64) -> Float32:
+        """Estimate the standard deviation of a component of :meth:`field` at the points, (M,).
+
+        The scale of the posterior variance is that of the leave-one-out residuals nearby.
+        """
+        residuals = self.weighted(values)
+        squared = (residuals**2).mean(axis=1) / self._precision.diagonal()
+        return np.asarray(KRIGING.std_share * np.sqrt(self._variances @ squared), np.float32)
+
 
 def _covariance(a: Float64, b: Float64) -> Float64:
     from scipy.spatial.distance import cdist
@@ -97,3 +125,19 @@ def _covariance(a: Float64, b: Float64) -> Float64:
     far = np.sqrt(3) * cdist(a, b)
     trend = KRIGING.slope_variance * (a @ b.T)
     return np.asarray((1 + far) * np.exp(-far) + KRIGING.shift_variance + trend, np.float64)
+
+
+def _variance(points: Float64) -> Float64:
+    """Diagonal of the covariance of points, (M,)."""
+    trend = KRIGING.slope_variance * (points**2).sum(axis=1)
+    return np.asarray(1 + KRIGING.shift_variance + trend, np.float64)
+
+
+def _nearness(points: Float64, markers: Float64, distance: float) -> Float64:
+    """Weights (M, N) of the markers near each point, which add up to 1."""
+    from scipy.spatial.distance import cdist
+
+    squared = (cdist(points, markers) / distance) ** 2
+    nearest = squared.min(axis=1, keepdims=True, initial=np.inf)
+    near = np.exp((nearest - squared) / 2)
+    return np.asarray(near / near.sum(axis=1, keepdims=True), np.float64)

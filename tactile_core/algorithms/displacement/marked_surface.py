@@ -12,7 +12,7 @@ from tactile_core.algorithms.arrays.places import struck
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.contact_shear import ContactShear
-from tactile_core.algorithms.displacement.kriging import Kriging
+from tactile_core.algorithms.displacement.kriging import KRIGING, Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
 from tactile_core.errors import InputError
 
@@ -50,6 +50,21 @@ class SurfaceParameters(NamedTuple):
 
 SURFACE = SurfaceParameters()
 """The values in use."""
+
+
+class CoarseField(NamedTuple):
+    """A displacement field and its standard deviation, each in cells that tile the image.
+
+    Attributes
+    ----------
+    cells_mm : (rows, columns, 2) float32
+        +x right, +y down.
+    std_cells_mm : (rows, columns) float32
+        Standard deviation of a component, on a grid of its own.
+    """
+
+    cells_mm: Float32
+    std_cells_mm: Float32
 
 
 class MarkedSurface:
@@ -110,15 +125,16 @@ class MarkedSurface:
             self.reference_px * mm_per_px,
             self._half.in_px(self._half.nodes).reshape(-1, 2) * mm_per_px,
             range_mm=SURFACE.range_thicknesses * thickness_mm,
+            pitch_mm=self._pitch_px * mm_per_px,
         )
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
         self._shear = ContactShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
-        """Return :meth:`cells`, interpolated linearly to every pixel, (H, W, 2) float32."""
-        return self._grid.enlarged(self.cells(px, seen, contact))
+        """Return the displacement at every pixel, interpolated linearly, (H, W, 2) float32."""
+        return self._grid.enlarged(self.measured(px, seen, contact).cells_mm)
 
-    def cells(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
+    def measured(self, px: Array, seen: Bool, contact: Bool | None = None) -> CoarseField:
         """Return the displacement of the surface that is now in each cell of a coarse grid.
 
         Parameters
@@ -133,8 +149,8 @@ class MarkedSurface:
 
         Returns
         -------
-        (rows, columns, 2) float32
-            +x right, +y down, mm; 0 if no marker is seen. The cells tile the image.
+        CoarseField
+            0 if no marker is seen.
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
@@ -146,7 +162,9 @@ class MarkedSurface:
             moved_mm, strength = self._without(moved_mm, shear_fields, grid.in_cells(px), seen)
             sheared = (shear_fields @ strength.astype(np.complex64))[..., None].view(np.float32)
         residual = grid.refined(self._kriging.field(moved_mm).reshape(*self._half.shape, 2))
-        return self._at_present(residual, sheared)
+        std_mm = self._kriging.std(moved_mm).reshape(self._half.shape)
+        noise_mm = np.float32(KRIGING.noise_px * self._mm_per_px)
+        return CoarseField(self._at_present(residual, sheared), np.hypot(std_mm, noise_mm))
 
     def supported(self, px: Array, seen: Bool) -> Bool:
         """Return where the field is valid, (H, W) bool: within a pitch of a marker that is seen."""

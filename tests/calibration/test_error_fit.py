@@ -1,0 +1,52 @@
+"""The size of errors, from held-out surfaces of known error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactile_core.algorithms.poisson import integrate
+from tactile_core.calibration.error_fit import HeldOutSurface, fitted_errors
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.quantities import Frame
+
+SHAPE, SCALE_MM = (60, 80), 0.1
+Y, X = np.indices(SHAPE).astype(np.float32)
+TENT = np.clip(1 - np.hypot(X - 40, Y - 30) / 15, 0, None).astype(np.float32)
+
+
+def surface(gain: float, seed: int, noise: float = 0.0) -> HeldOutSurface:
+    """A cone whose slopes are measured too steep by a factor, with noise."""
+    gy, gx = (np.asarray(g / SCALE_MM, np.float32) for g in np.gradient(TENT))
+    rng = np.random.default_rng(seed)
+    rows, columns = np.nonzero((np.hypot(X - 40, Y - 30) < 12) | (np.hypot(X - 40, Y - 30) > 25))
+    true = np.stack([gx, gy], -1)[rows, columns]
+    found = [(gain * g + rng.normal(0, noise, SHAPE)).astype(np.float32) for g in (gx, gy)]
+    frame = Frame(np.zeros((*SHAPE, 3), np.uint8), ("r", "g", "b"), SCALE_MM, 255.0)
+    press = Press(frame, rows.astype(np.int32), columns.astype(np.int32), true)
+    return HeldOutSurface(*found, integrate(*found, mm_per_px=SCALE_MM), press)
+
+
+def test_nothing_is_said_without_surfaces() -> None:
+    assert fitted_errors([]) is None
+
+
+@given(st.floats(0.01, 0.2))
+def test_the_gain_is_the_spread_of_factors(spread: float) -> None:
+    errors = fitted_errors([surface(1 - spread, 1), surface(1 + spread, 2)])
+    assert errors is not None
+    assert errors.gain_std == pytest.approx(spread, rel=1e-3)
+
+
+def test_noise_is_found_in_the_table() -> None:
+    errors = fitted_errors([surface(1.0, seed, noise=0.03) for seed in range(4)])
+    assert errors is not None
+    assert errors.std[-1] == pytest.approx(0.03, rel=0.1)
+
+
+def test_independent_noise_is_correlated_over_a_pixel_or_two() -> None:
+    errors = fitted_errors([surface(1.0, seed, noise=0.03) for seed in range(4)])
+    assert errors is not None
+    assert 0.3 * SCALE_MM < errors.correlation_mm < 4 * SCALE_MM

@@ -79,9 +79,5 @@ def calibrate(
         if not press.used:
             print_message(f"left out {press.file}: {press.why}")
     print_data(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
-    if result.score is not None:
-        print_data(
-            f"held-out normal error: mean {result.score.mean_deg:.2f}°, median "
-            f"{result.score.median_deg:.2f}°, 90 % {result.score.p90_deg:.2f}° "
-            f"(predicting 'flat': {result.score.predict_flat_deg:.1f}°)"
-        )
+    for sentence in () if result.score is None else result.score.sentences(result.coverage()):
+        print_data(sentence)

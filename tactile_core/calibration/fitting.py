@@ -61,7 +61,8 @@ def calibrate(
         reference, or if the reference is the press itself, the large-scale light of the press is
         used.
     ball_diameter_mm : float, optional
-        Diameter of the ball. A ``target`` brings its own radius.
+        Diameter of the ball in all presses that no ``catalog.csv`` in their folder lists. A
+        ``target`` brings its own radius.
     labels : Path, optional
         CSV of circles that replace the automatic ones.
     target : Path, optional
@@ -148,7 +149,7 @@ def calibrate(
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
-        ball_diameter_mm=ground_truth.ball_diameter_mm,
+        ball_diameters_mm=ground_truth.ball_diameters_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
         versions=_versions(),

@@ -16,6 +16,7 @@ from tactile_core.algorithms.circles import (
     find_circles,
     fit_light,
     locate,
+    working_scale,
 )
 from tactile_core.algorithms.contact_rim import rim_share
 from tactile_core.algorithms.dome import cap, flat_equivalent, rest_height
@@ -284,7 +285,7 @@ def find_presses(
     files: Sequence[str],
     frames: Sequence[Frame],
     reference: Reference,
-    ball_radius_px: float,
+    ball_radius_px: float | Sequence[float],
     *,
     dome_radius_px: float | None = None,
     thickness_mm: float = THICKNESS_MM,
@@ -299,7 +300,8 @@ def find_presses(
         Name of each frame's file, for reports.
     frames : sequence of Frame
     reference : Reference
-    ball_radius_px : float
+    ball_radius_px : float or sequence of float
+        Radius of the ball, or of the ball in each frame.
     dome_radius_px : float, optional
         Radius of an undeformed domed gel.
     thickness_mm : float
@@ -313,6 +315,7 @@ def find_presses(
     list of FoundPress
         One per frame, unusable ones included.
     """
+    radii_px = [float(radius) for radius in np.broadcast_to(ball_radius_px, len(frames))]
     if labels is not None:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
         return [
@@ -320,24 +323,27 @@ def find_presses(
                 file,
                 frame,
                 labels.get(frame.source, missing),
-                ball_radius_px,
+                radius_px,
                 dome_radius_px=dome_radius_px,
                 thickness_mm=thickness_mm,
             )
-            for file, frame in zip(files, frames, strict=True)
+            for file, frame, radius_px in zip(files, frames, radii_px, strict=True)
         ]
-    touching_px = flat_equivalent(ball_radius_px, dome_radius_px)
+    touching_px = [flat_equivalent(radius_px, dome_radius_px) for radius_px in radii_px]
+    scale = working_scale(max(touching_px))
     starts = []
-    for number, frame in enumerate(frames, 1):
-        starts.append(Start.of(press_image(frame, reference), touching_px))
+    for number, (frame, radius_px) in enumerate(zip(frames, touching_px, strict=True), 1):
+        starts.append(Start.of(press_image(frame, reference), radius_px, scale))
         if progress:
             progress.fraction(0.3 * number / len(frames))
     circles = find_circles(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
     return [
-        FoundPress(file, frame, circle, ball_radius_px, False, dome_radius_px, start, thickness_mm)
-        for file, frame, circle, start in zip(files, frames, circles, starts, strict=True)
+        FoundPress(file, frame, circle, radius_px, False, dome_radius_px, start, thickness_mm)
+        for file, frame, circle, radius_px, start in zip(
+            files, frames, circles, radii_px, starts, strict=True
+        )
     ]
 
 

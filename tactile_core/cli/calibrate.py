@@ -24,7 +24,8 @@ def calibrate(
         typer.Option(help="Folder for the bundle. Default: in the user's data directory."),
     ] = None,
     ball_diameter_mm: Annotated[
-        float | None, typer.Option(help="Diameter of the ball, in mm.")
+        float | None,
+        typer.Option(help="Diameter in mm of every ball that no catalog.csv in --presses lists."),
     ] = None,
     labels: Annotated[
         Path | None, typer.Option(help="CSV with circles that replace the detected ones.")

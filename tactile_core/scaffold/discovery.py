@@ -15,6 +15,7 @@ import numpy as np
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
+from tactile_core.formats.catalog import find_catalog
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
@@ -106,7 +107,12 @@ def new_profile(
         An input cannot be used, or two inputs give different scales.
     """
     check_name(name)
-    if presses is not None and ball_diameter_mm is None and target is None:
+    if (
+        presses is not None
+        and ball_diameter_mm is None
+        and target is None
+        and find_catalog(presses) is None
+    ):
         raise InputError(
             "the diameter of the ball in --presses is missing; give --ball-diameter-mm "
             "(or --target)"

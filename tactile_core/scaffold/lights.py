@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
 from tactile_core.calibration.light_directions import AZIMUTHS, channel_azimuths
-from tactile_core.calibration.targets import balls
+from tactile_core.calibration.targets import balls, size_words
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, read_frames
@@ -78,14 +78,14 @@ def find_lights(
     )
     good = [press for press in ground_truth.surfaces if press.used]
     learned = dict(zip(undeformed.channels, channel_azimuths(good, undeformed), strict=True))
-    diameter_mm = ground_truth.ball_diameter_mm
-    basis = f"{len(good)} of {len(ground_truth.surfaces)} presses of a ball of {diameter_mm:g} mm"
+    sizes = size_words(ground_truth.ball_diameters_mm)
+    basis = f"{len(good)} of {len(ground_truth.surfaces)} presses of {sizes}"
     findings = [_azimuths(profile, learned, parent, basis)]
     median_share = np.median([press.radius_px / press.ball_radius_px for press in good])
     if target is None and median_share > CONTACT.widest_contact:
         text = (
-            f"At this scale the contact would be as wide as the ball of {diameter_mm:g} mm, so "
-            f"mm_per_px is likely too large."
+            f"At this scale the contact would be as wide as {sizes}, so mm_per_px is likely too "
+            f"large."
         )
         findings.append(Finding("image", text, noted=True))
     return findings
@@ -122,6 +122,7 @@ def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis
     parents = profile.illumination.options.get("lights")
     if parents is None:
         return Finding("illumination", text)
+    text += f" Presses do not show elevations: these are {parent}'s, not measured."
     written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in parents]
     return Finding("illumination", text, {"lights": written})
 

@@ -42,7 +42,7 @@ def test_a_loaded_bundle_equals_the_saved_one(lab: VirtualLab, tmp_path: Path) -
 def test_a_manifest_holds_profile_serial_and_score(lab: VirtualLab) -> None:
     manifest = Bundle.load(lab.bundle).manifest
     assert (manifest.profile, manifest.serial) == ("virtual_lab", "0007")
-    assert manifest.ball_diameter_mm == 4.0
+    assert manifest.ball_diameters_mm == (4.0,)
     assert manifest.held_out is not None
 
 

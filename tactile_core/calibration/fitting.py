@@ -15,6 +15,7 @@ from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.calibration.doubts import doubts
 from tactile_core.calibration.height_target import is_height_map
 from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
+from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
 from tactile_core.calibration.targets import (
@@ -155,6 +156,7 @@ def calibrate(
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
+    notes = (*notes, *implausible(ground_truth.surfaces, undeformed, base.gel))
     if scored:
         notes = (*notes, *doubts(score, good))
     bundle = Bundle(manifest, artefacts, undeformed)

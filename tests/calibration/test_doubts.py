@@ -1,14 +1,23 @@
 """What the score of a calibration reveals of errors that train and judge alike."""
 
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.algorithms.circles import Circle
 from tactile_core.calibration.doubts import DOUBTS
 from tactile_core.calibration.fitting import calibrate
+from tactile_core.calibration.plausibility import implausible
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
+from tactile_core.profiles.loader import load_profile
+from tactile_core.quantities import Frame, Reference
+from tactile_core.sim.optics.rig import RigOptics
 
 BALL_PX = BALL_MM / 2 / 0.1245
 
@@ -116,3 +125,43 @@ def test_the_report_shows_every_press_and_the_doubtful_first(
     by_place = sorted(range(len(places)), key=places.__getitem__)
     assert by_place == sorted(range(len(doubt)), key=doubt.__getitem__, reverse=True)
     assert page.index("Score on held-out presses") < page.index("Coverage")
+
+
+def test_a_ball_that_is_said_to_be_too_small_is_doubted(lab: VirtualLab) -> None:
+    smaller = calibrated(lab, ball_diameter_mm=0.75 * BALL_MM, scored=False)
+    assert any("contact is as wide as the ball" in note for note in smaller.notes)
+
+
+def test_presses_that_are_mostly_unusable_are_reported(lab: VirtualLab, tmp_path: Path) -> None:
+    folder = tmp_path / "presses"
+    shutil.copytree(lab.presses, folder)
+    for number in range(11):
+        lab.save(folder / f"untouched_{number}.png", None, seed=100 + number)
+    few = calibrated(lab, folder, scored=False)
+    assert any("only 10 of 21 presses can be used (no contact" in note for note in few.notes)
+
+
+def test_a_contact_deeper_than_the_gel_is_reported(lab: VirtualLab) -> None:
+    gel = lab.profile.gel.model_copy(update={"thickness_mm": 0.5})
+    thin = calibrate(
+        lab.profile.model_copy(update={"gel": gel}),
+        lab.presses,
+        lab.reference,
+        ball_diameter_mm=BALL_MM,
+        model="core.polynomial",
+        scored=False,
+    )
+    assert any("deep in a gel of 0.5 mm" in note for note in thin.notes)
+
+
+def test_markers_at_another_pitch_than_the_profile_contradict_the_scale() -> None:
+    rig = RigOptics(load_profile("hex_fingertip"))
+    pixels = rig.expose(np.zeros((480, 640)), frame=0).astype(np.float32)
+    reference = Reference(pixels, ("red", "green", "blue"), 255.0, 1.0, 1)
+    gel = load_profile("hex_fingertip").gel
+    frame = Frame(pixels.astype(np.uint8), ("red", "green", "blue"), 0.0276)
+    press = FoundPress("press.png", frame, Circle((320.0, 240.0), 30.0), 70.0)
+    assert implausible([press], reference, gel) == ()
+    coarse = replace(press, frame=replace(frame, mm_per_px=0.04))
+    (note,) = implausible([coarse], reference, gel)
+    assert "apart at 0.04 mm per pixel" in note

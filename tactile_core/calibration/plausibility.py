@@ -1,7 +1,7 @@
 """Whether ball, scale and gel can be true together, in sentences for the user.
 
-Photometry alone does not reveal it: a ball that is said to be larger makes every slope smaller, and any
-light could have made the same image. Contacts and markers can.
+Photometry alone does not reveal it: a ball that is said to be larger makes every slope smaller, and
+any light could have made the same image. Contacts and markers can.
 """
 
 from __future__ import annotations

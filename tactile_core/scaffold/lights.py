@@ -12,6 +12,7 @@ from tactile_core.acquisition.assembly import lights_of
 from tactile_core.calibration.light_directions import AZIMUTHS, channel_azimuths
 from tactile_core.calibration.targets import balls, size_words
 from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, read_frames
 from tactile_core.profiles.model import Profile
@@ -89,6 +90,15 @@ def find_lights(
         )
         findings.append(Finding("image", text, noted=True))
     return findings
+
+
+def unmeasured_lights(parent: str, error: CalibrationError) -> Finding:
+    """Return the finding for presses of which none can be used."""
+    text = (
+        f"NOT MEASURED: {error}. The directions of the lights are {parent}'s until 'tactile "
+        f"calibrate' learns them."
+    )
+    return Finding("illumination", text, noted=True)
 
 
 def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis: str) -> Finding:

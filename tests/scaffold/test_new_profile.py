@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -178,6 +179,36 @@ def test_presses_give_the_directions_of_the_lights(tmp_path: Path, shift_deg: fl
         for light, azimuth in zip(written, (90, 210, 330), strict=True)
     ]
     assert np.abs((np.array(off) + 180) % 360 - 180).max() < 10
+
+
+def test_elevations_are_said_to_be_inherited(tmp_path: Path) -> None:
+    turned = sensor(illumination=lights(180, 300, 60))
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        photograph(turned, tmp_path / "reference.png"),
+        mm_per_px=0.125,
+        presses=photograph_presses(turned, tmp_path / "presses"),
+        ball_diameter_mm=4.0,
+    )
+    comment = " ".join(made.text.replace("#", " ").split())
+    assert f"these are {UNMARKED}'s, not measured" in comment
+
+
+def test_without_a_usable_press_the_rest_is_written(tmp_path: Path) -> None:
+    reference = photograph(sensor(), tmp_path / "reference.png")
+    (tmp_path / "presses").mkdir()
+    shutil.copy(reference, tmp_path / "presses" / "nothing.png")
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        reference,
+        mm_per_px=0.125,
+        presses=tmp_path / "presses",
+        ball_diameter_mm=4.0,
+    )
+    assert saved(made, tmp_path).image.mm_per_px == 0.125
+    assert any("NOT MEASURED: none of 1 presses can be used" in note for note in made.notes)
 
 
 @pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.16, True)])

@@ -104,6 +104,9 @@ def calibrate(
     calibrator = calibrator_of(base.calibration, model)
     condition = Conditioning.of(base, undeformed, compensates=calibrator.compensation == "channel")
     undeformed = condition.undeformed
+    miscounted = condition.finder.miscounted(undeformed) if condition.finder else ""
+    if miscounted:
+        raise InputError(miscounted)
     # Models smooth their images; the ground truth has to be equally smooth.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
     ground_truth: CalibrationTarget[Any] = (

@@ -16,6 +16,7 @@ from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.scaffold import KnownSize, NewProfile, new_profile
+from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
 
 UNMARKED = "hex_fingertip_unmarked"
 
@@ -368,3 +369,28 @@ def test_an_image_with_any_name_gives_a_valid_profile(tmp_path: Path, special: s
     picture = photograph(sensor(), tmp_path / "reference.png")
     picture = picture.rename(tmp_path / f"a{special}name: broken.png")
     assert saved(new_profile("mine", UNMARKED, picture, mm_per_px=0.125), tmp_path).name == "mine"
+
+
+def test_a_marker_count_that_does_not_fit_the_pitch_is_reported() -> None:
+    parent = load_profile(UNMARKED)
+    found = markers_finding(FoundMarkers(3.4, 14.3, 29, 199), parent, 0.14, "image.png")
+    assert found is not None
+    assert found.noted
+    assert "29 are found" in found.comment
+    assert "about 199 would fill the image" in found.comment
+
+
+@pytest.mark.parametrize("width_px", [120, 175, 200])
+def test_blurred_markers_of_a_real_wedge_are_found(
+    recordings: Path, tmp_path: Path, width_px: int
+) -> None:
+    picture = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))
+    scale = width_px / 240
+    corners = np.array([[33, 58], [208, 61], [185, 244], [56, 250]], np.float32)
+    full = np.array([[0, 0], [240, 0], [240, 320], [0, 320]], np.float32) * scale
+    size = width_px, round(320 * scale)
+    view = cv2.getPerspectiveTransform(corners, full.astype(np.float32))
+    rectified = cv2.warpPerspective(picture, view, size, flags=cv2.INTER_AREA)
+    found = find_markers([rectified[..., ::-1]], "wedge", None)
+    assert found is not None
+    assert found.fits

@@ -40,32 +40,6 @@ _NOTHING_HELD_OUT = (
     "only one press can be used, so nothing was held out and the accuracy of this calibration is "
     "unknown; record more presses"
 )
-_USELESS = (
-    "on held-out presses the mean error of this calibration is {:.1f}°, no better than assuming a "
-    "flat surface ({:.1f}°): do not measure with it; check the labels, the ball's diameter and the "
-    "reference"
-)
-_RADIUS = (
-    "spheres in the height maps of held-out presses have {:.2f} of the ball's radius, so heights "
-    "are wrong by about as much: check the circles in report.html and the reference, and record "
-    "more presses"
-)
-_HOLLOW = (
-    "held-out presses are measured as hollows instead of spheres: do not measure with this "
-    "calibration; check the circles in report.html and the reference"
-)
-_OFFSET = (
-    "the spheres in the height maps of held-out presses are not where the circles were found (up "
-    "to {:.1f} px away): check the circles in report.html, the doubtful ones are first"
-)
-_SIZES = (
-    "a ball size that was left out is measured with {:.2f} of its radius: check the diameter of "
-    "each ball"
-)
-_HALVES = (
-    "calibrations on two halves of the presses measure normals that differ by {:.1f}°: record "
-    "more presses, all over the image"
-)
 
 
 def doubts(score: Score | None, used: Sequence[TargetSurface]) -> tuple[str, ...]:
@@ -81,21 +55,61 @@ def doubts(score: Score | None, used: Sequence[TargetSurface]) -> tuple[str, ...
     if score is None:
         return (_NOTHING_HELD_OUT,)
     if not score.mean_deg < score.predict_flat_deg:
-        return (_USELESS.format(score.mean_deg, score.predict_flat_deg),)
-    said = []
-    radii, offsets = score.sphere_quartiles(), score.sphere_offsets_px()
-    if radii is not None and radii[1] <= 0:
-        said.append(_HOLLOW)
-    elif radii is not None and abs(radii[1] - 1) > DOUBTS.radius_error:
-        said.append(_RADIUS.format(radii[1]))
-    if offsets is not None and offsets[1] > DOUBTS.offset * _ball_radius_px(used):
-        said.append(_OFFSET.format(offsets[1]))
-    left_out, halves = score.left_out_size_ratio, score.halves_difference_deg
-    if left_out is not None and abs(left_out - 1) > DOUBTS.radius_error:
-        said.append(_SIZES.format(left_out))
-    if halves is not None and halves > DOUBTS.halves * score.predict_flat_deg:
-        said.append(_HALVES.format(halves))
-    return tuple(said)
+        return (
+            f"on held-out presses the mean error of this calibration is {score.mean_deg:.1f}°, no "
+            f"better than assuming a flat surface ({score.predict_flat_deg:.1f}°): do not measure "
+            f"with it; check the labels, the ball's diameter and the reference",
+        )
+    ball_px = _ball_radius_px(used)
+    said = (_radius(score), _offset(score, ball_px), _left_out_size(score), _halves(score))
+    return tuple(sentence for sentence in said if sentence)
+
+
+def _radius(score: Score) -> str:
+    radii = score.sphere_quartiles()
+    if radii is None or abs(radii[1] - 1) <= DOUBTS.radius_error:
+        return ""
+    if radii[1] <= 0:
+        return (
+            "held-out presses are measured as hollows instead of spheres: do not measure with this "
+            "calibration; check the circles in report.html and the reference"
+        )
+    return (
+        f"spheres in the height maps of held-out presses have {radii[1]:.2f} of the ball's radius, "
+        f"so heights are wrong by about as much: check the circles in report.html and the "
+        f"reference, and record more presses"
+    )
+
+
+def _offset(score: Score, ball_radius_px: float) -> str:
+    offsets = score.sphere_offsets_px()
+    if offsets is None or offsets[1] <= DOUBTS.offset * ball_radius_px:
+        return ""
+    return (
+        f"the spheres in the height maps of held-out presses are not where the circles were found "
+        f"(up to {offsets[1]:.1f} px away): check the circles in report.html, the doubtful ones "
+        f"are first"
+    )
+
+
+def _left_out_size(score: Score) -> str:
+    ratio = score.left_out_size_ratio
+    if ratio is None or abs(ratio - 1) <= DOUBTS.radius_error:
+        return ""
+    return (
+        f"a ball size that was left out is measured with {ratio:.2f} of its radius: check the "
+        f"diameter of each ball"
+    )
+
+
+def _halves(score: Score) -> str:
+    difference_deg = score.halves_difference_deg
+    if difference_deg is None or difference_deg <= DOUBTS.halves * score.predict_flat_deg:
+        return ""
+    return (
+        f"calibrations on two halves of the presses measure normals that differ by "
+        f"{difference_deg:.1f}°: record more presses, all over the image"
+    )
 
 
 def _ball_radius_px(used: Sequence[TargetSurface]) -> float:

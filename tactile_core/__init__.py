@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
     from tactile_core.pipeline.sensor import Sensor as Sensor
     from tactile_core.pipeline.sensor import open_sensor as open_sensor
+    from tactile_core.pipeline.sensor_group import SensorGroup as SensorGroup
     from tactile_core.pipeline.sinks import Sinks as Sinks
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
@@ -96,6 +97,7 @@ _HOMES = {
         "SlipState",
     ),
     "pipeline.sensor": ("Sensor", "open_sensor"),
+    "pipeline.sensor_group": ("SensorGroup",),
     "pipeline.sinks": ("Sinks",),
 }
 _MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}

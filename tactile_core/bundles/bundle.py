@@ -161,14 +161,19 @@ class Bundle:
     def check(self, profile: Profile, serial: str | None = None) -> list[str]:
         """Check that the bundle belongs to a profile and unit; return warnings.
 
+        A bundle belongs to a serial and to the optical part of the profile: image, light and gel.
+        If that part is the same, the profile may have another name, camera or estimators. If it has
+        changed, the name distinguishes an edited profile from another sensor's.
+
         Raises
         ------
         CalibrationError
-            Sensor, serial, image size, bit depth or scale differ.
+            Serial, image size, bit depth or scale differ, or it is another sensor's.
         """
         mine, image = self.manifest, profile.image
+        optics_differ = mine.profile_hash != profile_hash(profile)
         for what, ours, theirs in (
-            ("sensor", mine.profile, profile.name),
+            ("sensor", mine.profile, profile.name if optics_differ else mine.profile),
             ("serial", mine.serial, serial if serial is not None else mine.serial),
             ("image size", mine.image_size_px, (image.width_px, image.height_px)),
             ("bit depth", mine.bit_depth, image.bit_depth),
@@ -183,7 +188,7 @@ class Bundle:
                 f"the bundle was made at {mine.mm_per_px:g} mm per pixel and this input has "
                 f"{image.mm_per_px:g}; calibrate at the scale of the input"
             )
-        if mine.profile_hash != profile_hash(profile):
+        if optics_differ:
             return [
                 "the profile's image, light or gel has changed since this bundle was made; "
                 "calibrate again if readings look wrong"

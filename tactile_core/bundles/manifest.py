@@ -15,7 +15,7 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.printable import printable
 
-FORMAT = 3
+FORMAT = 4
 """Version of the bundle format that is written and read."""
 
 MANIFEST = "manifest.json"
@@ -77,7 +77,7 @@ class Manifest(BaseModel):
     bit_depth: int = Field(default=8, ge=1, le=16)
     exposure: dict[str, Any] | None = None
     created: Text = ""
-    ball_diameter_mm: Positive | None = None
+    ball_diameters_mm: tuple[Positive, ...] = ()
     presses_used: int = Field(default=0, ge=0)
     held_out: dict[str, Any] | None = None
     versions: dict[str, Text] = {}

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.acquisition.assembly import lights_of
 from tactile_core.bundles.bundle import Bundle, check_serial, names_of, now
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
+from tactile_core.calibration.doubts import doubts
 from tactile_core.calibration.height_target import is_height_map
+from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
+from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import cross_validate
-from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.calibration.targets import (
     CalibrationTarget,
     balls,
@@ -29,36 +29,11 @@ from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.pipeline.playback import make_lights, played_back, read_frames
+from tactile_core.pipeline.playback import played_back, read_frames
 from tactile_core.plugins.calibrators import calibrator_of, fitted_by, smoothing_px_of
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
-
-_USELESS = (
-    "on held-out presses the mean error of this calibration is {:.1f}°, no better than assuming a "
-    "flat surface ({:.1f}°): do not measure with it; check the labels, the ball's diameter and the "
-    "reference"
-)
-
-
-class AzimuthParameters(NamedTuple):
-    """Parameters of the check of light directions. Nothing sets them from outside: it only warns.
-
-    Attributes
-    ----------
-    tolerance_deg : float, degrees
-        A light whose learned azimuth differs from the profile's by more is reported.
-        Source: chosen by hand; no script derives it. See
-        ADR 17.
-    """
-
-    tolerance_deg: float = 25.0
-
-
-AZIMUTHS = AzimuthParameters()
-"""The values in use."""
 
 
 def calibrate(
@@ -88,7 +63,8 @@ def calibrate(
         reference, or if the reference is the press itself, the large-scale light of the press is
         used.
     ball_diameter_mm : float, optional
-        Diameter of the ball. A ``target`` brings its own radius.
+        Diameter of the ball in all presses that no ``catalog.csv`` in their folder lists. A
+        ``target`` brings its own radius.
     labels : Path, optional
         CSV of circles that replace the automatic ones.
     target : Path, optional
@@ -129,6 +105,9 @@ def calibrate(
     calibrator = calibrator_of(base.calibration, model)
     condition = Conditioning.of(base, undeformed, compensates=calibrator.compensation == "channel")
     undeformed = condition.undeformed
+    miscounted = condition.finder.miscounted(undeformed) if condition.finder else ""
+    if miscounted:
+        raise InputError(miscounted)
     # Models smooth their images; the ground truth has to be equally smooth.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
     ground_truth: CalibrationTarget[Any] = (
@@ -164,7 +143,7 @@ def calibrate(
     progress.fraction(1.0)
     azimuths = channel_azimuths(good, undeformed)
     if is_sequential(frames[0]):
-        notes = (*notes, *_misplaced(base, undeformed.channels, azimuths))
+        notes = (*notes, *misplaced_lights(base, undeformed.channels, azimuths))
     manifest = Manifest(
         profile=base.name,
         revision=base.revision,
@@ -177,14 +156,15 @@ def calibrate(
         mm_per_px=base.image.mm_per_px,
         bit_depth=base.image.bit_depth,
         created=now(),
-        ball_diameter_mm=ground_truth.ball_diameter_mm,
+        ball_diameters_mm=ground_truth.ball_diameters_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
         versions=_versions(),
         profile_hash=profile_hash(base),
     )
-    if score is not None and not score.mean_deg < score.predict_flat_deg:
-        notes = (*notes, _USELESS.format(score.mean_deg, score.predict_flat_deg))
+    notes = (*notes, *implausible(ground_truth.surfaces, undeformed, base.gel))
+    if scored:
+        notes = (*notes, *doubts(score, good))
     bundle = Bundle(manifest, artefacts, undeformed)
     given = inputs_of(profile, presses, reference, labels, target)
     surfaces = tuple(ground_truth.surfaces)
@@ -208,48 +188,6 @@ def inputs_of(
             "--target": target,
         }
     )
-
-
-def channel_azimuths(presses: Sequence[TargetSurface], reference: Reference) -> tuple[float, ...]:
-    """Estimate the azimuth of each channel's light, in degrees from x towards y.
-
-    To first order, a channel brightens where the surface normal turns towards its light. A surface
-    of slope g has the normal (−g, 1).
-
-    References
-    ----------
-    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
-       images", Optical Engineering 19(1), 1980.
-    """
-    slopes, changes = zip(*(press.lighting(reference) for press in presses), strict=True)
-    response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
-    azimuths = np.degrees(np.arctan2(-response[1], -response[0]))
-    return tuple(round(float(a), 1) for a in azimuths)
-
-
-def _misplaced(
-    profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
-) -> tuple[str, ...]:
-    """Warn of lights whose learned direction differs from the profile's."""
-    expected = {light.name: light.azimuth_deg for light in lights_of(make_lights(profile))}
-    pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in expected]
-
-    def off_deg(name: str, azimuth_deg: float) -> float:
-        return abs((azimuth_deg - expected[name] + 180) % 360 - 180)
-
-    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTHS.tolerance_deg]
-    if not far:
-        return ()
-    nearest = []
-    for _, azimuth in pairs:
-        nearest.append(min((off_deg(name, azimuth), name) for name in expected)[1])
-    where = ", ".join(f"{name} from {a:.0f}° (profile {expected[name]:.0f}°)" for name, a in far)
-    if len(set(nearest)) == len(nearest) and nearest != [name for name, _ in pairs]:
-        return (
-            f"light directions differ from the profile: {where}; they match in the order "
-            f"{', '.join(nearest)}, so correct the profile or the order of the images",
-        )
-    return (f"light directions differ from the profile: {where}; correct 'azimuth_deg'",)
 
 
 def _versions() -> dict[str, str]:

@@ -109,6 +109,10 @@ class MapBlock:
         """Radius of a circle of the same area."""
         return float(np.sqrt((self.last - self.first) * self.frame.pixels.shape[1] / np.pi))
 
+    @property
+    def ball_diameter_mm(self) -> None:
+        """None: it is no ball."""
+
     def area(self) -> Bool:
         """(H, W) bool: the band."""
         return self._in_frame(self._band(0))
@@ -157,6 +161,9 @@ class MapBlock:
         error = height_mm[mask].astype(np.float64) - true
         plane = np.stack([np.ones(len(rows)), rows, columns], axis=1)
         return np.asarray(error - plane @ np.linalg.lstsq(plane, error, rcond=None)[0])
+
+    def sphere(self, height_mm: Float32) -> None:
+        """None: it is no ball."""
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
         """Slopes and changes of intensity of the fine structure of the relief."""

@@ -16,10 +16,13 @@ from tactile_core.algorithms.circles import (
     find_circles,
     fit_light,
     locate,
+    working_scale,
 )
 from tactile_core.algorithms.contact_rim import rim_share
-from tactile_core.algorithms.dome import cap, flat_equivalent
+from tactile_core.algorithms.dome import cap, flat_equivalent, rest_height
 from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.sphere import fit_sphere
+from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
@@ -56,6 +59,10 @@ class PressParameters(NamedTuple):
         Undeformed training pixels per pixel on the ball. With fewer, small biases of undeformed
         pixels add up to a tilted height map.
         Source: chosen by hand; no script derives it.
+    sphere_contact_share : float, contact radii
+        A sphere is fitted to the heights of a contact within this radius.
+        Source: chosen by hand; twice the contact leaves room for a circle that is off by as much as
+        its radius, and contains undeformed surface.
     rim_points : int, count
         Points of the contact's rim at which its height is averaged.
         Source: chosen by hand; no script derives it.
@@ -68,6 +75,7 @@ class PressParameters(NamedTuple):
     scored_ball_share: float = 0.9
     undeformed_distance_balls: float = 3.5
     undeformed_share: float = 0.25
+    sphere_contact_share: float = 2.0
     rim_points: int = 32
 
 
@@ -127,6 +135,11 @@ class FoundPress:
         return self.circle.contact_radius_px
 
     @property
+    def ball_diameter_mm(self) -> float:
+        """Diameter of the ball."""
+        return round(2 * self.ball_radius_px * self.frame.mm_per_px, 6)
+
+    @property
     def scored_radius_px(self) -> float:
         """Radius within which pixels count in a score."""
         if self.in_grid:
@@ -170,6 +183,23 @@ class FoundPress:
         rows, columns = np.nonzero(mask)
         error = height_mm[mask] - self._height_px(columns, rows) * self.frame.mm_per_px
         return np.asarray(error - error.mean())
+
+    def sphere(self, height_mm: Float32) -> MeasuredSphere | None:
+        """Compare the ball with the sphere in a measured height map.
+
+        The circle only chooses the surroundings; the pixels follow from the heights.
+        """
+        near = self.disc(PRESS.sphere_contact_share * self.circle.contact_radius_px)
+        height_px, rest_px = height_mm / np.float32(self.frame.mm_per_px), None
+        if self.dome_radius_px is not None:
+            shape = near.shape[0], near.shape[1]
+            rest_px = rest_height(shape, mm_per_px=1.0, radius_mm=self.dome_radius_px)
+        sphere = fit_sphere(height_px, near, rest_px=rest_px)
+        if sphere is None:
+            return None
+        ball_px, radius_px = self._spheres()[0]
+        offset_px = float(np.hypot(*(ball_px - sphere.centre_px)))
+        return MeasuredSphere(sphere.radius_px / radius_px, offset_px)
 
     def true_heights_mm(self, rows: np.ndarray, columns: np.ndarray) -> Float32:
         """(N,) height of the gel surface on the ball above the undeformed surface."""
@@ -255,7 +285,7 @@ def find_presses(
     files: Sequence[str],
     frames: Sequence[Frame],
     reference: Reference,
-    ball_radius_px: float,
+    ball_radius_px: float | Sequence[float],
     *,
     dome_radius_px: float | None = None,
     thickness_mm: float = THICKNESS_MM,
@@ -270,7 +300,8 @@ def find_presses(
         Name of each frame's file, for reports.
     frames : sequence of Frame
     reference : Reference
-    ball_radius_px : float
+    ball_radius_px : float or sequence of float
+        Radius of the ball, or of the ball in each frame.
     dome_radius_px : float, optional
         Radius of an undeformed domed gel.
     thickness_mm : float
@@ -284,6 +315,7 @@ def find_presses(
     list of FoundPress
         One per frame, unusable ones included.
     """
+    radii_px = [float(radius) for radius in np.broadcast_to(ball_radius_px, len(frames))]
     if labels is not None:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
         return [
@@ -291,24 +323,27 @@ def find_presses(
                 file,
                 frame,
                 labels.get(frame.source, missing),
-                ball_radius_px,
+                radius_px,
                 dome_radius_px=dome_radius_px,
                 thickness_mm=thickness_mm,
             )
-            for file, frame in zip(files, frames, strict=True)
+            for file, frame, radius_px in zip(files, frames, radii_px, strict=True)
         ]
-    touching_px = flat_equivalent(ball_radius_px, dome_radius_px)
+    touching_px = [flat_equivalent(radius_px, dome_radius_px) for radius_px in radii_px]
+    scale = working_scale(max(touching_px))
     starts = []
-    for number, frame in enumerate(frames, 1):
-        starts.append(Start.of(press_image(frame, reference), touching_px))
+    for number, (frame, radius_px) in enumerate(zip(frames, touching_px, strict=True), 1):
+        starts.append(Start.of(press_image(frame, reference), radius_px, scale))
         if progress:
             progress.fraction(0.3 * number / len(frames))
     circles = find_circles(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
     return [
-        FoundPress(file, frame, circle, ball_radius_px, False, dome_radius_px, start, thickness_mm)
-        for file, frame, circle, start in zip(files, frames, circles, starts, strict=True)
+        FoundPress(file, frame, circle, radius_px, False, dome_radius_px, start, thickness_mm)
+        for file, frame, circle, radius_px, start in zip(
+            files, frames, circles, radii_px, starts, strict=True
+        )
     ]
 
 

@@ -1,4 +1,4 @@
-"""The bundle's ``report.html``: target, coverage, and measured against true pitch and yaw."""
+"""The bundle's ``report.html``: score, coverage, and every circle, the doubtful ones first."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.calibration.target_surface import TargetSurface
+from tactile_core.calibration.target_surface import MeasuredSphere, TargetSurface
 from tactile_core.views import html
 from tactile_core.views.drawing import Rgb
 
 if TYPE_CHECKING:
     from tactile_core.bundles.manifest import Manifest
-    from tactile_core.calibration.scoring import Score
+    from tactile_core.calibration.score import Score
 
 
 _USED, _LEFT_OUT, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), (40, 90, 170)
@@ -33,9 +33,9 @@ class ReportParameters(NamedTuple):
     picture_px : int, px
         Height of a press's picture.
         Source: chosen by hand.
-    most_pictures : int, count
-        Presses that are shown.
-        Source: chosen by hand; limits the size of the file.
+    grid_px : int, px
+        Height of a picture of several balls.
+        Source: chosen by hand; each ball is then large enough to see.
     pitch_deg : float, degrees
         Largest pitch in the plot.
         Source: chosen by hand; slopes that a ball teaches end below it.
@@ -47,7 +47,7 @@ class ReportParameters(NamedTuple):
     plot_px: int = 320
     margin_px: int = 34
     picture_px: int = 240
-    most_pictures: int = 24
+    grid_px: int = 960
     pitch_deg: float = 60
     steep_deg: float = 5
 
@@ -68,7 +68,11 @@ def write_report(
 ) -> None:
     """Write ``report.html`` into a bundle's folder."""
     good = [press for press in presses if press.used]
-    parts = [
+    parts = [] if score is None else _score_parts(score, coverage)
+    if notes:
+        parts += [html.heading("Notes"), *map(html.paragraph, notes)]
+    parts += [
+        html.heading("Calibration"),
         html.table(
             ["item", "value"],
             [
@@ -84,17 +88,11 @@ def write_report(
                     )
                 ),
             ],
-        )
-    ]
-    if notes:
-        parts += [html.heading("Notes"), *map(html.paragraph, notes)]
-    if score is not None:
-        parts += _score_parts(score)
-    parts += [html.heading("Coverage"), html.figure(_coverage(good), "number of presses")]
-    parts += [html.heading("Calibration target")]
-    parts += [
-        html.figure(_overlay(press), f"{press.file} {press.why}".strip())
-        for press in presses[: REPORT.most_pictures]
+        ),
+        html.heading("Coverage"),
+        html.figure(_coverage(good), "number of presses"),
+        html.heading("Calibration target, the doubtful ones first"),
+        *_pictures(presses, {} if score is None else score.spheres),
     ]
     left_out = [(press.file, press.why) for press in presses if not press.used]
     if left_out:
@@ -103,25 +101,15 @@ def write_report(
     (folder / "report.html").write_text(html.page(title, parts), encoding="utf-8")
 
 
-def _score_parts(score: Score) -> list[str]:
+def _score_parts(score: Score, coverage: Mapping[str, float]) -> list[str]:
     measured, true = score.samples[:, :2], score.samples[:, 2:]
     pitch = [np.degrees(np.arctan(np.hypot(*s.T))) for s in (true, measured)]
     steep = pitch[0] > REPORT.steep_deg
     yaw = [np.degrees(np.arctan2(s[steep, 1], s[steep, 0])) for s in (true, measured)]
     return [
-        html.heading("Error on held-out presses"),
-        html.table(
-            ["mean", "median", "90th percentile", "baseline: flat", "height RMSE"],
-            [
-                (
-                    f"{score.mean_deg:.2f}°",
-                    f"{score.median_deg:.2f}°",
-                    f"{score.p90_deg:.2f}°",
-                    f"{score.predict_flat_deg:.1f}°",
-                    f"{1e3 * score.height_rmse_mm:.0f} µm",
-                )
-            ],
-        ),
+        html.heading("Score on held-out presses"),
+        *map(html.paragraph, score.sentences(coverage)),
+        html.paragraph(f"height RMSE: {1e3 * score.height_rmse_mm:.0f} µm"),
         html.figure(
             _scatter(pitch[0], pitch[1], 0, REPORT.pitch_deg),
             "pitch in degrees: measured (vertical) against true (horizontal)",
@@ -131,6 +119,42 @@ def _score_parts(score: Score) -> list[str]:
             "yaw in degrees: measured (vertical) against true (horizontal)",
         ),
     ]
+
+
+def _pictures(presses: Sequence[TargetSurface], spheres: Mapping[int, MeasuredSphere]) -> list[str]:
+    """Return a picture of every frame with its circles, sorted by :func:`_doubt`."""
+    by_frame: dict[int, list[int]] = {}
+    for number in sorted(
+        range(len(presses)), key=lambda i: _doubt(presses[i], spheres.get(i)), reverse=True
+    ):
+        by_frame.setdefault(id(presses[number].frame), []).append(number)
+    return [
+        html.figure(
+            _overlay([presses[i] for i in numbers]),
+            _caption(presses[numbers[0]], spheres.get(numbers[0])),
+            photo=True,
+        )
+        for numbers in by_frame.values()
+    ]
+
+
+def _doubt(press: TargetSurface, sphere: MeasuredSphere | None) -> float:
+    """Return how doubtful a press is, relative to its ball; infinite if it is not used."""
+    if not press.used:
+        return float("inf")
+    if sphere is None or press.ball_diameter_mm is None:
+        return 0.0
+    ball_px = press.ball_diameter_mm / 2 / press.frame.mm_per_px
+    return max(abs(sphere.radius_ratio - 1), sphere.offset_px / ball_px)
+
+
+def _caption(press: TargetSurface, sphere: MeasuredSphere | None) -> str:
+    if not press.used or sphere is None:
+        return f"{press.file} {press.why}".strip()
+    return (
+        f"{press.file}: sphere of {sphere.radius_ratio:.2f} of the ball's radius, "
+        f"{sphere.offset_px:.1f} px from the circle"
+    )
 
 
 def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) -> Rgb:
@@ -152,19 +176,22 @@ def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) ->
     return canvas
 
 
-def _overlay(press: TargetSurface) -> Rgb:
-    picture = _rgb(press)
-    scale = max(1, round(REPORT.picture_px / picture.shape[0]))
-    size = picture.shape[1] * scale, picture.shape[0] * scale
-    picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR), np.uint8)
-    x, y = ((c + 0.5) * scale - 0.5 for c in press.centre_px)
-    colour = _USED if press.used else _LEFT_OUT
-    area = cv2.resize(press.area().view(np.uint8) * np.uint8(255), size)
-    edges, _ = cv2.findContours(
-        (area > 127).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
-    )
-    cv2.drawContours(picture, edges, -1, colour, 1, cv2.LINE_AA)
-    cv2.drawMarker(picture, (round(x), round(y)), colour, cv2.MARKER_CROSS, 8, 1, cv2.LINE_AA)
+def _overlay(presses: Sequence[TargetSurface]) -> Rgb:
+    """Return a frame with the outlines and centres of its presses, the first one on top."""
+    picture = _rgb(presses[0])
+    scale = (REPORT.grid_px if len(presses) > 1 else REPORT.picture_px) / picture.shape[0]
+    size = round(picture.shape[1] * scale), round(picture.shape[0] * scale)
+    shrinks = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    picture = np.asarray(cv2.resize(picture, size, interpolation=shrinks), np.uint8)
+    for press in reversed(presses):
+        x, y = ((c + 0.5) * scale - 0.5 for c in press.centre_px)
+        colour = _USED if press.used else _LEFT_OUT
+        area = cv2.resize(press.area().view(np.uint8) * np.uint8(255), size)
+        edges, _ = cv2.findContours(
+            (area > 127).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+        )
+        cv2.drawContours(picture, edges, -1, colour, 1, cv2.LINE_AA)
+        cv2.drawMarker(picture, (round(x), round(y)), colour, cv2.MARKER_CROSS, 8, 1, cv2.LINE_AA)
     return picture
 
 

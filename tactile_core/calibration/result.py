@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.scoring import Score
+from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.recordings.inputs import Inputs
 

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.gradient import gradient
-from tactile_core.algorithms.poisson import integrate
+from tactile_core.calibration.agreement import halves_difference_deg, left_out_size_ratio
 from tactile_core.calibration.error_fit import HeldOutSurface, fitted_errors
 from tactile_core.calibration.held_out import Fold
+from tactile_core.calibration.measured import measured_frames
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.calibration.target_surface import S
+from tactile_core.calibration.score import Score
+from tactile_core.calibration.target_surface import MeasuredSphere, S
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.interfaces.slope_errors import SlopeErrors
-from tactile_core.plugins.returned import measured_by
-from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
+from tactile_core.quantities import Reference
 
 
 class ScoringParameters(NamedTuple):
@@ -41,71 +39,6 @@ class ScoringParameters(NamedTuple):
 
 SCORING = ScoringParameters()
 """The values in use."""
-
-
-@dataclass(frozen=True, eq=False)
-class Score:
-    """Held-out errors of a calibration.
-
-    Attributes
-    ----------
-    presses : int
-        Number of scored presses.
-    mean_deg, median_deg, p90_deg : float
-        Angle between measured and true normals, in degrees, over pixels within 0.8 of the contact
-        radius, or over all of a height map.
-    predict_flat_deg : float
-        Baseline: the mean error of a prediction of level gel everywhere.
-    height_rmse_mm : float
-        Root-mean-square error of the height over the same pixels, integrated from slopes or as
-        measured. What slopes leave undetermined is removed: a constant, and for a height map its
-        tilt.
-    samples : (N, 4) float32
-        Measured and true slopes of a sample of pixels, for the report.
-    errors : SlopeErrors or None
-        Size of the errors against the measured slope; None if heights are measured directly.
-    """
-
-    presses: int
-    mean_deg: float
-    median_deg: float
-    p90_deg: float
-    predict_flat_deg: float
-    height_rmse_mm: float
-    samples: np.ndarray
-    errors: SlopeErrors | None = None
-
-    def summary(self) -> dict[str, Any]:
-        """Return the ``held_out`` entry of ``tactile calibrate --json``."""
-        return {
-            "presses": self.presses,
-            "normal_error_deg": {
-                "mean": round(self.mean_deg, 4),
-                "median": round(self.median_deg, 4),
-                "p90": round(self.p90_deg, 4),
-            },
-            "predict_flat_deg": round(self.predict_flat_deg, 4),
-            "height_rmse_mm": round(self.height_rmse_mm, 6),
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class _Measured:
-    """Slopes and heights of a frame, (H, W) each: one measured, the other derived from it."""
-
-    gx: Float32
-    gy: Float32
-    height_mm: Float32
-    integrated: bool = True
-
-    @classmethod
-    def of(cls, measured: Gradients | HeightMap) -> Self:
-        """Integrate slopes, or differentiate heights."""
-        scale = measured.mm_per_px
-        if isinstance(measured, HeightMap):
-            return cls(*gradient(measured.mm, scale), measured.mm, integrated=False)
-        gx, gy = measured.x, measured.y
-        return cls(gx, gy, integrate(gx, gy, mm_per_px=scale))
 
 
 def cross_validate(
@@ -149,20 +82,17 @@ def cross_validate(
     folds = min(SCORING.folds, len(surfaces))
     errors, flat, slopes, height_errors = [], [], [], []
     held_out_surfaces = list[HeldOutSurface]()
+    spheres: dict[int, MeasuredSphere] = {}
     for fold in range(folds):
-        progress.fraction(fold / folds)
+        progress.fraction(0.7 * fold / folds)
         held_out = range(fold, len(surfaces), folds)
         to_score = [i for i in held_out if surfaces[i].used]
         training = without(held_out) if to_score else None
         if training is None:
             continue
         model = fit(training.samples, training.reference)
-        by_frame: dict[int, _Measured] = {}
-        for surface in map(training.find, to_score):
-            key = id(surface.frame)
-            if key not in by_frame:
-                by_frame[key] = _Measured.of(measured_by(model, surface.frame, undeformed))
-            measured = by_frame[key]
+        found_again = measured_frames(model, map(training.find, to_score), undeformed)
+        for i, (surface, measured) in zip(to_score, found_again, strict=True):
             mask = surface.scored()
             rows, columns, true = surface.true_gradients(mask)
             found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
@@ -174,10 +104,16 @@ def cross_validate(
             if measured.integrated:
                 shape = measured.gx, measured.gy, measured.height_mm
                 held_out_surfaces.append(HeldOutSurface(*shape, surface.training()))
-    progress.fraction(1.0)
+            sphere = surface.sphere(measured.height_mm)
+            if sphere is not None:
+                spheres[i] = sphere
     if not errors or not sum(map(len, errors)):
         return None
     all_errors = np.concatenate(errors)
+    halves = halves_difference_deg(surfaces, without, undeformed, fit)
+    progress.fraction(0.9)
+    left_out = left_out_size_ratio(surfaces, without, undeformed, fit)
+    progress.fraction(1.0)
     return Score(
         presses=len(errors),
         mean_deg=float(all_errors.mean()),
@@ -187,4 +123,7 @@ def cross_validate(
         height_rmse_mm=float(np.sqrt(np.mean(np.concatenate(height_errors) ** 2))),
         samples=np.concatenate(slopes).astype(np.float32),
         errors=fitted_errors(held_out_surfaces),
+        spheres=spheres,
+        halves_difference_deg=halves,
+        left_out_size_ratio=left_out,
     )

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
+
+
+class MeasuredSphere(NamedTuple):
+    """A sphere that was fitted to a measured height map, compared with the ball.
+
+    Attributes
+    ----------
+    radius_ratio : float
+        Its radius over that of the ball; negative if the heights are a hollow.
+    offset_px : float
+        Distance of its centre from that of the circle that was found in the image.
+    """
+
+    radius_ratio: float
+    offset_px: float
 
 
 class TargetSurface(Protocol):
@@ -37,6 +52,10 @@ class TargetSurface(Protocol):
     def radius_px(self) -> float:
         """Radius of the contact; for other shapes, of a circle of the same area."""
 
+    @property
+    def ball_diameter_mm(self) -> float | None:
+        """Diameter of its ball; None for other shapes."""
+
     def area(self) -> Bool:
         """(H, W) bool: the pixels that it covers."""
 
@@ -51,6 +70,9 @@ class TargetSurface(Protocol):
 
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
         """(N,) measured minus true height over a mask, up to what slopes leave undetermined."""
+
+    def sphere(self, height_mm: Float32) -> MeasuredSphere | None:
+        """Compare the ball with the sphere in a measured height map; None for other shapes."""
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
         """(N, 2) slopes and the (N, K) changes of intensity that they cause, to first order."""

@@ -21,6 +21,7 @@ from tactile_core.calibration.presses import FoundPress, find_presses, undeforme
 from tactile_core.calibration.target_surface import S
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
+from tactile_core.formats.catalog import find_catalog
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
@@ -72,7 +73,8 @@ class CalibrationTarget(Generic[S]):
         A short description, for the report.
     without : callable
         As in :func:`~tactile_core.calibration.scoring.cross_validate`.
-    ball_diameter_mm : float or None
+    ball_diameters_mm : tuple of float
+        Every size of ball, in order; empty for other targets.
     undeformed : tuple of Press
         Additional training samples of the undeformed gel surface.
     """
@@ -80,7 +82,7 @@ class CalibrationTarget(Generic[S]):
     surfaces: Sequence[S]
     basis: str
     without: Callable[[Collection[int]], Fold[S] | None]
-    ball_diameter_mm: float | None = None
+    ball_diameters_mm: tuple[float, ...] = ()
     undeformed: tuple[Press, ...] = ()
 
 
@@ -152,27 +154,77 @@ def balls(
     if ball_diameter_mm is not None:
         _check_ball(ball_diameter_mm, profile)
     files = _file_names(profile, presses, frames)
+    sizes_mm: Sequence[float]
     progress.stage("finding the circles", 0.25)
     if target is None:
         ready = [condition(frame) for frame in frames]
-        found, radius_mm = _found(
-            profile, files, ready, condition.undeformed, ball_diameter_mm, labels, progress
-        )
+        sizes_mm = ball_diameters_mm(profile, presses, len(frames), ball_diameter_mm)
+        for diameter_mm in sorted(set(sizes_mm)):
+            _check_ball(diameter_mm, profile)
+        found = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
         labelled = labels is not None
         without = SeparatePresses(found, condition.undeformed, labelled=labelled).without
     else:
-        grid, radius_mm = _on_target(
+        grid, diameter_mm = _on_target(
             profile, presses, files, frames, condition, ball_diameter_mm, target
         )
+        sizes_mm = (diameter_mm,)
         found, without = grid.found(), grid.without
     good = used(found)
+    diameters_mm = tuple(sorted(set(sizes_mm)))
     return CalibrationTarget(
         found,
-        f"{len(good)} presses of a ball of {2 * radius_mm:g} mm",
+        f"{len(good)} presses of {size_words(diameters_mm)}",
         without,
-        ball_diameter_mm=2 * radius_mm,
+        ball_diameters_mm=diameters_mm,
         undeformed=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
     )
+
+
+def ball_diameters_mm(
+    profile: Profile, presses: Path, count: int, others_mm: float | None
+) -> tuple[float, ...]:
+    """Return the diameter of the ball in each observation of a recording.
+
+    Parameters
+    ----------
+    profile : Profile
+    presses : Path
+        Its ``catalog.csv`` rules where it lists an observation.
+    count : int
+        Number of observations.
+    others_mm : float, optional
+        Diameter in observations that no catalogue lists.
+
+    Raises
+    ------
+    InputError
+        The diameter of an observation is missing.
+    """
+    catalog = find_catalog(presses) if presses.is_dir() else None
+    if catalog is None:
+        if others_mm is None:
+            raise InputError(
+                "the ball's diameter is missing; give --ball-diameter-mm (or --target, or a "
+                "catalog.csv in the folder of presses)"
+            )
+        return (others_mm,) * count
+    catalog.check_listed()
+    files = open_recording(presses, images_per_observation=images_per_observation(profile)).files
+    listed = [catalog.diameter_mm(file.paths[0]) for file in files]
+    missing = [file.name for file, size in zip(files, listed, strict=True) if size is None]
+    if missing and others_mm is None:
+        raise InputError(
+            f"{catalog.path} has no diameter of the ball in {missing[0]}; add a line, or give "
+            f"--ball-diameter-mm for all that it does not list"
+        )
+    return tuple(size if size is not None else float(others_mm or 0) for size in listed)
+
+
+def size_words(diameters_mm: Sequence[float]) -> str:
+    """Return ``a ball of 4 mm`` or ``balls of 4 and 6.31 mm``."""
+    *rest, last = (f"{diameter:g}" for diameter in diameters_mm)
+    return f"balls of {', '.join(rest)} and {last} mm" if rest else f"a ball of {last} mm"
 
 
 def _check_ball(diameter_mm: float, profile: Profile) -> None:
@@ -200,7 +252,11 @@ def _file_names(profile: Profile, path: Path, frames: Sequence[Frame]) -> list[s
     """Return the name of each frame's image file; of its observation if it has several files."""
     count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
-    single = {files.name: files.paths[0].name for files in recording.files if count == 1}
+    single = {
+        files.name: files.paths[0].relative_to(path).as_posix() if path.is_dir() else path.name
+        for files in recording.files
+        if count == 1
+    }
     return [single.get(frame.source, frame.source) for frame in frames]
 
 
@@ -209,14 +265,12 @@ def _found(
     files: Sequence[str],
     frames: Sequence[Frame],
     reference: Reference,
-    ball_diameter_mm: float | None,
+    sizes_mm: Sequence[float],
     labels: Path | None,
     progress: Progress,
-) -> tuple[list[FoundPress], float]:
+) -> list[FoundPress]:
     scale = profile.image.mm_per_px
-    if ball_diameter_mm is None:
-        raise InputError("the ball's diameter is missing; give --ball-diameter-mm (or --target)")
-    radius_mm = ball_diameter_mm / 2
+    radii_px = [diameter_mm / 2 / scale for diameter_mm in sizes_mm]
     given: Mapping[str, Any] | None = None
     if labels is not None:
         from tactile_core.formats.labels import read_labels
@@ -224,19 +278,18 @@ def _found(
         given = read_labels(
             labels,
             size_px=(profile.image.width_px, profile.image.height_px),
-            largest_radius_px=TARGET.widest_label * radius_mm / scale,
+            largest_radius_px=TARGET.widest_label * max(radii_px),
         )
-    found = find_presses(
+    return find_presses(
         files,
         frames,
         reference,
-        radius_mm / scale,
+        radii_px,
         dome_radius_px=_dome_radius_px(profile),
         thickness_mm=_thickness_mm(profile),
         labels=given,
         progress=progress,
     )
-    return found, radius_mm
 
 
 def _on_target(
@@ -271,7 +324,7 @@ def _on_target(
     dome_px = _dome_radius_px(profile)
     thickness_mm = _thickness_mm(profile)
     pressed = PressedGrid(files[0], frames[0], condition, centres, radius_px, dome_px, thickness_mm)
-    return pressed, grid.radius_mm
+    return pressed, 2 * grid.radius_mm
 
 
 def _thickness_mm(profile: Profile) -> float:

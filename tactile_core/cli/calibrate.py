@@ -24,7 +24,8 @@ def calibrate(
         typer.Option(help="Folder for the bundle. Default: in the user's data directory."),
     ] = None,
     ball_diameter_mm: Annotated[
-        float | None, typer.Option(help="Diameter of the ball, in mm.")
+        float | None,
+        typer.Option(help="Diameter in mm of every ball that no catalog.csv in --presses lists."),
     ] = None,
     labels: Annotated[
         Path | None, typer.Option(help="CSV with circles that replace the detected ones.")
@@ -79,9 +80,5 @@ def calibrate(
         if not press.used:
             print_message(f"left out {press.file}: {press.why}")
     print_data(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
-    if result.score is not None:
-        print_data(
-            f"held-out normal error: mean {result.score.mean_deg:.2f}°, median "
-            f"{result.score.median_deg:.2f}°, 90 % {result.score.p90_deg:.2f}° "
-            f"(predicting 'flat': {result.score.predict_flat_deg:.1f}°)"
-        )
+    for sentence in () if result.score is None else result.score.sentences(result.coverage()):
+        print_data(sentence)

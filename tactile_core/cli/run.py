@@ -37,6 +37,9 @@ def run(
     frames: Annotated[
         int | None, typer.Option(min=1, help="Stop after this number of frames.")
     ] = None,
+    timeout: Annotated[
+        float, typer.Option(help="Longest wait for an image of a live camera, s.")
+    ] = 1.0,
     workers: Annotated[
         int, typer.Option(min=1, max=256, help="Number of processes that measure.")
     ] = 1,
@@ -92,6 +95,7 @@ def run(
         reference=reference,
         sim=sim,
         script=script,
+        timeout_s=timeout,
     ) as sensor:
         sinks = Sinks(sensor.profile, names)
         if results is not None:

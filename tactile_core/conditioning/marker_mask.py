@@ -8,10 +8,12 @@ import numpy as np
 
 from tactile_core.algorithms.markers import (
     contrast_of,
-    find_marker_diameter,
+    detectable_diameter,
+    expected_count,
     find_markers,
     marker_mask,
     mask_of,
+    too_few,
 )
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import GelImage
@@ -45,8 +47,8 @@ class MarkerFinder:
                 "'gel.markers: auto' needs a reference image to detect the markers in; "
                 "give --reference"
             )
-        found = find_marker_diameter(np.asarray(reference.pixels))
-        return None if found is None else cls(*found)
+        found = detectable_diameter(np.asarray(reference.pixels))
+        return None if found is None else cls(*found[:2])
 
     def find(self, pixels: Pixels) -> Bool:
         """Return the mask of the markers and their rims, (H, W) bool."""
@@ -73,6 +75,19 @@ class MarkerFinder:
             compiled=compiled,
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
+
+    def miscounted(self, reference: Reference) -> str:
+        """Return how the number of markers contradicts their pitch; empty if it does not."""
+        detections = reference.detections or self.detect(reference)
+        shape, count = reference.pixels.shape, len(detections.centres_px)
+        if not too_few(count, shape, self.pitch_px):
+            return ""
+        return (
+            f"the reference shows {count} markers of {self.diameter_px:.1f} px, but about "
+            f"{expected_count(shape, self.pitch_px)} every {self.pitch_px:.1f} px would fill the "
+            f"image; correct 'gel.markers' (its diameter first) or take a sharper reference, or "
+            f"set 'markers: null' for a gel without"
+        )
 
     def with_markers(self, gel: Gel, mm_per_px: float) -> Gel:
         """Return the gel with the detected pitch and diameter of its markers."""

@@ -65,6 +65,11 @@ class Coat(Section):
     grain_mm: PositiveFloat | None = Field(
         default=None, le=10, description="Correlation length of the grain, mm. Default: one pixel."
     )
+    absorption_per_mm: NonNegativeFloat = Field(
+        default=0.0,
+        description="Light that the gel surface loses per mm of indentation: exp(−absorption · "
+        "height) remains. 0 for an opaque coating; sensors that measure darkness have about 1.",
+    )
     ink: Share = Field(
         default=0.06,
         description="Reflectance of a printed marker relative to the bare gel surface, 0 to 1.",

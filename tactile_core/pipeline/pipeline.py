@@ -110,6 +110,10 @@ class Pipeline:
         self._chain, markless = self._build_chain()
         self.reference = self._with_detections(self.reference)
         self._used = self._tares = False
+        finder = self.conditioning.finder
+        if finder is not None and self.reference is not None:
+            miscounted = finder.miscounted(self.reference)
+            notes += [miscounted] if miscounted else []
         if markless:
             notes.append(
                 f"the gel has no markers, so these steps are left out: {', '.join(markless)}"

@@ -26,6 +26,9 @@ from tactile_core.quantities import Frame, Quantity, Reference
 _MANY_FRAMES = 250
 """Frames after which compiled loops have saved the time that loading them takes."""
 
+TIMEOUT_S = 1.0
+"""Default timeout of each exposure, s."""
+
 FIRST = "first"
 """Value of ``reference``: use the first frame and mark every reading as relative."""
 
@@ -39,6 +42,7 @@ def open_sensor(
     reference: Reference | Path | str | None = None,
     sim: bool = False,
     script: Path | str | None = None,
+    timeout_s: float = TIMEOUT_S,
 ) -> Sensor:
     """Make a sensor from its profile and open it.
 
@@ -60,6 +64,8 @@ def open_sensor(
     script : path, optional
         Script of the virtual sensor: YAML as for ``tactile simulate``. Default: the script that
         the overlay names, else a ball that presses and withdraws repeatedly.
+    timeout_s : float
+        Longest wait for each exposure; increase it for a slow camera.
 
     Returns
     -------
@@ -81,7 +87,9 @@ def open_sensor(
         bundle = Bundle.load(place) if place.is_dir() else None
     elif not isinstance(bundle, Bundle):
         bundle = Bundle.load(Path(bundle))
-    return Sensor(resolved, bundle, reference, serial=serial, input=input).open()
+    return Sensor(
+        resolved, bundle, reference, serial=serial, input=input, timeout_s=timeout_s
+    ).open()
 
 
 def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
@@ -103,8 +111,12 @@ class Sensor:
         *,
         serial: str | None = None,
         input: Path | str | None = None,
+        timeout_s: float = TIMEOUT_S,
     ) -> None:
+        if not 0 < timeout_s < float("inf"):
+            raise InputError(f"a timeout of {timeout_s:g} s? give a positive number of seconds")
         self.notes: tuple[str, ...] = ()
+        self._timeout_s = timeout_s
         count: int | None = None
         if input is not None:
             profile, self.notes, count = played_back(profile, Path(input))
@@ -197,8 +209,13 @@ class Sensor:
     ) -> None:
         self.close()
 
-    def read(self, timeout_s: float = 1.0) -> Reading:
+    def read(self, timeout_s: float | None = None) -> Reading:
         """Acquire one observation and measure it.
+
+        Parameters
+        ----------
+        timeout_s : float, optional
+            Longest wait for each exposure. Default: that of the sensor.
 
         Raises
         ------
@@ -214,7 +231,7 @@ class Sensor:
 
     def stream(
         self,
-        timeout_s: float = 1.0,
+        timeout_s: float | None = None,
         *,
         tare_frame: int | None = None,
         workers: int = 1,
@@ -224,8 +241,8 @@ class Sensor:
 
         Parameters
         ----------
-        timeout_s : float
-            Timeout of each exposure.
+        timeout_s : float, optional
+            Longest wait for each exposure. Default: that of the sensor.
         tare_frame : int, optional
             Sequence number of the frame whose load is subtracted from then on.
         workers : int
@@ -262,13 +279,15 @@ class Sensor:
 
         Nothing may touch the gel during this time.
         """
-        taken = [frame for frame in (self._next(1.0) for _ in range(frames)) if frame is not None]
+        taken = [frame for frame in (self._next() for _ in range(frames)) if frame is not None]
         reference = average(taken)
         self._pipeline = self.pipeline.with_reference(reference)
         return self._pipeline.reference or reference
 
-    def _next(self, timeout_s: float) -> Frame | None:
-        return self._pending.pop(0) if self._pending else self._acquisition.observe(timeout_s)
+    def _next(self, timeout_s: float | None = None) -> Frame | None:
+        if self._pending:
+            return self._pending.pop(0)
+        return self._acquisition.observe(self._timeout_s if timeout_s is None else timeout_s)
 
     def _reference(self) -> Reference | None:
         given = self._given_reference
@@ -276,7 +295,7 @@ class Sensor:
             return given
         if str(given) != FIRST:
             return read_reference(self.profile, Path(given))
-        first = self._acquisition.observe()
+        first = self._acquisition.observe(self._timeout_s)
         if first is None:
             raise InputError("the input has no frame to use as reference")
         self._pending.append(first)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactile_core.errors import InputError
+from tactile_core.formats.catalog import Catalog, find_catalog
 from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import (
     IMAGE_SUFFIXES,
@@ -25,6 +26,8 @@ from tactile_core.quantities import Image
 
 _SCALE_TOLERANCE = 0.01
 """Largest relative difference between the scales of scans in one recording."""
+_GS_SDK_IMAGE = "gelsight"
+"""Name of the image in a folder that gs_sdk has written."""
 _YAML = frozenset({".yaml", ".yml"})
 
 
@@ -124,7 +127,8 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
     path : Path
         An image file; a folder of images, in natural order of their names; a video; a
         ``scan.yaml`` or its folder; a folder of scan folders. For a light sequence also a folder
-        with exactly one image per light, or a folder of such folders.
+        with exactly one image per light, or a folder of such folders. A folder whose
+        ``catalog.csv`` lists folders (``experiment_reldir``) is the images of these.
     images_per_observation : int
         Exposures per frame: 1, or the number of sequential lights.
 
@@ -161,6 +165,9 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
 def _open_folder(folder: Path, count: int) -> Recording:
     if (folder / SCAN_FILE).is_file():
         return _scans(folder, [folder / SCAN_FILE], count)
+    catalog = find_catalog(folder)
+    if catalog is not None and catalog.of_folders:
+        return _catalogued(folder, catalog, count)
     inside = _visible(folder)
     folders = [path for path in inside if path.is_dir()]
     scans = [path / SCAN_FILE for path in folders if (path / SCAN_FILE).is_file()]
@@ -173,6 +180,28 @@ def _open_folder(folder: Path, count: int) -> Recording:
         sequences = [_observations(p, _images_among(_visible(p)), count) for p in folders]
         return _of_files(folder, [one for sequence in sequences for one in sequence])
     raise InputError(f"{folder} has no images{_instead(inside)}")
+
+
+def _catalogued(folder: Path, catalog: Catalog, count: int) -> Recording:
+    """Open the folders that a catalogue lists, each with one observation or several images."""
+    catalog.check_listed()
+    scans = [folder / place / SCAN_FILE for place in catalog.diameters_mm]
+    if scans and all(scan.is_file() for scan in scans):
+        return _scans(folder, scans, count)
+    observations = []
+    for place in catalog.diameters_mm:
+        images = _images_among(_visible(folder / place))
+        # folders written by gs_sdk hold drawings beside the image
+        images = [image for image in images if image.stem == _GS_SDK_IMAGE] or images
+        name = place.replace("/", "_")
+        if count > 1 or len(images) == 1:
+            paths = _counted(folder / place, tuple(images), count)
+            observations.append(Files(name, paths))
+        else:
+            observations += [Files(f"{name}_{image.stem}", (image,)) for image in images]
+    if not observations:
+        raise InputError(f"{catalog.path} lists no folder with an image")
+    return _of_files(folder, observations)
 
 
 def _visible(folder: Path) -> list[Path]:

@@ -14,11 +14,12 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.catalog import find_catalog
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
-from tactile_core.profiles.loader import load_profile, load_source
+from tactile_core.profiles.loader import list_profiles, load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
 from tactile_core.quantities import Pixels
@@ -26,7 +27,7 @@ from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.known_size import KnownSize
-from tactile_core.scaffold.lights import find_lights
+from tactile_core.scaffold.lights import find_lights, unmeasured_lights
 from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
 from tactile_core.scaffold.scale import Scale, agreed, scale_finding
@@ -102,11 +103,17 @@ def new_profile(
 
     Raises
     ------
-    InputError, ProfileError, CalibrationError
-        An input cannot be used, or two inputs give different scales.
+    InputError, ProfileError
+        An input cannot be used, or two inputs give different scales. Presses without a usable one
+        are only noted.
     """
     check_name(name)
-    if presses is not None and ball_diameter_mm is None and target is None:
+    if (
+        presses is not None
+        and ball_diameter_mm is None
+        and target is None
+        and find_catalog(presses) is None
+    ):
         raise InputError(
             "the diameter of the ball in --presses is missing; give --ball-diameter-mm "
             "(or --target)"
@@ -139,20 +146,34 @@ def new_profile(
         found.append(printed)
     tried = _overlaid(parent, found)
     if presses is not None:
-        found += find_lights(
-            tried,
-            base.name,
-            presses,
-            average(list(read_frames(tried, image))),
-            ball_diameter_mm=ball_diameter_mm,
-            target=target,
-            progress=progress,
-        )
+        try:
+            found += find_lights(
+                tried,
+                base.name,
+                presses,
+                average(list(read_frames(tried, image))),
+                ball_diameter_mm=ball_diameter_mm,
+                target=target,
+                progress=progress,
+            )
+        except CalibrationError as error:
+            found.append(unmeasured_lights(base.name, error))
     extends = _extends(parent, out)
     text = render_profile(name, extends, base, picture.name, found)
     notes = tuple(finding.comment for finding in found if finding.noted)
     inputs = _inputs(parent, {"--image": image, "--target": target, "--presses": presses})
-    return NewProfile(name, text, (*notes, unseen_note(base)), extends != parent, inputs)
+    return NewProfile(
+        name, text, (*notes, unseen_note(base)), extends, _own_files(parent, extends), inputs
+    )
+
+
+def _own_files(parent: str | Path, extends: str) -> tuple[Path, ...]:
+    """Return the parent's file and those that it extends by path; none for a parent by name."""
+    if extends == parent:
+        return ()
+    named = {entry.path.resolve() for entry in list_profiles()}
+    own = [path for path in load_source(parent).lineage if path.resolve() not in named]
+    return tuple(reversed(own))
 
 
 def _inputs(parent: str | Path, given: Mapping[str, Path | None]) -> Inputs:

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
-from tactile_core.calibration.fitting import AZIMUTHS, channel_azimuths
-from tactile_core.calibration.targets import balls
+from tactile_core.calibration.light_directions import AZIMUTHS, channel_azimuths
+from tactile_core.calibration.targets import balls, size_words
 from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, read_frames
 from tactile_core.profiles.model import Profile
@@ -78,17 +79,26 @@ def find_lights(
     )
     good = [press for press in ground_truth.surfaces if press.used]
     learned = dict(zip(undeformed.channels, channel_azimuths(good, undeformed), strict=True))
-    diameter_mm = ground_truth.ball_diameter_mm
-    basis = f"{len(good)} of {len(ground_truth.surfaces)} presses of a ball of {diameter_mm:g} mm"
+    sizes = size_words(ground_truth.ball_diameters_mm)
+    basis = f"{len(good)} of {len(ground_truth.surfaces)} presses of {sizes}"
     findings = [_azimuths(profile, learned, parent, basis)]
     median_share = np.median([press.radius_px / press.ball_radius_px for press in good])
     if target is None and median_share > CONTACT.widest_contact:
         text = (
-            f"At this scale the contact would be as wide as the ball of {diameter_mm:g} mm, so "
-            f"mm_per_px is likely too large."
+            f"At this scale the contact would be as wide as {sizes}, so mm_per_px is likely too "
+            f"large."
         )
         findings.append(Finding("image", text, noted=True))
     return findings
+
+
+def unmeasured_lights(parent: str, error: CalibrationError) -> Finding:
+    """Return the finding for presses of which none can be used."""
+    text = (
+        f"NOT MEASURED: {error}. The directions of the lights are {parent}'s until 'tactile "
+        f"calibrate' learns them."
+    )
+    return Finding("illumination", text, noted=True)
 
 
 def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis: str) -> Finding:
@@ -122,6 +132,7 @@ def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis
     parents = profile.illumination.options.get("lights")
     if parents is None:
         return Finding("illumination", text)
+    text += f" Presses do not show elevations: these are {parent}'s, not measured."
     written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in parents]
     return Finding("illumination", text, {"lights": written})
 

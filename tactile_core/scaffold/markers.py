@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_core.algorithms.markers import find_marker_diameter
+from tactile_core.algorithms.markers import detectable_diameter, expected_count
+from tactile_core.algorithms.markers.count import COUNT
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
@@ -16,10 +17,17 @@ from tactile_core.scaffold.finding import Finding
 
 @dataclass(frozen=True)
 class FoundMarkers:
-    """Typical diameter and pitch of the markers in the resulting image."""
+    """Typical diameter and pitch of the markers in the resulting image, and their number."""
 
     diameter_px: float
     pitch_px: float
+    count: int
+    expected: int
+
+    @property
+    def fits(self) -> bool:
+        """Whether the number of markers fits their pitch."""
+        return self.count >= COUNT.least_share * self.expected
 
 
 def find_markers(
@@ -47,13 +55,16 @@ def find_markers(
     """
     if pitch_mm is not None and not pitch_mm > 0:
         raise InputError(f"--marker-pitch-mm {pitch_mm:g}: the pitch must be positive")
-    found = find_marker_diameter(_brightest(exposures))
+    brightest = _brightest(exposures)
+    found = detectable_diameter(brightest)
     if found is None and pitch_mm is not None:
         raise InputError(
             f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of markers; leave it out, or "
             f"give a sharper image of the undeformed gel"
         )
-    return None if found is None else FoundMarkers(*found)
+    if found is None:
+        return None
+    return FoundMarkers(*found, expected_count(brightest.shape, found[1]))
 
 
 def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
@@ -71,17 +82,22 @@ def markers_finding(
         pitch_mm, diameter_mm = markers.pitch_px * mm_per_px, markers.diameter_px * mm_per_px
         unlike = parent.gel.markers is None
         doubt = f" {parent.name}'s gel has none." if unlike else ""
+        if not markers.fits:
+            doubt += (
+                f" DOUBTFUL: about {markers.expected} would fill the image. Increase the diameter "
+                f"until 'tactile run' reports most of them, or give a sharper image."
+            )
         return Finding(
             "gel",
             f"Pitch and diameter of the printed markers: {markers.pitch_px:.1f} and "
-            f"{markers.diameter_px:.1f} px in {name}.{doubt}",
+            f"{markers.diameter_px:.1f} px in {name}, with which {markers.count} are found.{doubt}",
             {
                 "markers": {
                     "pitch_mm": float(f"{pitch_mm:.3g}"),
                     "diameter_mm": float(f"{diameter_mm:.2g}"),
                 }
             },
-            noted=unlike,
+            noted=unlike or not markers.fits,
         )
     if parent.gel.markers is None:
         return None

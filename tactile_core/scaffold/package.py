@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import write_together
+from tactile_core.formats.files import read_text, write_together
 from tactile_core.formats.folders import fresh_folder, make_folder, move_in
 from tactile_core.formats.unfinished import remove_leftovers
 from tactile_core.recordings.inputs import Inputs
@@ -221,16 +222,13 @@ def profile_path(folder: Path, name: str) -> Path:
 def new_package(profile: NewProfile) -> NewPackage:
     """Put a new profile into a plugin package of the same name.
 
+    If the profile extends a file by its path, that file and those that it extends are copied.
+
     Raises
     ------
     InputError
-        The profile extends a file by its path, which is not part of the package.
+        These files are in different folders, or one has the name of the new profile.
     """
-    if profile.extends_path:
-        raise InputError(
-            "a package cannot extend a file outside the package; give --from a profile's name, or "
-            "leave --plugin out"
-        )
     module = f"tactile_{profile.name}"
     fields = {
         "name": profile.name,
@@ -247,8 +245,29 @@ def new_package(profile: NewProfile) -> NewPackage:
     }
     files = {path: text.format(**fields) for path, text in templates.items()}
     files[f"{module}/py.typed"] = ""
-    files[f"{module}/profiles/{profile.name}.yaml"] = profile.text + (
+    text = profile.text
+    if profile.own_files:
+        files.update(_copied(profile, f"{module}/profiles"))
+        beside = f"./{profile.own_files[0].name}"
+        text = text.replace(f"extends: {profile.extends}", f"extends: {json.dumps(beside)}", 1)
+    files[f"{module}/profiles/{profile.name}.yaml"] = text + (
         f"\nestimators:\n  # The estimator of this package; '{STEP}: null' removes it.\n"
         f"  {STEP}: {{use: {profile.name}.{STEP}}}\n"
     )
     return NewPackage(profile.name, files, profile.inputs)
+
+
+def _copied(profile: NewProfile, folder: str) -> dict[str, str]:
+    """Return the texts of the files that a profile extends, by their paths in the package."""
+    for path in profile.own_files:
+        if path.parent.resolve() != profile.own_files[0].parent.resolve():
+            raise InputError(
+                f"{profile.own_files[0]} extends {path}, which is in another folder; copy it into "
+                f"the same one, so that the package can hold both"
+            )
+        if path.name == f"{profile.name}.yaml":
+            raise InputError(
+                f"{path} would have the place of the new profile in the package; give the new "
+                f"profile another name"
+            )
+    return {f"{folder}/{path.name}": read_text(path) for path in profile.own_files}

@@ -42,8 +42,10 @@ class NewProfile:
         YAML.
     notes : tuple of str
         Messages to the user about values that are inherited instead of measured.
-    extends_path : bool
-        True if the parent is given by its path instead of its name.
+    extends : str
+        Value of ``extends`` in the text.
+    own_files : tuple of Path
+        The parent's file, and the files that it extends by path; empty for a parent by name.
     inputs : Inputs
         Files that it was made from; they are never overwritten.
     """
@@ -51,7 +53,8 @@ class NewProfile:
     name: str
     text: str
     notes: tuple[str, ...] = ()
-    extends_path: bool = False
+    extends: str = ""
+    own_files: tuple[Path, ...] = ()
     inputs: Inputs = field(default_factory=Inputs)
 
     def write(self, path: Path, *, force: bool = False) -> None:

@@ -42,7 +42,7 @@ def test_a_loaded_bundle_equals_the_saved_one(lab: VirtualLab, tmp_path: Path) -
 def test_a_manifest_holds_profile_serial_and_score(lab: VirtualLab) -> None:
     manifest = Bundle.load(lab.bundle).manifest
     assert (manifest.profile, manifest.serial) == ("virtual_lab", "0007")
-    assert manifest.ball_diameter_mm == 4.0
+    assert manifest.ball_diameters_mm == (4.0,)
     assert manifest.held_out is not None
 
 
@@ -58,9 +58,16 @@ def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
 
 
 def test_another_sensors_bundle_is_refused(lab: VirtualLab) -> None:
-    other = lab.profile.model_copy(update={"name": "other"})
+    light = lab.profile.illumination.model_copy(update={"use": "other.light"})
+    other = lab.profile.model_copy(update={"name": "other", "illumination": light})
     with pytest.raises(CalibrationError, match="sensor virtual_lab, not other"):
         Bundle.load(lab.bundle).check(other)
+
+
+def test_another_name_and_camera_leave_a_bundle_usable(lab: VirtualLab) -> None:
+    camera = lab.profile.camera.model_copy(update={"use": "core.uvc"})
+    renamed = lab.profile.model_copy(update={"name": "second_camera", "camera": camera})
+    assert Bundle.load(lab.bundle).check(renamed) == []
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,9 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
+from tactile_core.interfaces.gel import Gel, Markers
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.playback import read_reference
 
 HEADER = "file,centre_x_px,centre_y_px,contact_radius_px\n"
 BALL_PX = BALL_MM / 2 / 0.1245
@@ -83,3 +86,12 @@ def test_a_calibration_that_is_worse_than_none_is_noted_and_reported(
     assert "do not measure with it" in note
     result.save(tmp_path / "bundle")
     assert escape(note) in (tmp_path / "bundle" / "report.html").read_text()
+
+
+def test_a_reference_without_the_markers_of_the_profile_is_refused(lab: VirtualLab) -> None:
+    gel = Gel(markers=Markers(pitch_mm=1.2, diameter_mm=0.4))
+    marked = lab.profile.model_copy(update={"gel": gel})
+    with pytest.raises(InputError, match=r"the reference shows \d+ markers .* 'markers: null'"):
+        calibrate(marked, lab.presses, lab.reference, ball_diameter_mm=4.0)
+    pipeline = Pipeline(marked, None, read_reference(marked, lab.reference))
+    assert any("'markers: null'" in note for note in pipeline.notes)

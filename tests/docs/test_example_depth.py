@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from support.command_line import tactile
@@ -17,7 +18,9 @@ from support.dist_info import write_dist_info
 from support.height_lab import make_height_lab
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.sim.analytic_ball import BallPress
+from tactile_core.calibration.fitting import calibrate
+from tactile_core.profiles.loader import load_profile
+from tactile_core.sim.analytic_ball import BallPress, render
 
 PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-depth"
 MODULE = "tactile_example_depth"
@@ -159,3 +162,34 @@ def test_its_own_tests_pass(installed: list[Path]) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_gel_that_darkens_with_depth_is_calibrated_and_scored(
+    installed: list[Path], tmp_path: Path
+) -> None:
+    profile = load_profile("example_darkness")
+    shape, scale = (profile.image.height_px, profile.image.width_px), profile.image.mm_per_px
+    lines = ["file,centre_x_px,centre_y_px,contact_radius_px"]
+    for number, (x, y) in enumerate([(110, 90), (200, 110), (150, 150), (210, 160), (120, 140)]):
+        press = BallPress((float(x), float(y)), 6.0, 0.6)
+        image = render(profile, press.height_mm(shape, scale), seed=number + 1)
+        write(tmp_path / "presses" / f"{number}.png", image)
+        lines.append(f"{number}.png,{x},{y},{press.contact_radius_mm / scale}")
+    write(tmp_path / "reference.png", render(profile, np.zeros(shape)))
+    (tmp_path / "labels.csv").write_text("\n".join(lines))
+    made = calibrate(
+        profile,
+        tmp_path / "presses",
+        tmp_path / "reference.png",
+        ball_diameter_mm=6.0,
+        labels=tmp_path / "labels.csv",
+    )
+    assert made.bundle.manifest.model == "example_depth.darkness"
+    held_out = made.summary(tmp_path)["held_out"]
+    assert held_out["sphere_radius_ratio"]["median"] == pytest.approx(1, abs=0.15)
+    assert held_out["height_rmse_mm"] < 0.1
+
+
+def write(path: Path, rgb: np.ndarray) -> None:
+    path.parent.mkdir(exist_ok=True)
+    cv2.imwrite(str(path), rgb[..., ::-1])

@@ -139,3 +139,28 @@ def test_a_scan_scale_with_impossible_marker_sizes_is_rejected(tmp_path: Path) -
     (tmp_path / "scan.yaml").write_text("images: [a.png]\nmmperpixel: 1e-6\n")
     with pytest.raises(InputError, match=r"gives a scale of .* has markers of .* px"):
         played_back(load_profile("hex_fingertip"), tmp_path)
+
+
+def test_a_slow_camera_is_waited_for(lab: VirtualLab, monkeypatch: pytest.MonkeyPatch) -> None:
+    waits: list[float] = []
+    read = ReplayCamera._read
+
+    def noted(self: ReplayCamera, timeout_s: float) -> object:
+        waits.append(timeout_s)
+        return read(self, timeout_s)
+
+    monkeypatch.setattr(ReplayCamera, "_read", noted)
+    with open_sensor(
+        lab.profile_path, bundle=lab.bundle, input=lab.presses, reference="first", timeout_s=7.0
+    ) as sensor:
+        sensor.read()
+        sensor.capture_reference(frames=2)
+        next(sensor.stream())
+        assert set(waits) == {7.0}
+        sensor.read(timeout_s=2.0)
+    assert waits[-1] == 2.0
+
+
+def test_a_timeout_is_positive(lab: VirtualLab) -> None:
+    with pytest.raises(InputError, match="positive number of seconds"):
+        open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses, timeout_s=0)

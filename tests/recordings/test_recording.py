@@ -255,3 +255,31 @@ def test_a_file_name_that_is_not_utf8_is_read(tmp_path: Path) -> None:
     path.write_bytes(b"")
     with pytest.raises(InputError):
         open_recording(path)
+
+
+def test_a_catalogue_lists_the_folders_of_a_recording(tmp_path: Path) -> None:
+    picture(tmp_path / "background.png", 9)
+    for number in (2, 1, 3):
+        picture(tmp_path / f"ball/{number}/gelsight.png", number)
+    picture(tmp_path / "ball/1/label.png", 8)
+    (tmp_path / "catalog.csv").write_text(
+        "experiment_reldir,diameter(mm)\nball/2,4\nball/1,6\n", encoding="utf-8"
+    )
+    recording = open_recording(tmp_path)
+    assert names(recording) == ["ball_2", "ball_1"]
+    assert values(recording) == [[2], [1]]
+
+
+def test_a_folder_of_a_catalogue_may_hold_many_images(tmp_path: Path) -> None:
+    for number in (2, 1):
+        picture(tmp_path / f"ball4/{number}.png", number)
+    (tmp_path / "catalog.csv").write_text("experiment_reldir,diameter(mm)\nball4,4\n")
+    assert names(open_recording(tmp_path)) == ["ball4_1", "ball4_2"]
+
+
+def test_a_catalogue_of_sequential_lights_lists_observations(tmp_path: Path) -> None:
+    for light in range(3):
+        picture(tmp_path / f"press/{light}.png", light)
+    (tmp_path / "catalog.csv").write_text("experiment_reldir,diameter(mm)\npress,4\n")
+    assert values(open_recording(tmp_path, images_per_observation=3)) == [[0, 1, 2]]
+    assert "exactly 2" in refusal(tmp_path, 2)

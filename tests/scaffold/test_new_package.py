@@ -13,6 +13,7 @@ from scaffold.pictures import photograph, sensor
 from support.dist_info import write_dist_info
 
 from tactile_core.errors import InputError
+from tactile_core.profiles.loader import load_profile
 from tactile_core.scaffold import NewPackage, new_package, new_profile
 from tactile_core.scaffold.package import profile_path
 
@@ -102,9 +103,35 @@ def test_force_replaces_no_folder_by_a_file(package: NewPackage, tmp_path: Path)
     assert [path.name for path in folder.iterdir()] == ["README.md"]
 
 
-def test_a_package_extends_a_profile_by_name(package: NewPackage, tmp_path: Path) -> None:
+def test_a_file_that_the_profile_extends_is_copied_into_the_package(tmp_path: Path) -> None:
     picture = photograph(sensor(), tmp_path / "reference.png")
-    new_profile("first", "hex_fingertip_unmarked", picture).write(tmp_path / "first.yaml")
-    second = new_profile("second", tmp_path / "first.yaml", picture)
-    with pytest.raises(InputError, match="a profile's name"):
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    new_profile("base", "hex_fingertip_unmarked", picture).write(mine / "base.yaml")
+    first = new_profile("first", mine / "base.yaml", picture, out=mine / "first.yaml")
+    first.write(mine / "first.yaml")
+    folder = tmp_path / "tactile-second"
+    second = new_profile("second", mine / "first.yaml", picture, out=profile_path(folder, "second"))
+    new_package(second).write(folder)
+    shutil.rmtree(mine)
+    profiles = profile_path(folder, "second").parent
+    assert sorted(path.name for path in profiles.iterdir()) == [
+        "base.yaml",
+        "first.yaml",
+        "second.yaml",
+    ]
+    without_step = profile_path(folder, "second").read_text().split("\nestimators:")[0]
+    profile_path(folder, "second").write_text(without_step)
+    assert load_profile(profile_path(folder, "second")).name == "second"
+
+
+def test_files_of_different_folders_are_not_copied(tmp_path: Path) -> None:
+    picture = photograph(sensor(), tmp_path / "reference.png")
+    new_profile("base", "hex_fingertip_unmarked", picture).write(tmp_path / "base.yaml")
+    below = tmp_path / "below" / "first.yaml"
+    new_profile("first", tmp_path / "base.yaml", picture, out=below).write(below)
+    second = new_profile("second", below, picture, out=tmp_path / "p.yaml")
+    with pytest.raises(InputError, match="in another folder"):
         new_package(second)
+    with pytest.raises(InputError, match="another name"):
+        new_package(new_profile("base", tmp_path / "base.yaml", picture, out=tmp_path / "p.yaml"))

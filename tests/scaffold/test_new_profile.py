@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.scaffold import KnownSize, NewProfile, new_profile
+from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
 
 UNMARKED = "hex_fingertip_unmarked"
 
@@ -180,6 +182,36 @@ def test_presses_give_the_directions_of_the_lights(tmp_path: Path, shift_deg: fl
     assert np.abs((np.array(off) + 180) % 360 - 180).max() < 10
 
 
+def test_elevations_are_said_to_be_inherited(tmp_path: Path) -> None:
+    turned = sensor(illumination=lights(180, 300, 60))
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        photograph(turned, tmp_path / "reference.png"),
+        mm_per_px=0.125,
+        presses=photograph_presses(turned, tmp_path / "presses"),
+        ball_diameter_mm=4.0,
+    )
+    comment = " ".join(made.text.replace("#", " ").split())
+    assert f"these are {UNMARKED}'s, not measured" in comment
+
+
+def test_without_a_usable_press_the_rest_is_written(tmp_path: Path) -> None:
+    reference = photograph(sensor(), tmp_path / "reference.png")
+    (tmp_path / "presses").mkdir()
+    shutil.copy(reference, tmp_path / "presses" / "nothing.png")
+    made = new_profile(
+        "mine",
+        UNMARKED,
+        reference,
+        mm_per_px=0.125,
+        presses=tmp_path / "presses",
+        ball_diameter_mm=4.0,
+    )
+    assert saved(made, tmp_path).image.mm_per_px == 0.125
+    assert any("NOT MEASURED: none of 1 presses can be used" in note for note in made.notes)
+
+
 @pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.16, True)])
 def test_a_contact_as_wide_as_the_ball_gives_a_warning(
     tmp_path: Path, mm_per_px: float, warned: bool
@@ -337,3 +369,28 @@ def test_an_image_with_any_name_gives_a_valid_profile(tmp_path: Path, special: s
     picture = photograph(sensor(), tmp_path / "reference.png")
     picture = picture.rename(tmp_path / f"a{special}name: broken.png")
     assert saved(new_profile("mine", UNMARKED, picture, mm_per_px=0.125), tmp_path).name == "mine"
+
+
+def test_a_marker_count_that_does_not_fit_the_pitch_is_reported() -> None:
+    parent = load_profile(UNMARKED)
+    found = markers_finding(FoundMarkers(3.4, 14.3, 29, 199), parent, 0.14, "image.png")
+    assert found is not None
+    assert found.noted
+    assert "29 are found" in found.comment
+    assert "about 199 would fill the image" in found.comment
+
+
+@pytest.mark.parametrize("width_px", [120, 175, 200])
+def test_blurred_markers_of_a_real_wedge_are_found(
+    recordings: Path, tmp_path: Path, width_px: int
+) -> None:
+    picture = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))
+    scale = width_px / 240
+    corners = np.array([[33, 58], [208, 61], [185, 244], [56, 250]], np.float32)
+    full = np.array([[0, 0], [240, 0], [240, 320], [0, 320]], np.float32) * scale
+    size = width_px, round(320 * scale)
+    view = cv2.getPerspectiveTransform(corners, full.astype(np.float32))
+    rectified = cv2.warpPerspective(picture, view, size, flags=cv2.INTER_AREA)
+    found = find_markers([rectified[..., ::-1]], "wedge", None)
+    assert found is not None
+    assert found.fits

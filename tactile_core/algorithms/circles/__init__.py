@@ -16,7 +16,7 @@ from tactile_core.algorithms.circles.finder import (
 )
 from tactile_core.algorithms.circles.grid import GridLight, refine_grid
 from tactile_core.algorithms.circles.light import Light
-from tactile_core.algorithms.circles.press import PressImage
+from tactile_core.algorithms.circles.press import PressImage, working_scale
 from tactile_core.algorithms.circles.start import Start
 
 __all__ = [
@@ -29,4 +29,5 @@ __all__ = [
     "fit_light",
     "locate",
     "refine_grid",
+    "working_scale",
 ]

@@ -132,7 +132,7 @@ def find_circles(
     Parameters
     ----------
     starts : sequence of Start
-        Presses of one ball size and one image size, one ball each. The result depends on these
+        Presses of one image size and one working scale, one ball each. The result depends on these
         presses alone, so that circles in the training set do not depend on held-out presses.
     progress : callable, optional
         Called with the share of the work that is done.

@@ -80,9 +80,9 @@ class Start:
     why: str
 
     @classmethod
-    def of(cls, image: PressImage, ball_radius_px: float) -> Start:
-        """Analyse one press of a ball of this radius."""
-        scale = working_scale(ball_radius_px)
+    def of(cls, image: PressImage, ball_radius_px: float, scale: float | None = None) -> Start:
+        """Analyse one press of a ball of this radius, at the working scale of the whole set."""
+        scale = working_scale(ball_radius_px) if scale is None else scale
         ball = ball_radius_px * scale
         change = change_of(image, scale)
         centre, odd = _most_odd(change, ball)

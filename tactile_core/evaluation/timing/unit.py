@@ -135,7 +135,7 @@ def virtual_unit(
         channels=lights.channels,
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
-        ball_diameter_mm=ball_mm,
+        ball_diameters_mm=(ball_mm,),
         presses_used=UNIT.presses,
         profile_hash=profile_hash(profile),
     )

@@ -119,6 +119,7 @@ class Membrane:
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
         self._ink = coat.ink
+        self._absorption = np.float32(coat.absorption_per_mm)
         self.markers = MarkerPrint.of(profile, faults, seed)
         self.rest_mm: Float32 | None = None
         self._rest_slopes: Float32 | None = None
@@ -164,6 +165,9 @@ class Membrane:
         reflectance = None if self._print is None else _plane(textures, self._print)
         if self.markers is not None and markers_px is not None:
             reflectance = self._printed(self.markers, markers_px, compiled)
+        if self._absorption:
+            darker = np.exp(-self._absorption * np.maximum(height_mm, 0))
+            reflectance = darker if reflectance is None else reflectance * darker
         relief = height_mm
         if self._scratches is not None:
             relief = height_mm + _plane(textures, self._scratches)

@@ -52,3 +52,12 @@ def test_grain_moves_with_the_gel_and_differs_from_light_to_light() -> None:
     at_rest, carried = here[:, 20:130, 0], there[:, 30:140, 0]
     assert np.corrcoef(at_rest.ravel(), carried.ravel())[0, 1] > 0.95
     assert abs(np.corrcoef(here[..., 0].ravel(), here[..., 1].ravel())[0, 1]) < 0.1
+
+
+def test_a_translucent_gel_darkens_exponentially_with_depth() -> None:
+    optics = RigOptics(
+        rig(optics={"sensor": QUIET, "coat": {"grain": 0.0, "absorption_per_mm": 0.8}})
+    )
+    rest = optics.expose(level())[MIDDLE].mean()
+    shares = [optics.expose(level() + depth)[MIDDLE].mean() / rest for depth in (-0.2, 0.5, 1.0)]
+    np.testing.assert_allclose(shares, [1, np.exp(-0.4), np.exp(-0.8)], rtol=0.03)

@@ -1,0 +1,48 @@
+"""What a calibration measures of the frames of calibration targets: slopes and heights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Self
+
+from tactile_core.algorithms.arrays.gradient import gradient
+from tactile_core.algorithms.poisson import integrate
+from tactile_core.calibration.target_surface import S
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.plugins.returned import measured_by
+from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Slopes and heights of a frame, (H, W) each: one measured, the other derived from it.
+
+    ``integrated`` tells whether the heights are derived from the slopes.
+    """
+
+    gx: Float32
+    gy: Float32
+    height_mm: Float32
+    integrated: bool = True
+
+    @classmethod
+    def of(cls, measured: Gradients | HeightMap) -> Self:
+        """Integrate slopes, or differentiate heights."""
+        scale = measured.mm_per_px
+        if isinstance(measured, HeightMap):
+            return cls(*gradient(measured.mm, scale), measured.mm, integrated=False)
+        gx, gy = measured.x, measured.y
+        return cls(gx, gy, integrate(gx, gy, mm_per_px=scale))
+
+
+def measured_frames(
+    model: Calibration, surfaces: Iterable[S], undeformed: Reference
+) -> Iterator[tuple[S, Measured]]:
+    """Yield each surface with the measurement of its frame; a frame is measured once."""
+    by_frame: dict[int, Measured] = {}
+    for surface in surfaces:
+        key = id(surface.frame)
+        if key not in by_frame:
+            by_frame[key] = Measured.of(measured_by(model, surface.frame, undeformed))
+        yield surface, by_frame[key]

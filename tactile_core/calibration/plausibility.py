@@ -1,0 +1,124 @@
+"""Whether ball, scale and gel can be true together, in sentences for the user.
+
+Photometry alone does not reveal it: a ball that is said to be larger makes every slope smaller, and
+any light could have made the same image. Contacts and markers can.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tactile_core.algorithms.markers import find_marker_diameter
+from tactile_core.calibration.presses import FoundPress
+from tactile_core.calibration.target_surface import TargetSurface
+from tactile_core.interfaces.gel import Gel, Markers
+from tactile_core.quantities import Reference
+
+
+class PlausibilityParameters(NamedTuple):
+    """Limits of what is plausible. Nothing sets them from outside: they only warn.
+
+    Attributes
+    ----------
+    widest_contact : float, ball radii
+        A wider contact indicates that the ball is larger than said, or the scale smaller.
+        Source: the gel would have to rise to 72° around the ball; 0.90 is the largest on recordings
+        of four real sensors, and with diameters a fifth to a half too small the widest is 0.97
+        (ADR 45).
+    fewest_used : float, ratio
+        A smaller share of usable presses is reported.
+        Source: chosen by hand; the majority should be presses of the given ball.
+    pitch_tolerance : float, ratio
+        Largest deviation of the marker pitch in the reference from the profile's.
+        Source: chosen by hand; larger than the perspective of a tilted camera leaves, and as much
+        as a calibration's radius may be off before it is reported.
+    """
+
+    widest_contact: float = 0.95
+    fewest_used: float = 0.5
+    pitch_tolerance: float = 0.1
+
+
+PLAUSIBILITY = PlausibilityParameters()
+"""The values in use."""
+
+
+def implausible(
+    presses: Sequence[TargetSurface], reference: Reference, gel: Gel
+) -> tuple[str, ...]:
+    """Return what contradicts the diameter of the ball, the scale or the gel; empty if nothing.
+
+    Parameters
+    ----------
+    presses : sequence of TargetSurface
+        All that were found; only balls are examined.
+    reference : Reference
+        The undeformed sensor.
+    gel : Gel
+        Thickness and markers of the profile.
+    """
+    balls = [press for press in presses if isinstance(press, FoundPress)]
+    separate = [ball for ball in balls if not ball.in_grid]
+    scale = presses[0].frame.mm_per_px
+    said = (_pitch(reference, gel, scale), _unused(separate), _wide(separate), _deep(balls, gel))
+    return tuple(sentence for sentence in said if sentence)
+
+
+def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
+    """Compare the pitch of the markers in the image with the profile's."""
+    if not isinstance(gel.markers, Markers):
+        return ""
+    found = find_marker_diameter(np.asarray(reference.pixels))
+    if found is None:
+        return ""
+    pitch_mm = found[1] * mm_per_px
+    if abs(pitch_mm / gel.markers.pitch_mm - 1) <= PLAUSIBILITY.pitch_tolerance:
+        return ""
+    return (
+        f"the markers of the reference are {pitch_mm:.2f} mm apart at {mm_per_px:g} mm per pixel, "
+        f"not {gel.markers.pitch_mm:g} mm as in the profile: check 'image.mm_per_px' and "
+        f"'gel.markers', for every slope depends on the scale"
+    )
+
+
+def _unused(balls: Sequence[FoundPress]) -> str:
+    used = sum(ball.used for ball in balls)
+    if not balls or used >= PLAUSIBILITY.fewest_used * len(balls):
+        return ""
+    ((reason, _),) = Counter(ball.why for ball in balls if not ball.used).most_common(1)
+    return (
+        f"only {used} of {len(balls)} presses can be used ({reason}): check the ball's diameter, "
+        f"'image.mm_per_px' and the reference"
+    )
+
+
+def _wide(balls: Sequence[FoundPress]) -> str:
+    limit = PLAUSIBILITY.widest_contact
+    wide = [ball for ball in balls if ball.used and ball.radius_px > limit * ball.ball_radius_px]
+    if not wide:
+        return ""
+    return (
+        f"the contact is as wide as the ball in {len(wide)} of {len(balls)} presses, e.g. in "
+        f"{wide[0].file}: the ball is larger than {wide[0].ball_diameter_mm:g} mm, or "
+        f"'image.mm_per_px' is too large"
+    )
+
+
+def _deep(balls: Sequence[FoundPress], gel: Gel) -> str:
+    """Compare the height of the cap inside the contact with the thickness of the gel."""
+    if gel.thickness_mm is None:
+        return ""
+    for ball in balls:
+        share = min(ball.radius_px / ball.ball_radius_px, 1.0)
+        cap_mm = ball.ball_diameter_mm / 2 * float(1 - np.sqrt(1 - share**2))
+        if ball.used and cap_mm > gel.thickness_mm:
+            return (
+                f"a ball of {ball.ball_diameter_mm:g} mm with the contact of {ball.file} would be "
+                f"{cap_mm:.1f} mm deep in a gel of {gel.thickness_mm:g} mm: check its diameter, "
+                f"'image.mm_per_px' and 'gel.thickness_mm'"
+            )
+    return ""

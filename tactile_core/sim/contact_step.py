@@ -15,6 +15,7 @@ from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
+from tactile_core.sim.response import Response
 from tactile_core.sim.viscoelasticity import TimeStep
 from tactile_core.sim.window import Window
 
@@ -38,6 +39,9 @@ class ContactStepParameters(NamedTuple):
         The gel surface next to the contact may bulge towards the object by this much. Nodes with a
         smaller gap are included in the window.
         Source: chosen by hand; a window that is too small is detected and enlarged.
+    detachments : int, count
+        Passes in which nodes that slip lose their static friction and pass load to the others.
+        Source: chosen by hand; a pass that frees no node ends the search.
     bisections : int, count
         Bisections of the initial depth for a given force.
         Source: chosen by hand; 30 halvings exceed the precision of float32.
@@ -47,6 +51,7 @@ class ContactStepParameters(NamedTuple):
     long_move_spacings: float = 0.3
     long_move_sweeps: int = 2
     bulge_share: float = 0.05
+    detachments: int = 8
     bisections: int = 30
 
 
@@ -208,6 +213,7 @@ class ContactModel:
         anchors = window.of(state.anchors_mm)
         overlap, pressure = window.of(problem.overlap_mm), window.of(pressure)
         grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
+        slips = window.of(state.contact & ~state.stick)
         longest_mm = np.abs(motion * (pressure > 0)).max()
         far = longest_mm > STEP.long_move_spacings * layer.grid.spacing_mm
         iterations = np.zeros(2, int)
@@ -222,17 +228,8 @@ class ContactModel:
             )
             pressure = normal.pressure
             spread = near.spread(pressure) / stiffening + residual[:2]
-            grip = solve_friction(
-                near,
-                anchors + motion * (pressure > 0) - spread,
-                self.gel.friction * pressure,
-                grip,
-                stiffening=stiffening,
-                free_slip_mm=(self.gel.friction_speed_mm_s or 0.0) * move.seconds
-                if self.gel.friction_speed_mm_s and np.isfinite(move.seconds)
-                else 0.0,
-                tolerance=self.precision.friction,
-            )
+            wanted = anchors + motion * (pressure > 0) - spread
+            grip = self._gripped(near, wanted, pressure, slips, grip, problem.time)
             iterations += np.array([normal.iterations, grip.iterations])
             if sweep + 1 < sweeps:
                 now = nodes + near.shift(grip.traction) / stiffening + spread
@@ -250,6 +247,38 @@ class ContactModel:
             normal.approach_mm / stiffening,
             (int(iterations[0]), int(iterations[1])),
         )
+
+    def _gripped(
+        self,
+        near: Response,
+        wanted_mm: Array,
+        pressure: Array,
+        slips: NDArray[np.bool_],
+        start: Grip,
+        time: TimeStep,
+    ) -> Grip:
+        """Solve for friction; nodes that slip in the last step or in this one have the kinetic."""
+        gel = self.gel
+        free_slip_mm = 0.0
+        if gel.friction_speed_mm_s and np.isfinite(time.seconds):
+            free_slip_mm = gel.friction_speed_mm_s * time.seconds
+        kinetic = gel.friction if gel.kinetic_friction is None else gel.kinetic_friction
+        grip = start
+        for _ in range(1 + STEP.detachments):
+            grip = solve_friction(
+                near,
+                wanted_mm,
+                np.where(slips, kinetic, gel.friction).astype(pressure.dtype) * pressure,
+                grip,
+                stiffening=time.stiffening,
+                free_slip_mm=free_slip_mm,
+                tolerance=self.precision.friction,
+            )
+            more = slips | (np.hypot(*grip.slip_mm) > grip.resolution_mm)
+            if kinetic == gel.friction or not (more & ~slips & (pressure > 0)).any():
+                return grip
+            slips = more
+        return grip
 
     def _overlap(
         self,

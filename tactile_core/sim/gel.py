@@ -70,6 +70,8 @@ class SoftGel:
         Static Coulomb coefficient.
     friction_speed_mm_s : float or None
         Slip speed at which friction doubles; None if it does not depend on speed.
+    kinetic_friction : float or None
+        Coulomb coefficient of a node that slips; None if it is the static one.
     radius_mm : float or None
         Radius of a dome; None if flat.
     size_mm : (width, height) or None
@@ -85,6 +87,7 @@ class SoftGel:
     radius_mm: float | None = None
     size_mm: tuple[float, float] | None = None
     crown_mm: float = 0.0
+    kinetic_friction: float | None = None
 
     @classmethod
     def of(cls, gel: Gel) -> SoftGel:
@@ -101,6 +104,7 @@ class SoftGel:
             gel.radius_mm,
             gel.size_mm,
             gel.crown_mm or 0.0,
+            gel.kinetic_friction,
         )
 
     def check_depth(self, depth_mm: float) -> None:

@@ -80,6 +80,18 @@ class ImageSampler:
             origins = np.stack([row - moved[0], column - moved[1]])
         return origins
 
+    def at_points(self, fields: Array, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, K) values of fields (K, ny, nx) at material points (N, 2) of the surface."""
+        from scipy.ndimage import map_coordinates
+
+        first = np.array([self.grid.x_mm[0], self.grid.y_mm[0]])
+        column, row = ((points_mm - first) / self.grid.spacing_mm).T
+        values = [
+            map_coordinates(field.astype(np.float64), [row, column], order=3, mode="nearest")
+            for field in fields
+        ]
+        return np.stack(values, 1)
+
     def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
         """(ny, nx) current values at the grid's nodes, of a field that moved with the surface."""
         from scipy.ndimage import map_coordinates

@@ -13,6 +13,7 @@ from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
+from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.response import Response
@@ -125,6 +126,15 @@ class ContactModel:
         self.layer, self.gel, self.precision = layer, gel, precision
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
+        self._finer: tuple[int, ElasticLayer] | None = None
+
+    def finer(self, factor: int) -> ElasticLayer:
+        """Return the layer on a grid of ``factor`` times as many nodes along each side."""
+        if self._finer is None or self._finer[0] != factor:
+            grid = self.layer.grid
+            fine = Grid(factor * grid.nx, factor * grid.ny, grid.spacing_mm / factor)
+            self._finer = factor, ElasticLayer(fine, self.layer.elastomer, self.layer.dtype)
+        return self._finer[1]
 
     def undeformed(self) -> SurfaceState:
         """Return the state of the undeformed gel surface."""
@@ -274,8 +284,10 @@ class ContactModel:
                 free_slip_mm=free_slip_mm,
                 tolerance=self.precision.friction,
             )
+            if kinetic == gel.friction:
+                return grip
             more = slips | (np.hypot(*grip.slip_mm) > grip.resolution_mm)
-            if kinetic == gel.friction or not (more & ~slips & (pressure > 0)).any():
+            if not (more & ~slips & (pressure > 0)).any():
                 return grip
             slips = more
         return grip

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from tactile_core.sim.contact_state import SurfaceState
 from tactile_core.sim.contact_step import ContactModel
 from tactile_core.sim.grid import Grid
+from tactile_core.sim.imprint import Imprint
+from tactile_core.sim.indenters import Indenter
 from tactile_core.sim.resampling import ImageSampler
 from tactile_core.sim.truth import TrueState
 
@@ -34,6 +36,8 @@ class DeformedSurface:
     _state: SurfaceState
     _model: ContactModel
     _sampler: ImageSampler
+    _indenter: Indenter | None
+    _on: bool
 
     @property
     def state(self) -> SurfaceState:
@@ -113,7 +117,11 @@ class DeformedSurface:
         if compiled is None:
             truth = self._true(())
             return truth.height_mm, truth.displacement_mm
-        return self._sampler.seen(self._state.displacement_mm, compiled)
+        height, displacement = self._sampler.seen(self._state.displacement_mm, compiled)
+        imprint = self._imprint
+        if imprint is not None:
+            imprint.deepen(height, displacement)
+        return height, displacement
 
     def _true(self, markers_px: ArrayLike) -> TrueState:
         state = self._state
@@ -126,4 +134,12 @@ class DeformedSurface:
             self.mm_per_px,
             state,
             self._sampler,
+            self._model,
+            self._imprint,
         )
+
+    @property
+    def _imprint(self) -> Imprint | None:
+        if not self._on or self._indenter is None or not self._state.contact.any():
+            return None
+        return Imprint(self._indenter, self._model.gel, self.grid, self._state, self.mm_per_px)

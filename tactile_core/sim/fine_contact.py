@@ -37,7 +37,7 @@ class FineContactParameters(NamedTuple):
         Source: half the diagonal of a cell.
     """
 
-    spacing_px: float = 2.0
+    spacing_px: float = 1.5
     max_nodes: int = 512
     tolerance: float = 5e-4
     blur_nodes: float = 0.7

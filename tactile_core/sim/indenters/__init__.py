@@ -13,6 +13,7 @@ from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.mesh import mesh_indenter
 from tactile_core.sim.indenters.relief import TEXTURES, Textured
 from tactile_core.sim.indenters.shape import Indenter
+from tactile_core.sim.indenters.soft import Soft, Softness
 from tactile_core.sim.indenters.solids import Cone, Cylinder, Flat, Sphere
 from tactile_core.sim.indenters.textures import Cloth, Coin, Screw, letters
 
@@ -33,7 +34,11 @@ __all__ = ["KINDS", "TEXTURES", "Indenter", "make_indenter"]
 
 
 def make_indenter(
-    kind: str, *, texture: Mapping[str, Any] | None = None, **options: Any
+    kind: str,
+    *,
+    texture: Mapping[str, Any] | None = None,
+    soft: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> Indenter:
     """Make an indenter by the name of its kind.
 
@@ -44,6 +49,9 @@ def make_indenter(
     texture : mapping, optional
         Texture of its surface: ``kind``, one of :data:`TEXTURES`, and its options, for example
         ``{"kind": "ribs", "pitch_mm": 1.0, "relief_mm": 0.1}``.
+    soft : mapping, optional
+        Layer of elastomer on the object: ``shear_modulus_mpa``, ``thickness_mm`` and perhaps
+        ``poisson_ratio``. A rigid object by default.
     **options
         Options of the kind, in mm and degrees.
 
@@ -53,12 +61,16 @@ def make_indenter(
         Unknown kind or option, a missing option, or an invalid size.
     """
     made: Indenter = _made("indenter", KINDS, kind, options)
-    if texture is None:
-        return made
-    if not isinstance(texture, Mapping) or not isinstance(texture.get("kind"), str):
-        raise InputError(f"a texture needs its kind: {', '.join(TEXTURES)}")
-    sizes = {name: value for name, value in texture.items() if name != "kind"}
-    return Textured(made, _made("texture", TEXTURES, texture["kind"], sizes))
+    if texture is not None:
+        if not isinstance(texture, Mapping) or not isinstance(texture.get("kind"), str):
+            raise InputError(f"a texture needs its kind: {', '.join(TEXTURES)}")
+        sizes = {name: value for name, value in texture.items() if name != "kind"}
+        made = Textured(made, _made("texture", TEXTURES, texture["kind"], sizes))
+    if soft is not None:
+        if not isinstance(soft, Mapping):
+            raise InputError("a soft object needs shear_modulus_mpa and thickness_mm")
+        made = Soft(made, _made("layer", {"soft object": Softness}, "soft object", soft))
+    return made
 
 
 def _made(

@@ -17,6 +17,10 @@ def simulate(
     seed: Annotated[
         int, typer.Option(min=0, help="Random seed of the unit's variations and its noise.")
     ] = 0,
+    unit: Annotated[
+        int | None,
+        typer.Option(min=0, help="Another unit of the design, by its number. Default: the design."),
+    ] = None,
     mode: Annotated[str, typer.Option(help="accurate, or fast for real time.")] = "accurate",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -27,14 +31,18 @@ def simulate(
     """
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import InputError
+    from tactile_core.profiles.loader import load_profile
     from tactile_core.sim.script import Script
     from tactile_core.sim.simulation import simulate as play
     from tactile_core.sim.stage import VirtualStage
+    from tactile_core.sim.unit import vary
 
     if mode not in ("accurate", "fast"):
         raise InputError(f"--mode is 'accurate' or 'fast', not {mode!r}")
     steps = Script(script)
-    stage = VirtualStage(profile, seed, "fast" if mode == "fast" else "accurate")
+    design = load_profile(profile, sim=True)
+    sensor = design if unit is None else vary(design, unit)
+    stage = VirtualStage(sensor, seed, "fast" if mode == "fast" else "accurate")
     with Bar() as progress:
         count = play(stage, steps, out, progress=progress)
     if as_json:

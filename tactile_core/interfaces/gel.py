@@ -63,6 +63,11 @@ class Gel(Section):
     friction: NonNegativeFloat | None = Field(
         default=None, description="Coulomb friction coefficient."
     )
+    kinetic_friction: NonNegativeFloat | None = Field(
+        default=None,
+        validate_default=True,
+        description="Friction coefficient where the contact slips; null: the same as friction.",
+    )
     friction_speed_mm_s: PositiveFloat | None = Field(
         default=None,
         description="Slip speed at which friction doubles, mm/s; null: independent of speed.",
@@ -98,6 +103,14 @@ class Gel(Section):
         if shape == "flat" and radius_mm is not None:
             raise ValueError("belongs to 'shape: dome'; remove it or add that")
         return radius_mm
+
+    @field_validator("kinetic_friction")
+    @classmethod
+    def _slip_adds_no_friction(cls, kinetic: float | None, info: ValidationInfo) -> float | None:
+        friction = info.data.get("friction")
+        if kinetic is not None and (friction is None or kinetic > friction):
+            raise ValueError("should be no more than friction, which it needs beside it")
+        return kinetic
 
     @field_validator("crown_mm")
     @classmethod

@@ -86,6 +86,15 @@ class Print(Section):
         default="grid",
         description="Marker layout: a square grid, or the grid with random offsets and rotations.",
     )
+    shift_mm: tuple[float, float] = Field(
+        default=(0.0, 0.0), description="Position of the grid relative to the image centre, mm."
+    )
+    angle_deg: float = Field(
+        default=0.0, description="Rotation of the grid, positive from x towards y."
+    )
+    jitter_mm: NonNegativeFloat = Field(
+        default=0.0, description="Standard deviation of each marker's position, mm."
+    )
 
 
 class ImageSensor(Section):
@@ -94,6 +103,10 @@ class ImageSensor(Section):
     exposure: Annotated[float, Field(gt=0, lt=1)] = Field(
         default=0.4,
         description="Mean pixel value of the undeformed gel surface, as a share of full scale.",
+    )
+    white_balance: tuple[PositiveFloat, PositiveFloat, PositiveFloat] = Field(
+        default=(1.0, 1.0, 1.0),
+        description="Gain of red, green and blue relative to a balanced camera's.",
     )
     crosstalk: Annotated[float, Field(ge=0, le=0.5)] = Field(
         default=0.08, description="Share of a colour's light that leaks into the adjacent channel."

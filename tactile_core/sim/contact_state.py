@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,8 +109,8 @@ class SurfaceState:
         """(ny, nx) bool: nodes under pressure."""
         return np.asarray(self.pressure_mpa > 0)
 
-    @property
+    @cached_property
     def stick(self) -> NDArray[np.bool_]:
         """(ny, nx) bool: contact nodes that did not slip along the object in the last step."""
-        slip_mm = np.hypot(*self.grip.slip_mm)
-        return np.asarray(self.contact & (slip_mm <= self.grip.resolution_mm))
+        x, y = self.grip.slip_mm
+        return np.asarray(self.contact & (x * x + y * y <= self.grip.resolution_mm**2))

@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
+from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
+from tactile_core.sim.response import Response
 from tactile_core.sim.viscoelasticity import TimeStep
 from tactile_core.sim.window import Window
 
@@ -38,6 +41,9 @@ class ContactStepParameters(NamedTuple):
         The gel surface next to the contact may bulge towards the object by this much. Nodes with a
         smaller gap are included in the window.
         Source: chosen by hand; a window that is too small is detected and enlarged.
+    detachments : int, count
+        Passes in which nodes that slip lose their static friction and pass load to the others.
+        Source: chosen by hand; a pass that frees no node ends the search.
     bisections : int, count
         Bisections of the initial depth for a given force.
         Source: chosen by hand; 30 halvings exceed the precision of float32.
@@ -47,6 +53,7 @@ class ContactStepParameters(NamedTuple):
     long_move_spacings: float = 0.3
     long_move_sweeps: int = 2
     bulge_share: float = 0.05
+    detachments: int = 8
     bisections: int = 30
 
 
@@ -120,6 +127,29 @@ class ContactModel:
         self.layer, self.gel, self.precision = layer, gel, precision
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
+        self._finer: tuple[int, ElasticLayer] | None = None
+        self._soft: tuple[tuple[Elastomer, float], ElasticLayer] | None = None
+
+    def finer(self, factor: int) -> ElasticLayer:
+        """Return the layer on a grid of ``factor`` times as many nodes along each side."""
+        if self._finer is None or self._finer[0] != factor:
+            grid = self.layer.grid
+            fine = Grid(factor * grid.nx, factor * grid.ny, grid.spacing_mm / factor)
+            self._finer = factor, ElasticLayer(fine, self.layer.elastomer, self.layer.dtype)
+        return self._finer[1]
+
+    def _pair(self, elastomer: Elastomer | None, stiffening: float) -> ElasticLayer:
+        """Gel and object together; the object's layer does not stiffen in a short step."""
+        if elastomer is None:
+            return self.layer
+        key = elastomer, stiffening
+        if self._soft is None or self._soft[0] != key:
+            layer = self.layer
+            both = ElasticLayer(
+                layer.grid, layer.elastomer, layer.dtype, against=elastomer, weight=stiffening
+            )
+            self._soft = key, both
+        return self._soft[1]
 
     def undeformed(self) -> SurfaceState:
         """Return the state of the undeformed gel surface."""
@@ -153,17 +183,19 @@ class ContactModel:
         time = TimeStep(self.gel.branches, move.seconds)
         before = state.displacement_mm
         residual = time.remembered(before, state.stretches_mm)
-        positions = self._nodes + before[:2]
+        pair = self._pair(indenter.elastomer, time.stiffening)
+        # a soft object moves too: its anchors are relative to its own undeformed surface
+        positions = self._nodes + (before[:2] if pair is layer else state.anchors_mm)
         motion = self._object_motion(state, indenter, move, positions)
         depth = 0.0 if move.depth_mm is None else move.depth_mm
         lowered = depth - state.level_mm
         start = positions + motion * state.stick
         overlap = self._overlap(indenter, move.pose, start, lowered) - residual[2]
         problem = _StepProblem(move, time, residual, motion, lowered, overlap)
-        pressure, approach = self._first_guess(state, problem)
+        pressure, approach = self._first_guess(state, problem, pair)
         window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
         while True:
-            solved = self._solved(window, state, indenter, problem, pressure)
+            solved = self._solved(window, state, indenter, problem, pressure, pair)
             near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
             if window.contains(near) and not window.reaches_its_border(solved.pressure > 0):
                 break
@@ -173,10 +205,12 @@ class ContactModel:
             pressure = solved.pressure
         displacement = layer.displacement(solved.grip.traction, solved.pressure)
         displacement = (displacement / time.stiffening + residual).astype(dtype, copy=False)
+        relative = displacement[:2]
+        if pair is not layer:
+            both = pair.displacement(solved.grip.traction, solved.pressure)[:2]
+            relative = both / time.stiffening + residual[:2]
         anchors = np.where(
-            solved.pressure > 0,
-            state.anchors_mm + motion - solved.grip.slip_mm,
-            displacement[:2],
+            solved.pressure > 0, state.anchors_mm + motion - solved.grip.slip_mm, relative
         ).astype(dtype, copy=False)
         return SurfaceState(
             displacement,
@@ -197,10 +231,11 @@ class ContactModel:
         indenter: Indenter,
         problem: _StepProblem,
         pressure: Array,
+        pair: ElasticLayer,
     ) -> _StepSolution:
         """Alternate between pressure and friction, starting from this pressure."""
         layer, move, stiffening = self.layer, problem.move, problem.time.stiffening
-        near = layer.near(window.shape)
+        near = pair.near(window.shape)
         total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
         nodes, motion, residual = (
             window.of(a) for a in (self._nodes, problem.motion, problem.residual_mm)
@@ -208,6 +243,7 @@ class ContactModel:
         anchors = window.of(state.anchors_mm)
         overlap, pressure = window.of(problem.overlap_mm), window.of(pressure)
         grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
+        slips = window.of(state.contact & ~state.stick)
         longest_mm = np.abs(motion * (pressure > 0)).max()
         far = longest_mm > STEP.long_move_spacings * layer.grid.spacing_mm
         iterations = np.zeros(2, int)
@@ -222,17 +258,8 @@ class ContactModel:
             )
             pressure = normal.pressure
             spread = near.spread(pressure) / stiffening + residual[:2]
-            grip = solve_friction(
-                near,
-                anchors + motion * (pressure > 0) - spread,
-                self.gel.friction * pressure,
-                grip,
-                stiffening=stiffening,
-                free_slip_mm=(self.gel.friction_speed_mm_s or 0.0) * move.seconds
-                if self.gel.friction_speed_mm_s and np.isfinite(move.seconds)
-                else 0.0,
-                tolerance=self.precision.friction,
-            )
+            wanted = anchors + motion * (pressure > 0) - spread
+            grip = self._gripped(near, wanted, pressure, slips, grip, problem.time)
             iterations += np.array([normal.iterations, grip.iterations])
             if sweep + 1 < sweeps:
                 now = nodes + near.shift(grip.traction) / stiffening + spread
@@ -251,6 +278,40 @@ class ContactModel:
             (int(iterations[0]), int(iterations[1])),
         )
 
+    def _gripped(
+        self,
+        near: Response,
+        wanted_mm: Array,
+        pressure: Array,
+        slips: NDArray[np.bool_],
+        start: Grip,
+        time: TimeStep,
+    ) -> Grip:
+        """Solve for friction; nodes that slip in the last step or in this one have the kinetic."""
+        gel = self.gel
+        free_slip_mm = 0.0
+        if gel.friction_speed_mm_s and np.isfinite(time.seconds):
+            free_slip_mm = gel.friction_speed_mm_s * time.seconds
+        kinetic = gel.friction if gel.kinetic_friction is None else gel.kinetic_friction
+        grip = start
+        for _ in range(1 + STEP.detachments):
+            grip = solve_friction(
+                near,
+                wanted_mm,
+                np.where(slips, kinetic, gel.friction).astype(pressure.dtype) * pressure,
+                grip,
+                stiffening=time.stiffening,
+                free_slip_mm=free_slip_mm,
+                tolerance=self.precision.friction,
+            )
+            if kinetic == gel.friction:
+                return grip
+            more = slips | (np.hypot(*grip.slip_mm) > grip.resolution_mm)
+            if not (more & ~slips & (pressure > 0)).any():
+                return grip
+            slips = more
+        return grip
+
     def _overlap(
         self,
         indenter: Indenter,
@@ -265,14 +326,16 @@ class ContactModel:
         overlap += lowered_mm
         return np.asarray(np.maximum(overlap, STEP.out_of_reach_mm), self.layer.dtype)
 
-    def _first_guess(self, state: SurfaceState, problem: _StepProblem) -> tuple[Array, float]:
+    def _first_guess(
+        self, state: SurfaceState, problem: _StepProblem, pair: ElasticLayer
+    ) -> tuple[Array, float]:
         """Initial pressure, and the depth by which the object must probably be lowered."""
         if problem.move.force_n is None:
             return state.pressure_mpa, 0.0
         if state.pressure_mpa.any():
             return state.pressure_mpa, state.depth_mm
         # a Winkler foundation with the layer's largest compliance: the real contact is smaller
-        springs = self.layer.softest / problem.time.stiffening
+        springs = pair.softest / problem.time.stiffening
         volume = springs * problem.move.force_n / self.layer.grid.cell_mm2
         low, high = 0.0, volume - float(problem.overlap_mm.max())
         for _ in range(STEP.bisections):

@@ -70,6 +70,8 @@ class SoftGel:
         Static Coulomb coefficient.
     friction_speed_mm_s : float or None
         Slip speed at which friction doubles; None if it does not depend on speed.
+    kinetic_friction : float or None
+        Coulomb coefficient of a node that slips; None if it is the static one.
     radius_mm : float or None
         Radius of a dome; None if flat.
     size_mm : (width, height) or None
@@ -85,6 +87,7 @@ class SoftGel:
     radius_mm: float | None = None
     size_mm: tuple[float, float] | None = None
     crown_mm: float = 0.0
+    kinetic_friction: float | None = None
 
     @classmethod
     def of(cls, gel: Gel) -> SoftGel:
@@ -101,6 +104,7 @@ class SoftGel:
             gel.radius_mm,
             gel.size_mm,
             gel.crown_mm or 0.0,
+            gel.kinetic_friction,
         )
 
     def check_depth(self, depth_mm: float) -> None:
@@ -126,6 +130,11 @@ class SoftGel:
         gap = GEL.gap_thicknesses * thickness
         return max(view_mm[0], self.size_mm[0] + gap), max(view_mm[1], self.size_mm[1] + gap)
 
+    @property
+    def is_flat(self) -> bool:
+        """Whether the undeformed surface is a plane without edges."""
+        return self.radius_mm is None and self.size_mm is None
+
     def rest_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """z of the undeformed gel surface: 0 in the middle, negative towards the camera."""
         rest = np.zeros(np.broadcast_shapes(x_mm.shape, y_mm.shape))
@@ -134,11 +143,14 @@ class SoftGel:
             rest += cap(square, self.radius_mm) - self.radius_mm
             rest[square >= self.radius_mm**2] = NO_GEL_MM
         if self.size_mm is not None:
+            # of squares, because numpy squares faster than it raises to a power
             u, v = (
-                2 * np.abs(along) / side
+                (2 * along / side) ** 2
                 for along, side in zip((x_mm, y_mm), self.size_mm, strict=True)
             )
-            rest -= self.crown_mm * (u**GEL.crown_exponent + v**GEL.crown_exponent)
+            if self.crown_mm:
+                power = GEL.crown_exponent / 2
+                rest -= self.crown_mm * (u**power + v**power)
             rest = np.where(np.maximum(u, v) > 1, NO_GEL_MM, rest)
         return rest
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from types import ModuleType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
+from tactile_core.sim.balance import balanced
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel
+from tactile_core.sim.deformed_surface import DeformedSurface
 from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.grid import Grid
@@ -21,10 +22,9 @@ from tactile_core.sim.modes import MODES, Mode
 from tactile_core.sim.motion import checked_seconds, checked_steps, slowing_steps, straight_path
 from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
-from tactile_core.sim.truth import TrueState
 
 
-class GelSurface:
+class GelSurface(DeformedSurface):
     """The gel surface of a profile, deformed by an object.
 
     Deterministic, picklable and independent of any device. Increments are quasi-static (all
@@ -64,16 +64,6 @@ class GelSurface:
         self.reset()
 
     @property
-    def state(self) -> SurfaceState:
-        """State of the gel surface on the nodes."""
-        return self._state
-
-    @property
-    def grid(self) -> Grid:
-        """Grid of nodes."""
-        return self._model.layer.grid
-
-    @property
     def pressed(self) -> bool:
         """Whether an object is in contact with the gel surface."""
         return self._on
@@ -82,22 +72,6 @@ class GelSurface:
     def depth_mm(self) -> float:
         """Depth of the object below first contact, mm; 0 if nothing is pressed."""
         return float(self._state.depth_mm) if self._on else 0.0
-
-    @property
-    def force_n(self) -> float:
-        """Normal force on the gel surface."""
-        return float(self.wrench[2])
-
-    @property
-    def wrench(self) -> NDArray[np.float64]:
-        """(4,) fx, fy, fz in N and tz in N·mm of the whole contact; see :class:`TrueState`."""
-        state = self._state
-        cell = self.grid.cell_mm2
-        pressure = state.pressure_mpa.sum(dtype=np.float64)
-        along_x, along_y = state.grip.traction.astype(np.float64)
-        x, y = self.grid.nodes_mm + state.displacement_mm[:2]
-        torque = (x * along_y - y * along_x).sum()
-        return cell * np.array([along_x.sum(), along_y.sum(), pressure, torque])
 
     def reset(self) -> None:
         """Remove the object and return to the undeformed gel surface."""
@@ -240,6 +214,53 @@ class GelSurface:
             raise InputError("a cylinder rolls across its axis only; turn it, or shear it instead")
         self._follow(path, rolls=True)
 
+    def pull(
+        self, fx_n: float, fy_n: float, *, at_most_mm: float, seconds: float | None = None
+    ) -> None:
+        """Load the object tangentially, in one step: it moves until the gel holds the load.
+
+        The object moves along the load, and back if the load has decreased. Where friction cannot
+        hold the load it moves by ``at_most_mm``, for example down to the table below it.
+
+        Parameters
+        ----------
+        fx_n, fy_n : float
+            Load on the object, N: its weight, plus its mass times the acceleration of the sensor.
+        at_most_mm : float
+            Largest motion along the load.
+        seconds : float, optional
+            Duration. Default: quasi-static.
+
+        Raises
+        ------
+        InputError
+            Nothing is pressed, the load is zero, or a value is not finite or negative.
+        """
+        load_n = float(np.hypot(fx_n, fy_n))
+        if not (np.isfinite(load_n) and load_n > 0):
+            raise InputError(f"a load should be above 0 and finite, not ({fx_n:g}, {fy_n:g}) N")
+        if not (np.isfinite(at_most_mm) and at_most_mm >= 0):
+            raise InputError(f"at_most_mm should be 0 or more, not {at_most_mm:g}")
+        along, down = fx_n / load_n, fy_n / load_n
+        duration = checked_seconds(seconds)
+
+        def pose(travel_mm: float) -> Pose:
+            ((end, _),) = self._path(travel_mm * along, travel_mm * down, 0.0, 1, seconds)
+            return end
+
+        def force_n(travel_mm: float) -> float:
+            traction = self._stepped(pose(travel_mm), duration).grip.traction
+            fx, fy = traction.sum((1, 2), dtype=np.float64) * self.grid.cell_mm2
+            return float(fx * along + fy * down)
+
+        # a sticking contact of this area on a layer in simple shear
+        area_mm2 = np.count_nonzero(self._state.contact) * self.grid.cell_mm2
+        elastomer = self.gel.elastomer
+        first_mm = load_n * elastomer.thickness_mm / (elastomer.shear_modulus_mpa * area_mm2)
+        with self._undone_on_error():
+            travel_mm = balanced(force_n, load_n, first_mm=first_mm, at_most_mm=at_most_mm)
+            self._advance(pose(travel_mm), duration)
+
     def hold(self, seconds: float) -> None:
         """Let time pass at constant pose, and at constant depth or force.
 
@@ -263,82 +284,6 @@ class GelSurface:
         self._on, self._load = False, {}
         if np.isfinite(duration):
             self.time_s += duration
-
-    def carried(self, points_mm: ArrayLike) -> NDArray[np.float64]:
-        """Return the current positions of points of the gel surface, for example its markers.
-
-        Parameters
-        ----------
-        points_mm : (N, 2)
-            x and y on the undeformed surface, relative to the image centre.
-
-        Returns
-        -------
-        (N, 2) float64
-        """
-        from scipy.ndimage import map_coordinates
-
-        points = np.array(points_mm, np.float64).reshape(-1, 2)
-        grid = self.grid
-        first = np.array([grid.x_mm[0], grid.y_mm[0]])
-        column, row = ((points - first) / grid.spacing_mm).T
-        moved = [
-            map_coordinates(part.astype(np.float64), [row, column], order=3, mode="nearest")
-            for part in self._state.displacement_mm[:2]
-        ]
-        return np.asarray(points + np.stack(moved, 1))
-
-    def carried_px(self, points_px: ArrayLike) -> NDArray[np.float64]:
-        """Return the current image positions of points of the gel surface.
-
-        Parameters
-        ----------
-        points_px : (N, 2)
-            x and y on the undeformed surface.
-
-        Returns
-        -------
-        (N, 2) float64
-        """
-        height, width = self.image_shape
-        middle = np.array([width - 1, height - 1]) / 2
-        points = (np.array(points_px, np.float64).reshape(-1, 2) - middle) * self.mm_per_px
-        return np.asarray(self.carried(points) / self.mm_per_px + middle)
-
-    def truth(self) -> TrueState:
-        """Return the ground truth of the current state, at the pixels of the image.
-
-        Some of its ``markers_px`` may be outside the image.
-        """
-        return self._true(self.markers_px)
-
-    def seen(
-        self, compiled: ModuleType | None = None
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the true height (H, W) and displacement (H, W, 2) in mm, for rendering.
-
-        Parameters
-        ----------
-        compiled : module, optional
-            :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
-        """
-        if compiled is None:
-            truth = self._true(())
-            return truth.height_mm, truth.displacement_mm
-        return self._sampler.seen(self._state.displacement_mm, compiled)
-
-    def _true(self, markers_px: ArrayLike) -> TrueState:
-        state = self._state
-        return TrueState(
-            self.wrench,
-            self.carried_px(markers_px),
-            self.time_s,
-            state.pose,
-            state.depth_mm,
-            self.mm_per_px,
-            state,
-            self._sampler,
-        )
 
     def _build(self, spacing_mm: float) -> None:
         grid = Grid.covering(*self._extent, spacing_mm)
@@ -381,11 +326,14 @@ class GelSurface:
             self._state, self._on, self._load, self.time_s, self._model, self._sampler = before
             raise
 
-    def _advance(self, pose: Pose, seconds: float, *, rolls: bool = False) -> None:
+    def _stepped(self, pose: Pose, seconds: float, *, rolls: bool = False) -> SurfaceState:
         assert self._indenter is not None
         move = Move(pose, seconds=seconds, rolls=rolls, **self._load)
         new = self._model.step(self._state, self._indenter, move)
         self.gel.check_depth(new.depth_mm)
-        self._state = new
+        return new
+
+    def _advance(self, pose: Pose, seconds: float, *, rolls: bool = False) -> None:
+        self._state = self._stepped(pose, seconds, rolls=rolls)
         if np.isfinite(seconds):
             self.time_s += seconds

@@ -49,7 +49,7 @@ class ImageSampler:
         y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in shape)
         self._along = (grid.y_mm, y), (grid.x_mm, x)
         (self._rows, self._row_slopes), (self._columns, self._column_slopes) = (
-            _spline(nodes, targets) for nodes, targets in self._along
+            spline_matrices(nodes, targets) for nodes, targets in self._along
         )
 
     def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
@@ -80,19 +80,23 @@ class ImageSampler:
             origins = np.stack([row - moved[0], column - moved[1]])
         return origins
 
+    def at_points(self, fields: Array, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, K) values of fields (K, ny, nx) at material points (N, 2) of the surface."""
+        from scipy.ndimage import map_coordinates
+
+        first = np.array([self.grid.x_mm[0], self.grid.y_mm[0]])
+        column, row = ((points_mm - first) / self.grid.spacing_mm).T
+        values = [
+            map_coordinates(field.astype(np.float64), [row, column], order=3, mode="nearest")
+            for field in fields
+        ]
+        return np.stack(values, 1)
+
     def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
         """(ny, nx) current values at the grid's nodes, of a field that moved with the surface."""
         from scipy.ndimage import map_coordinates
 
         return np.asarray(map_coordinates(field, origins, order=3, mode="nearest"))
-
-    def now_at_nodes(
-        self, mask: NDArray[np.bool_], origins: NDArray[np.float64]
-    ) -> NDArray[np.bool_]:
-        """(ny, nx) current mask at the grid's nodes, of a mask that moved with the surface."""
-        row, column = np.rint(origins).astype(int)
-        last_row, last_column = mask.shape[0] - 1, mask.shape[1] - 1
-        return np.asarray(mask[np.clip(row, 0, last_row), np.clip(column, 0, last_column)])
 
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the nodes."""
@@ -141,26 +145,23 @@ class ImageSampler:
         rows, columns = self._along
         return _BSplines.of(*rows), _BSplines.of(*columns)
 
-    def mask(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(H, W) mask at the pixels: bilinear interpolation of the node mask, above one half."""
+    def mask(self, nodes: NDArray[np.bool_], places: Float32) -> NDArray[np.bool_]:
+        """(H, W) current mask at the pixels, of a mask (ny, nx) that moved with the surface.
+
+        Parameters
+        ----------
+        nodes : (ny, nx) bool
+        places : (2, H, W) float32
+            Original row and column of the material that is now at each pixel.
+        """
         import cv2
 
-        height, width = self.shape
-        scale = self.mm_per_px / self.grid.spacing_mm
-        centre_x = (self.grid.nx - 1) / 2 - scale * (width - 1) / 2
-        centre_y = (self.grid.ny - 1) / 2 - scale * (height - 1) / 2
-        affine = np.array([[scale, 0, centre_x], [0, scale, centre_y]])
-        share = cv2.warpAffine(
-            nodes.astype(np.float32),
-            affine,
-            (width, height),
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        )
-        return np.asarray(share > 0.5)
+        row, column = places
+        return np.asarray(cv2.remap(nodes.astype(np.float32), column, row, cv2.INTER_LINEAR) > 0.5)
 
 
 class _BSplines(NamedTuple):
-    """The spline of :func:`_spline` as a sum of uniform cubic B-splines, one per node.
+    """The spline of :func:`spline_matrices` as a sum of uniform cubic B-splines, one per node.
 
     Attributes
     ----------
@@ -190,7 +191,7 @@ class _BSplines(NamedTuple):
         return cls(solution.astype(np.float32), (first, four))
 
 
-def _spline(nodes: Array, targets: Array) -> tuple[Float32, Float32]:
+def spline_matrices(nodes: Array, targets: Array) -> tuple[Float32, Float32]:
     """Matrices from values at the nodes to a cubic spline's values and slopes at the targets."""
     from scipy.interpolate import make_interp_spline
 

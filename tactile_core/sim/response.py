@@ -155,7 +155,9 @@ class Response:
         from scipy.fft import irfft2
 
         rows, columns = like.shape[-2:]
-        return np.asarray(irfft2(waves, s=self.shape, workers=1)[..., :rows, :columns])
+        # as above; the default shape is that of an even number of columns
+        shape = None if self.shape[1] % 2 == 0 else self.shape
+        return np.asarray(irfft2(waves, s=shape, workers=1)[..., :rows, :columns])
 
 
 class Resolvent:

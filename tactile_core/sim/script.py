@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
     NonNegativeFloat,
+    NonNegativeInt,
     PositiveFloat,
     PositiveInt,
     ValidationError,
@@ -23,6 +26,11 @@ from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.yaml_tree import read_yaml
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.stage import VirtualStage
+
+_SHAKE_SEED = 81
+"""Random seed of a gripper's vibration: the same script gives the same moves."""
+_LEAST_LOAD = 0.1
+"""Smallest load in a vibration, relative to the weight: a pull needs a direction."""
 
 
 class _Part(BaseModel):
@@ -39,6 +47,9 @@ class Indent(_Part):
         default=None, description="Target normal force, N; or give depth_mm."
     )
     frames: PositiveInt = Field(default=5, description="Number of frames during the move.")
+    seconds: PositiveFloat | None = Field(
+        default=None, description="Duration, s. Default: quasi-static."
+    )
 
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
@@ -53,10 +64,13 @@ class Indent(_Part):
         start_mm, start_n = stage.depth_mm, stage.force_n
         for part in range(1, self.frames + 1):
             share = part / self.frames
+            seconds = None if self.seconds is None else self.seconds / self.frames
             if self.depth_mm is not None:
-                stage.press(depth_mm=start_mm + share * (self.depth_mm - start_mm))
+                depth_mm = start_mm + share * (self.depth_mm - start_mm)
+                stage.press(depth_mm=depth_mm, seconds=seconds)
             elif self.force_n is not None:
-                stage.press(force_n=start_n + share * (self.force_n - start_n))
+                force_n = start_n + share * (self.force_n - start_n)
+                stage.press(force_n=force_n, seconds=seconds)
             yield
 
 
@@ -95,6 +109,51 @@ class Twist(_Part):
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         return _in_parts(stage.twist, self.frames, self.seconds, self.degrees)
+
+
+class Lift(_Part):
+    """Lift a heavy object from a table: friction carries its weight, or it slips.
+
+    The table carries the object until the shear force of the gel does. An object that friction
+    cannot carry stays on the table, or falls back on it.
+    """
+
+    weight_n: PositiveFloat = Field(description="Weight that the gel has to carry, N.")
+    height_mm: PositiveFloat = Field(description="Height of the lift, mm.")
+    down_deg: float = Field(
+        default=90.0, description="Direction of gravity in the image, from x towards y."
+    )
+    frames: PositiveInt = Field(default=15, description="Number of frames during the lift.")
+    seconds: PositiveFloat | None = Field(
+        default=None, description="Duration, s. Default: quasi-static."
+    )
+    shake: NonNegativeFloat = Field(
+        default=0.0,
+        description="Vibration of the gripper: standard deviation of its acceleration, relative "
+        "to gravity.",
+    )
+
+    def played(self, stage: VirtualStage) -> Iterator[None]:
+        """Play the step, one frame at a time."""
+        down = np.radians(self.down_deg)
+        gravity = np.array([np.cos(down), np.sin(down)])
+        duration = None if self.seconds is None else self.seconds / self.frames
+        start = stage.state.pose
+        rng = np.random.default_rng(_SHAKE_SEED)
+        for part in range(1, self.frames + 1):
+            # the lighter moments of a vibration do not push the object up
+            load = max(1 + self.shake * float(rng.standard_normal()), _LEAST_LOAD)
+            now = stage.state.pose
+            travel = float(
+                (now.x_mm - start.x_mm) * gravity[0] + (now.y_mm - start.y_mm) * gravity[1]
+            )
+            height_mm = self.height_mm * part / self.frames
+            stage.pull(
+                *(load * self.weight_n * gravity),
+                at_most_mm=max(height_mm - travel, 0.0),
+                seconds=duration,
+            )
+            yield
 
 
 class Hold(_Part):
@@ -153,6 +212,7 @@ class ScriptStep(_Part):
     shear: Shear | None = Field(default=None, description="Move the object tangentially.")
     twist: Twist | None = Field(default=None, description="Rotate the object.")
     roll: Roll | None = Field(default=None, description="Roll the object.")
+    lift: Lift | None = Field(default=None, description="Lift a heavy object.")
     hold: Hold | None = Field(default=None, description="Let time pass.")
     release: Release | None = Field(default=None, description="Remove the object.")
 
@@ -170,6 +230,10 @@ class ScriptStep(_Part):
 
 class _Contents(_Part):
     steps: tuple[ScriptStep, ...] = Field(min_length=1, description="Steps in order.")
+    skip: NonNegativeInt = Field(
+        default=0, description="Frames to leave out at the start, for example until contact."
+    )
+    every: PositiveInt = Field(default=1, description="Keep every n-th frame of the rest.")
 
 
 class Script:
@@ -194,14 +258,22 @@ class Script:
             contents = _Contents.model_validate(self._tree.plain())
         except ValidationError as error:
             raise _refusal(problems + problems_of(error, self._tree, _Contents)) from None
+        self.skip, self.every = contents.skip, contents.every
         self.steps = tuple(_in_folder(step, Path(path).parent) for step in contents.steps)
         problems += self._impossible_objects()
+        if self.frames == 0:
+            message = f"leaves no frame of {self._played}; skip fewer"
+            problems.append(problem_at(self._tree.origin(("skip",)), ("skip",), message))
         if problems:
             raise _refusal(problems)
 
     @property
     def frames(self) -> int:
-        """Number of frames, including the first one of the undeformed sensor."""
+        """Number of frames that are kept; the first of all is of the undeformed sensor."""
+        return max(0, -(-(self._played - self.skip) // self.every))
+
+    @property
+    def _played(self) -> int:
         return 1 + sum(_frames_of(step) for step in self.steps)
 
     def _impossible_objects(self) -> list[Problem]:
@@ -216,13 +288,16 @@ class Script:
         return problems
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
-        """Play the steps in order; yield whenever a frame may be taken.
+        """Play the steps in order; yield whenever a frame is to be taken.
 
         Raises
         ------
         InputError
             A step is impossible; the message starts with its location in the file.
         """
+        yield from islice(self._all_played(stage), self.skip, None, self.every)
+
+    def _all_played(self, stage: VirtualStage) -> Iterator[None]:
         yield
         for number, step in enumerate(self.steps):
             try:

@@ -105,7 +105,8 @@ class VirtualStage(GelSurface):
         angle_deg : float
             Rotation of the object, positive from x towards y.
         **options
-            Options of the kind, e.g. ``diameter_mm=8``.
+            Options of the kind, e.g. ``diameter_mm=8``, and ``texture``;
+            :func:`tactile_core.sim.indenters.make_indenter`.
 
         Raises
         ------

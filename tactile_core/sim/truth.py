@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.sim.contact_state import Pose, SurfaceState
+from tactile_core.sim.contact_step import ContactModel
+from tactile_core.sim.fine_contact import fine_contact
+from tactile_core.sim.imprint import Imprint
 from tactile_core.sim.resampling import ImageSampler
 
 
@@ -46,16 +49,35 @@ class TrueState:
     mm_per_px: float
     _state: SurfaceState = field(repr=False)
     _sampler: ImageSampler = field(repr=False)
+    _model: ContactModel = field(repr=False)
+    _imprint: Imprint | None = field(repr=False)
 
     @cached_property
     def height_mm(self) -> Float32:
         """(H, W) indentation relative to the undeformed surface, positive towards the camera."""
-        return self._sampler.values(self._height_now)
+        height = self._sampler.values(self._height_now)
+        if self._imprint is not None:
+            self._imprint.deepen(height, self.displacement_mm)
+        return height
 
     @cached_property
     def gradients(self) -> Float32:
         """(H, W, 2) ∂z/∂x and ∂z/∂y of the height."""
-        return self._sampler.slopes(self._height_now)
+        slopes = self._sampler.slopes(self._height_now)
+        if self._imprint is not None:
+            rows, columns = self._imprint.window(self._sampler.shape)
+            # one pixel more, where there is one, for central differences at the window's border
+            above, left = min(rows.start, 1), min(columns.start, 1)
+            wide = self.height_mm[
+                rows.start - above : rows.stop + 1, columns.start - left : columns.stop + 1
+            ]
+            if min(wide.shape) > 1:
+                down, right = np.gradient(wide, self.mm_per_px)
+                inside = np.stack([right, down], -1)[above:, left:]
+                slopes[rows, columns] = inside[
+                    : rows.stop - rows.start, : columns.stop - columns.start
+                ]
+        return slopes
 
     @cached_property
     def displacement_mm(self) -> Float32:
@@ -66,13 +88,30 @@ class TrueState:
 
     @cached_property
     def contact(self) -> Bool:
-        """(H, W) contact area."""
-        return self._mask(self._state.contact)
+        """(H, W) contact area. Its outline is finer than the nodes of the mechanics."""
+        if not self._state.contact.any():
+            return np.zeros(self._sampler.shape, np.bool_)
+        fine = None if self._imprint is None else fine_contact(self._model, self._imprint)
+        if fine is None:
+            return self._sampler.mask(self._state.contact, self._places)
+        return fine.at(*self._places)
 
     @cached_property
     def stick(self) -> Bool:
         """(H, W) stick region: contact without slip in the last increment."""
-        return self._mask(self._state.stick)
+        from scipy.ndimage import distance_transform_edt
+
+        touching, sticking = self._state.contact, self._state.stick
+        if not sticking.any():
+            return np.zeros(self._sampler.shape, np.bool_)
+        # beyond the outermost nodes of the contact, the outline's state is the nearest node's
+        _, nearest = distance_transform_edt(~touching, return_indices=True)
+        return self.contact & self._sampler.mask(sticking[tuple(nearest)], self._places)
+
+    @cached_property
+    def _places(self) -> Float32:
+        """(2, H, W) original row and column, on the nodes, of the material now at each pixel."""
+        return np.stack([self._sampler.values(part) for part in self._origins])
 
     @cached_property
     def _origins(self) -> NDArray[Any]:
@@ -81,6 +120,3 @@ class TrueState:
     @cached_property
     def _height_now(self) -> NDArray[Any]:
         return self._sampler.at_present(self._state.displacement_mm[2], self._origins)
-
-    def _mask(self, nodes: Bool) -> Bool:
-        return self._sampler.mask(self._sampler.now_at_nodes(nodes, self._origins))

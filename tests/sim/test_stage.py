@@ -113,6 +113,43 @@ def test_a_script_is_played_frame_by_frame(script: Path) -> None:
     assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
 
 
+def test_a_script_leaves_out_the_first_frames_and_keeps_every_second(script: Path) -> None:
+    script.write_text(SCRIPT + "skip: 1\nevery: 2\n")
+    moves, stage = Script(script), VirtualStage("hex_fingertip")
+    depths = [stage.depth_mm for _ in moves.played(stage)]
+    assert len(depths) == moves.frames == 3
+    assert depths == pytest.approx([0.25, 0.5, 0.5])
+    script.write_text(SCRIPT + "skip: 7\n")
+    with pytest.raises(InputError, match="skip: leaves no frame of 7"):
+        Script(script)
+
+
+@pytest.mark.parametrize(("weight_n", "falls"), [(1.0, False), (3.0, True)])
+def test_a_lift_carries_what_friction_holds(script: Path, weight_n: float, falls: bool) -> None:
+    script.write_text(
+        "steps:\n"
+        "  - indenter: {kind: cylinder, diameter_mm: 20, texture: {kind: ribs, relief_mm: 0.05}}\n"
+        "  - press: {force_n: 4, frames: 1, seconds: 0.1}\n"
+        f"  - lift: {{weight_n: {weight_n}, height_mm: 3, frames: 3, shake: 0.05}}\n"
+    )
+    stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": 0.5}})
+    *_, _ = Script(script).played(stage)
+    fallen_mm = stage.truth().pose.y_mm
+    assert fallen_mm == pytest.approx(3.0) if falls else fallen_mm < 0.5
+    assert stage.wrench[1] == pytest.approx(min(weight_n, 2.0), rel=0.15)
+
+
+def test_another_unit_gives_other_frames_of_the_same_press(script: Path, tmp_path: Path) -> None:
+    script.write_text("steps: [{hold: {seconds: 1, frames: 1}}]\nskip: 1\n")
+    frames = []
+    for unit in ("1", "2"):
+        out = tmp_path / unit
+        words = "simulate", "hex_fingertip", "--script", script, "--out", out, "--mode", "fast"
+        assert tactile(*words, "--unit", unit).returncode == 0
+        frames.append((out / "frames" / "000000.png").read_bytes())
+    assert frames[0] != frames[1]
+
+
 def test_an_impossible_step_is_reported_with_its_line_number(script: Path) -> None:
     script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
     with pytest.raises(InputError, match=r"script.yaml:3:5: .*pressed 7 mm deep .*2 mm thick"):

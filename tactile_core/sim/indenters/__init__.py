@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from numbers import Real
 from typing import Any
@@ -11,7 +11,9 @@ from typing import Any
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.mesh import mesh_indenter
+from tactile_core.sim.indenters.relief import TEXTURES, Textured
 from tactile_core.sim.indenters.shape import Indenter
+from tactile_core.sim.indenters.soft import Soft, Softness
 from tactile_core.sim.indenters.solids import Cone, Cylinder, Flat, Sphere
 from tactile_core.sim.indenters.textures import Cloth, Coin, Screw, letters
 
@@ -28,16 +30,28 @@ KINDS: dict[str, Callable[..., Indenter]] = {
     "cloth": Cloth,
 }
 
-__all__ = ["KINDS", "Indenter", "make_indenter"]
+__all__ = ["KINDS", "TEXTURES", "Indenter", "make_indenter"]
 
 
-def make_indenter(kind: str, **options: Any) -> Indenter:
+def make_indenter(
+    kind: str,
+    *,
+    texture: Mapping[str, Any] | None = None,
+    soft: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> Indenter:
     """Make an indenter by the name of its kind.
 
     Parameters
     ----------
     kind : str
         One of :data:`KINDS`.
+    texture : mapping, optional
+        Texture of its surface: ``kind``, one of :data:`TEXTURES`, and its options, for example
+        ``{"kind": "ribs", "pitch_mm": 1.0, "relief_mm": 0.1}``.
+    soft : mapping, optional
+        Layer of elastomer on the object: ``shear_modulus_mpa``, ``thickness_mm`` and perhaps
+        ``poisson_ratio``. A rigid object by default.
     **options
         Options of the kind, in mm and degrees.
 
@@ -46,11 +60,27 @@ def make_indenter(kind: str, **options: Any) -> Indenter:
     InputError
         Unknown kind or option, a missing option, or an invalid size.
     """
-    if kind not in KINDS:
-        close = get_close_matches(kind, KINDS, 1)
+    made: Indenter = _made("indenter", KINDS, kind, options)
+    if texture is not None:
+        if not isinstance(texture, Mapping) or not isinstance(texture.get("kind"), str):
+            raise InputError(f"a texture needs its kind: {', '.join(TEXTURES)}")
+        sizes = {name: value for name, value in texture.items() if name != "kind"}
+        made = Textured(made, _made("texture", TEXTURES, texture["kind"], sizes))
+    if soft is not None:
+        if not isinstance(soft, Mapping):
+            raise InputError("a soft object needs shear_modulus_mpa and thickness_mm")
+        made = Soft(made, _made("layer", {"soft object": Softness}, "soft object", soft))
+    return made
+
+
+def _made(
+    what: str, kinds: Mapping[str, Callable[..., Any]], kind: str, options: Mapping[str, Any]
+) -> Any:
+    if kind not in kinds:
+        close = get_close_matches(kind, kinds, 1)
         hint = f"; do you mean {close[0]!r}?" if close else ""
-        raise InputError(f"there is no indenter {kind!r}, but {', '.join(KINDS)}{hint}")
-    accepted = inspect.signature(KINDS[kind]).parameters
+        raise InputError(f"there is no {what} {kind!r}, but {', '.join(kinds)}{hint}")
+    accepted = inspect.signature(kinds[kind]).parameters
     for name, value in options.items():
         if name not in accepted:
             raise InputError(f"a {kind} has no option {name!r}, but {', '.join(accepted)}")
@@ -64,7 +94,7 @@ def make_indenter(kind: str, **options: Any) -> Indenter:
     for name, parameter in accepted.items():
         if parameter.default is parameter.empty and name not in options:
             raise InputError(f"a {kind} needs {name}")
-    return KINDS[kind](**options)
+    return kinds[kind](**options)
 
 
 def _is_number(value: Any) -> bool:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.elasticity import Elastomer
 
 FAR_MM = 1e3
 """Gap outside the object, mm: out of reach of the gel."""
 
 
 class Indenter(ABC):
-    """Rigid object in its own frame: x right, y down, z away from the gel.
+    """Object in its own frame, undeformed: x right, y down, z away from the gel.
 
     Immutable and picklable; the stage holds its pose.
     """
@@ -32,6 +33,11 @@ class Indenter(ABC):
     def rolls_along_x(self) -> bool:
         """Whether the object can roll along its own x axis in addition to y."""
         return True
+
+    @property
+    def elastomer(self) -> Elastomer | None:
+        """Material of a soft object, a layer on a rigid core; None if rigid."""
+        return None
 
     @property
     def detail_mm(self) -> float | None:

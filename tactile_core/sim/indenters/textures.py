@@ -194,13 +194,18 @@ class Cloth(Indenter):
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         thread = self.thread_mm if self.thread_mm is not None else 0.4 * self.pitch_mm
-        wave_x, wave_y = np.pi * x_mm / self.pitch_mm, np.pi * y_mm / self.pitch_mm
-        # a thread along x at every pitch of y; it is on top at every second crossing
-        top_x = np.cos(wave_x) * np.cos(wave_y) * np.abs(np.cos(wave_y))
-        top_y = -np.cos(wave_x) * np.cos(wave_y) * np.abs(np.cos(wave_x))
-        gap = 0.5 * thread * (1 - np.maximum(top_x, top_y))
+        gap = weave_gap(x_mm, y_mm, self.pitch_mm, thread)
         inside = np.maximum(np.abs(x_mm), np.abs(y_mm)) < self.size_mm / 2
         return np.asarray(np.where(inside, gap, FAR_MM))
+
+
+def weave_gap(x_mm: Array, y_mm: Array, pitch_mm: float, thread_mm: float) -> Array:
+    """Depth of a plain weave below its highest points, mm."""
+    wave_x, wave_y = np.pi * x_mm / pitch_mm, np.pi * y_mm / pitch_mm
+    # a thread along x at every pitch of y; it is on top at every second crossing
+    top_x = np.cos(wave_x) * np.cos(wave_y) * np.abs(np.cos(wave_y))
+    top_y = -np.cos(wave_x) * np.cos(wave_y) * np.abs(np.cos(wave_x))
+    return np.asarray(0.5 * thread_mm * (1 - np.maximum(top_x, top_y)))
 
 
 def letters(

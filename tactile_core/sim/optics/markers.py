@@ -106,13 +106,17 @@ class MarkerPrint:
             size = PRINT.auto_diameter_pitches * pitch
         x, y = (_positions(n, pitch) for n in (image.width_px, image.height_px))
         centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-        angles = np.zeros(len(centres))
+        angles = np.full(len(centres), np.radians(look.angle_deg))
         if look.layout == "quasi_random":
             rng = np.random.default_rng([seed, 11])
             clear = max(0.0, (pitch - size) / PRINT.clear_divisor)
             reach = min(PRINT.jitter_pitches * pitch, clear)
             centres = centres + rng.uniform(-reach, reach, centres.shape)
             angles = rng.uniform(0, 2 * np.pi, len(centres))
+        if look.jitter_mm:
+            rng = np.random.default_rng([seed, 12])
+            centres = centres + rng.normal(0, look.jitter_mm / image.mm_per_px, centres.shape)
+        centres = _mounted(centres, profile)
         worn = faults.worn(len(centres), seed)
         joined = faults.joined(centres, seed)
         return cls(centres, angles, size, look.shape, worn, joined)
@@ -198,6 +202,15 @@ class MarkerPrint:
         sides = np.radians([90.0, 210.0, 330.0])
         reach = np.max([x * np.cos(a) + y * np.sin(a) for a in sides], axis=0)
         return np.asarray(reach - self.size_px / (2 * np.sqrt(3)))
+
+
+def _mounted(centres_px: Float64, profile: SensorBuild) -> Float64:
+    """Rotate the print about the image centre, and shift it."""
+    image, look = profile.image, profile.optics.markers
+    middle = (np.array([image.width_px, image.height_px]) - 1) / 2
+    cos, sin = np.cos(np.radians(look.angle_deg)), np.sin(np.radians(look.angle_deg))
+    turned = (centres_px - middle) @ np.array([[cos, sin], [-sin, cos]])
+    return np.asarray(turned + middle + np.array(look.shift_mm) / image.mm_per_px)
 
 
 def _positions(length_px: int, pitch_px: float) -> Float64:

@@ -277,7 +277,9 @@ class RigOptics:
             medians.append(mixing @ np.median(light, axis=(1, 2)))
         level = np.mean(medians, axis=0)
         level[level <= 0] = max(level.max(), 1e-6)
-        return np.asarray(self._chip.light_of(sensor.exposure) / level[:, None] * mixing)
+        gain = np.array(sensor.white_balance if count == COLOUR else (1.0,) * count)
+        gain = gain * self._chip.light_of(sensor.exposure) / level
+        return np.asarray(gain[:, None] * mixing)
 
     def _checked(self, values: NDArray[Any], shape: tuple[int, ...], name: str) -> Float32:
         array = np.asarray(values, np.float32)

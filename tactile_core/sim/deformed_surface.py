@@ -1,0 +1,148 @@
+"""What can be read from a deformed gel surface: loads, positions of points, ground truth."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactile_core.sim.contact_state import SurfaceState
+from tactile_core.sim.contact_step import ContactModel
+from tactile_core.sim.grid import Grid
+from tactile_core.sim.imprint import Imprint
+from tactile_core.sim.indenters import Indenter
+from tactile_core.sim.resampling import ImageSampler
+from tactile_core.sim.truth import TrueState
+
+
+class DeformedSurface:
+    """Current state of a gel surface, and what follows from it.
+
+    Attributes
+    ----------
+    markers_px : (N, 2) float64
+        Centres of the printed markers on the undeformed surface.
+    image_shape : (height, width) in px
+    mm_per_px : float
+    time_s : float
+        Simulated time.
+    """
+
+    markers_px: NDArray[np.float64]
+    image_shape: tuple[int, int]
+    mm_per_px: float
+    time_s: float
+    _state: SurfaceState
+    _model: ContactModel
+    _sampler: ImageSampler
+    _indenter: Indenter | None
+    _on: bool
+
+    @property
+    def state(self) -> SurfaceState:
+        """State of the gel surface on the nodes."""
+        return self._state
+
+    @property
+    def grid(self) -> Grid:
+        """Grid of nodes."""
+        return self._model.layer.grid
+
+    @property
+    def force_n(self) -> float:
+        """Normal force on the gel surface."""
+        return float(self.wrench[2])
+
+    @property
+    def wrench(self) -> NDArray[np.float64]:
+        """(4,) fx, fy, fz in N and tz in N·mm of the whole contact; see :class:`TrueState`."""
+        state = self._state
+        cell = self.grid.cell_mm2
+        pressure = state.pressure_mpa.sum(dtype=np.float64)
+        along_x, along_y = state.grip.traction.astype(np.float64)
+        x, y = self.grid.nodes_mm + state.displacement_mm[:2]
+        torque = (x * along_y - y * along_x).sum()
+        return cell * np.array([along_x.sum(), along_y.sum(), pressure, torque])
+
+    def carried(self, points_mm: ArrayLike) -> NDArray[np.float64]:
+        """Return the current positions of points of the gel surface, for example its markers.
+
+        Parameters
+        ----------
+        points_mm : (N, 2)
+            x and y on the undeformed surface, relative to the image centre.
+
+        Returns
+        -------
+        (N, 2) float64
+        """
+        points = np.array(points_mm, np.float64).reshape(-1, 2)
+        return points + self._sampler.at_points(self._state.displacement_mm[:2], points)
+
+    def carried_px(self, points_px: ArrayLike) -> NDArray[np.float64]:
+        """Return the current image positions of points of the gel surface.
+
+        Parameters
+        ----------
+        points_px : (N, 2)
+            x and y on the undeformed surface.
+
+        Returns
+        -------
+        (N, 2) float64
+        """
+        height, width = self.image_shape
+        middle = np.array([width - 1, height - 1]) / 2
+        points = (np.array(points_px, np.float64).reshape(-1, 2) - middle) * self.mm_per_px
+        return np.asarray(self.carried(points) / self.mm_per_px + middle)
+
+    def truth(self) -> TrueState:
+        """Return the ground truth of the current state, at the pixels of the image.
+
+        Some of its ``markers_px`` may be outside the image.
+        """
+        return self._true(self.markers_px)
+
+    def seen(
+        self, compiled: ModuleType | None = None
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the true height (H, W) and displacement (H, W, 2) in mm, for rendering.
+
+        Parameters
+        ----------
+        compiled : module, optional
+            :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
+        """
+        if compiled is None:
+            truth = self._true(())
+            return truth.height_mm, truth.displacement_mm
+        height, displacement = self._sampler.seen(self._state.displacement_mm, compiled)
+        imprint = self._imprint
+        if imprint is not None:
+            imprint.deepen(height, displacement)
+        return height, displacement
+
+    def _true(self, markers_px: ArrayLike) -> TrueState:
+        state = self._state
+        return TrueState(
+            self.wrench,
+            self.carried_px(markers_px),
+            self.time_s,
+            state.pose,
+            state.depth_mm,
+            self.mm_per_px,
+            state,
+            self._sampler,
+            self._model,
+            self._imprint,
+        )
+
+    @property
+    def _imprint(self) -> Imprint | None:
+        """The object's own surface; None without contact, or if the object is deformed too."""
+        if not self._on or self._indenter is None or not self._state.contact.any():
+            return None
+        if self._indenter.elastomer is not None:
+            return None
+        return Imprint(self._indenter, self._model.gel, self.grid, self._state, self.mm_per_px)

@@ -1,0 +1,211 @@
+"""Units of one design: virtual sensors that differ as the copies of a real sensor do."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
+
+from tactile_core.interfaces.component import Lighting
+from tactile_core.interfaces.gel import Gel, Markers
+from tactile_core.interfaces.optics import Optics
+from tactile_core.profiles.model import Profile
+from tactile_core.sim.gel import GEL
+from tactile_core.sim.optics.coating import Coating
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+class UnitParameters(NamedTuple):
+    """Largest deviations of a unit from its design; each is uniform and independent.
+
+    Ratios are relative to the design's value.
+
+    Attributes
+    ----------
+    azimuth_deg, elevation_deg : float, degrees
+        Direction of each light.
+        Source: geometry: an LED board that is 1 mm out of place at 12 mm from the gel.
+    distance, brightness : float, ratio
+        Distance and brightness of each light.
+        Source: geometry as above; the intensity bins of LEDs are 20 to 30 % wide.
+    white_balance : float, ratio
+        Gain of each colour: cameras do not balance every unit alike.
+        Source: chosen by hand; no script derives it.
+    ambient, grain, ink : float, ratio
+        Ambient light, contrast of the coating's grain, and reflectance of the ink.
+        Source: chosen by hand: hand-made coatings vary by half.
+    specular : float, share
+        Specular share of the coating.
+        Source: chosen by hand; no script derives it.
+    roughness : float, ratio
+        Roughness of the coating.
+        Source: chosen by hand; no script derives it.
+    thickness, modulus, friction : float, ratio
+        Gel thickness, shear modulus, and friction.
+        Source: casting tolerance of 0.1 mm in 2 mm; 5 points of Shore hardness are about 20 % of
+        the modulus; friction changes with dust and wear.
+    marker_shift_mm, marker_angle_deg : float, mm and degrees
+        Position and rotation of the printed grid.
+        Source: chosen by hand: gels are mounted by hand.
+    marker_size, marker_jitter : float, ratio
+        Marker diameter, and standard deviation of a marker's position in diameters.
+        Source: chosen by hand; no script derives it.
+    exposure, noise, vignetting, crosstalk : float, ratio
+        Brightness of the undeformed surface, noise of the camera, light lost in the corners, and
+        leak between colours.
+        Source: chosen by hand; no script derives it.
+    """
+
+    azimuth_deg: float = 5.0
+    elevation_deg: float = 4.0
+    distance: float = 0.08
+    brightness: float = 0.15
+    white_balance: float = 0.1
+    ambient: float = 0.5
+    grain: float = 0.5
+    ink: float = 0.5
+    specular: float = 0.1
+    roughness: float = 0.2
+    thickness: float = 0.05
+    modulus: float = 0.2
+    friction: float = 0.2
+    marker_shift_mm: float = 0.5
+    marker_angle_deg: float = 2.0
+    marker_size: float = 0.1
+    marker_jitter: float = 0.05
+    exposure: float = 0.15
+    noise: float = 0.3
+    vignetting: float = 0.5
+    crosstalk: float = 0.3
+
+
+UNIT = UnitParameters()
+"""The values in use."""
+
+
+def vary(profile: Profile, seed: int) -> Profile:
+    """Return another unit of the same design.
+
+    The units of different seeds differ in light, coating, gel, print and camera; their names and
+    images' sizes are the design's. The same seed gives the same unit.
+
+    Parameters
+    ----------
+    profile : Profile
+        The design, for example ``load_profile("hex_fingertip", sim=True)``.
+    seed : int
+        0 or more.
+
+    Returns
+    -------
+    Profile
+        For :class:`~tactile_core.sim.VirtualStage`.
+    """
+    draw = _Draw(np.random.default_rng([seed, 51]))
+    return profile.model_copy(
+        update={
+            "illumination": _lighting(profile.illumination, draw),
+            "optics": _optics(profile, draw),
+            "gel": _gel(profile.gel, draw),
+        }
+    )
+
+
+class _Draw:
+    """Random deviations; ``factor`` is about 1 and ``offset`` about 0."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+
+    def offset(self, most: float) -> float:
+        return float(self._rng.uniform(-most, most))
+
+    def factor(self, most: float) -> float:
+        return 1 + self.offset(most)
+
+    def share(self, value: float, most: float, limit: float = 1.0) -> float:
+        return min(value * self.factor(most), limit)
+
+
+def _lighting(lighting: Lighting, draw: _Draw) -> Lighting:
+    lights = lighting.options.get("lights")
+    if not lights:
+        return lighting
+    moved = [
+        light
+        | {
+            "azimuth_deg": light["azimuth_deg"] + draw.offset(UNIT.azimuth_deg),
+            "elevation_deg": float(
+                np.clip(light["elevation_deg"] + draw.offset(UNIT.elevation_deg), 1, 90)
+            ),
+        }
+        for light in lights
+    ]
+    return lighting.model_copy(update={"lights": moved})
+
+
+def _optics(profile: Profile, draw: _Draw) -> Optics:
+    optics = profile.optics
+    coat, sensor, lights = optics.coat, optics.sensor, optics.lights
+    coating = Coating.of(profile)
+    new: dict[str, Any] = {
+        "lights": {
+            "spread": float(np.hypot(lights.spread, UNIT.brightness)),
+            "distance_mm": lights.distance_mm and lights.distance_mm * draw.factor(UNIT.distance),
+        },
+        "ambient": draw.share(optics.ambient, UNIT.ambient),
+        "coat": {
+            "specular": float(np.clip(coating.specular + draw.offset(UNIT.specular), 0, 1)),
+            "roughness": coating.roughness * draw.factor(UNIT.roughness),
+            "grain": coat.grain * draw.factor(UNIT.grain),
+            "ink": draw.share(coat.ink, UNIT.ink),
+        },
+        "sensor": {
+            "exposure": draw.share(sensor.exposure, UNIT.exposure, 0.95),
+            "white_balance": tuple(
+                gain * draw.factor(UNIT.white_balance) for gain in sensor.white_balance
+            ),
+            "full_well_e": sensor.full_well_e * draw.factor(UNIT.noise),
+            "read_noise_e": sensor.read_noise_e * draw.factor(UNIT.noise),
+            "vignetting": draw.share(sensor.vignetting, UNIT.vignetting),
+            "crosstalk": draw.share(sensor.crosstalk, UNIT.crosstalk, 0.5),
+        },
+    }
+    markers = profile.gel.markers
+    if isinstance(markers, Markers):
+        shift = optics.markers.shift_mm
+        new["markers"] = {
+            "shift_mm": tuple(mm + draw.offset(UNIT.marker_shift_mm) for mm in shift),
+            "angle_deg": optics.markers.angle_deg + draw.offset(UNIT.marker_angle_deg),
+            "jitter_mm": float(
+                np.hypot(optics.markers.jitter_mm, UNIT.marker_jitter * markers.diameter_mm)
+            ),
+        }
+    return _replaced(optics, new)
+
+
+def _gel(gel: Gel, draw: _Draw) -> Gel:
+    new: dict[str, Any] = {}
+    if gel.thickness_mm is not None:
+        new["thickness_mm"] = gel.thickness_mm * draw.factor(UNIT.thickness)
+    if gel.shear_modulus_mpa is not None:
+        new["shear_modulus_mpa"] = gel.shear_modulus_mpa * draw.factor(UNIT.modulus)
+    slippery = draw.factor(UNIT.friction)
+    new["friction"] = slippery * (GEL.friction if gel.friction is None else gel.friction)
+    if gel.kinetic_friction is not None:
+        new["kinetic_friction"] = slippery * gel.kinetic_friction
+    if isinstance(gel.markers, Markers):
+        size_mm = gel.markers.diameter_mm * draw.factor(UNIT.marker_size)
+        new["markers"] = {"diameter_mm": min(size_mm, 0.9 * gel.markers.pitch_mm)}
+    return _replaced(gel, new)
+
+
+def _replaced(model: _Model, new: dict[str, Any]) -> _Model:
+    """Return a validated copy with new values, in nested sections too."""
+    values = model.model_dump()
+    for name, value in new.items():
+        inside = values.get(name)
+        values[name] = inside | value if isinstance(inside, dict) else value
+    return type(model).model_validate(values)

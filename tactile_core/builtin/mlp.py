@@ -1,4 +1,4 @@
-"""``core.mlp``: slopes from colour and position by a few small neural networks."""
+"""``core.mlp``: slopes from colour and position by small neural networks and a polynomial."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from tactile_core.algorithms.arrays.regression import PolynomialFit
 from tactile_core.algorithms.network import Network, train
+from tactile_core.builtin.polynomial import fit_curve
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.interfaces.slope_models.model_file import Arrays
@@ -21,12 +23,15 @@ from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import baked
 from tactile_core.quantities import Float32, Reference
 
+_PREFIX = "polynomial_"
+"""Of the names of the polynomial's arrays."""
+
 
 class MlpOptions(SlopeOptions):
     """Options of ``core.mlp``."""
 
     members: int = Field(default=2, ge=1, le=16, description="Number of networks to average.")
-    width: int = Field(default=24, ge=2, le=256, description="Units per hidden layer.")
+    width: int = Field(default=20, ge=2, le=256, description="Units per hidden layer.")
     layers: int = Field(default=3, ge=1, le=6, description="Number of hidden layers.")
     epochs: int = Field(default=60, ge=1, description="Passes over the samples.")
     noise: float = Field(
@@ -40,21 +45,42 @@ class MlpOptions(SlopeOptions):
         lt=0.5,
         description="Noise on the common brightness of all lights in training, as a share of it.",
     )
+    polynomial_share: float = Field(
+        default=0.5,
+        ge=0,
+        lt=1,
+        description="Weight of a polynomial (as of core.polynomial) in the mean with the networks. "
+        "It continues a trend beyond the calibrated slopes, where networks level off.",
+    )
     seed: int = Field(default=0, ge=0, description="The same seed gives the same model.")
 
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Networks whose outputs are averaged."""
+    """Networks whose outputs are averaged with each other and with a polynomial.
+
+    Attributes
+    ----------
+    members : tuple of Network
+    polynomial : PolynomialFit or None
+    share : float
+        Weight of the polynomial; the networks share the rest equally.
+    """
 
     members: tuple[Network, ...]
+    polynomial: PolynomialFit | None = None
+    share: float = 0.0
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, K + 2) features to the (N, 2) components of unit normals."""
         total = self.members[0](features)
         for member in self.members[1:]:
             total += member(features)
-        return total / np.float32(len(self.members))
+        if self.polynomial is None:
+            return total / np.float32(len(self.members))
+        total *= np.float32((1 - self.share) / len(self.members))
+        total += np.float32(self.share) * self.polynomial(features)
+        return total
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return all weights and biases, and the scale of the features."""
@@ -63,6 +89,9 @@ class Ensemble:
             "mean": self.members[0].mean,
             "std": self.members[0].std,
         }
+        if self.polynomial is not None:
+            named = {_PREFIX + name: array for name, array in self.polynomial.arrays().items()}
+            arrays |= {"share": np.array(self.share), **named}
         for m, member in enumerate(self.members):
             for depth, (weight, bias) in enumerate(member.layers):
                 arrays |= {f"weight_{m}_{depth}": weight, f"bias_{m}_{depth}": bias}
@@ -78,17 +107,29 @@ class Ensemble:
                 (arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths)
             )
             members.append(Network(arrays["mean"], arrays["std"], layers))
-        return cls(tuple(members))
+        if "share" not in arrays:
+            return cls(tuple(members))
+        named = {name.removeprefix(_PREFIX): arrays[name] for name in arrays if _PREFIX in name}
+        return cls(tuple(members), PolynomialFit.from_arrays(named), float(arrays["share"]))
 
 
 class Mlp(SlopeCalibration):
-    """Calibration with fitted networks."""
+    """Calibration with fitted networks and a polynomial."""
 
     function = Ensemble
 
 
 class MlpCalibrator(Calibrator):
-    """Trains small networks, the most accurate model from about eight presses on."""
+    """Trains small networks and a polynomial, the best model from about eight presses on.
+
+    Networks follow the light best and level off beyond the calibrated slopes; a polynomial does the
+    opposite. Their errors differ, so that the mean is better than either [1]_.
+
+    References
+    ----------
+    .. [1] A. Krogh and J. Vedelsby, "Neural network ensembles, cross validation, and active
+       learning", NIPS, 1995.
+    """
 
     Options: ClassVar[type[BaseModel]] = MlpOptions
     options: MlpOptions
@@ -109,9 +150,17 @@ class MlpCalibrator(Calibrator):
             )
             for member in range(options.members)
         ]
-        function = Ensemble(tuple(members))
+        function = self._with_polynomial(members, seen, normal_xy)
         table = baked(function, features, presses, reference, blur_px)
         return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))
+
+    def _with_polynomial(
+        self, members: Sequence[Network], features: Float32, normal_xy: Float32
+    ) -> Ensemble:
+        share = self.options.polynomial_share
+        if not share:
+            return Ensemble(tuple(members))
+        return Ensemble(tuple(members), fit_curve(features, normal_xy), share)
 
     def smoothing_px(self, mm_per_px: float) -> float:
         """Smoothing set by the options."""

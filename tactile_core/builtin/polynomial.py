@@ -15,14 +15,21 @@ from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
 from tactile_core.interfaces.slope_models.slope_calibration import SlopeCalibration
 from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import baked
-from tactile_core.quantities import Reference
+from tactile_core.quantities import Float32, Reference
+
+
+def fit_curve(
+    features: Float32, normal_xy: Float32, *, order: int = 3, ridge: float = 0.01
+) -> PolynomialFit:
+    """Fit normal_xy (N, 2) as a polynomial of features (N, K + 2), with its curvature penalised."""
+    return fit_polynomial(features, normal_xy, order=order, ridge=ridge, curvature_only=True)
 
 
 class PolynomialOptions(SlopeOptions):
     """Options of ``core.polynomial``."""
 
-    order: int = Field(default=2, ge=1, le=4, description="Highest total degree.")
-    ridge: float = Field(default=0.03, gt=0, description="Ridge penalty per sample.")
+    order: int = Field(default=3, ge=1, le=4, description="Highest total degree.")
+    ridge: float = Field(default=0.01, gt=0, description="Penalty of curvature per sample.")
 
 
 class Polynomial(SlopeCalibration):
@@ -32,9 +39,9 @@ class Polynomial(SlopeCalibration):
 
 
 class PolynomialCalibrator(Calibrator):
-    """Fits a polynomial by ridge regression; the best choice with few presses.
+    """Fits a polynomial whose curvature is penalised; the best choice with few presses.
 
-    It has too few coefficients to overfit.
+    Only what bends is shrunk: a penalty of the linear terms would flatten all slopes.
     """
 
     Options: ClassVar[type[BaseModel]] = PolynomialOptions
@@ -45,7 +52,7 @@ class PolynomialCalibrator(Calibrator):
         blur_px = self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         order, ridge = self.options.order, self.options.ridge
-        function = fit_polynomial(features, normal_xy, order=order, ridge=ridge)
+        function = fit_curve(features, normal_xy, order=order, ridge=ridge)
         table = baked(function, features, presses, reference, blur_px)
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 

@@ -20,6 +20,14 @@ def _respond(plane: Any, table: Float32, undeformed: Float32, response: Float32)
 
 
 @njit(**ROW)
+def _start(y: Any, tilt: Float32, b: Float32) -> None:
+    for x in range(b.shape[1]):
+        b[0, x] = tilt[0, 0, x] + y * (tilt[0, 1, x] + y * tilt[0, 2, x])
+        b[1, x] = tilt[1, 0, x] + y * (tilt[1, 1, x] + y * tilt[1, 2, x])
+        b[2, x] = np.float32(1)
+
+
+@njit(**ROW)
 def _add_light(response: Float32, y: Any, rows: Float32, b: Float32) -> None:
     for x in range(response.size):
         b[0, x] += response[x] * (rows[0, 0, x] + y * (rows[0, 1, x] + y * rows[0, 2, x]))
@@ -57,6 +65,7 @@ def solve(
     undeformed: Float32,
     light: tuple[Float32, Float32],
     redundancy: tuple[Float32, float],
+    tilt: Float32,
     least_facing: Any,
     slopes: Float32,
     outlier: Any,
@@ -76,6 +85,8 @@ def solve(
         0, 1 and 2 of y.
     redundancy : (K − 3, K) float32 and float
         Combinations that vanish, and the tolerance of their residual.
+    tilt : (2, 3, W) float32
+        Apparent tilt of level gel along x, as coefficients of the powers 0, 1 and 2 of y.
     least_facing : float32
         Lower limit of the normal's component towards the camera.
     slopes : (2, H, W) float32
@@ -90,8 +101,7 @@ def solve(
     residual, square = np.empty(width, np.float32), np.empty(width, np.float32)
     limit = np.float32(tolerance * tolerance)
     for y in range(height):
-        b[:2] = 0
-        b[2] = 1
+        _start(places[y], tilt, b)
         for k in range(lights):
             _respond(planes[k, y], tables[k], undeformed[k, y], response[k])
             _add_light(response[k], places[y], rows[k], b)

@@ -58,7 +58,9 @@ LIGHT_FIT = LightFitParameters()
 """The values in use."""
 
 
-def fit_light_field(features: Float32, normal_xy: Float32, *, seed: int = 0) -> LightField:
+def fit_light_field(
+    features: Float32, normal_xy: Float32, *, seed: int = 0
+) -> tuple[LightField, Float32]:
     """Fit responses and light field to pixels with ground-truth slopes.
 
     The fit minimises the error of the normal with Huber's loss [1]_. Errors of intensities would
@@ -77,6 +79,10 @@ def fit_light_field(features: Float32, normal_xy: Float32, *, seed: int = 0) -> 
     Returns
     -------
     LightField
+    tilt : (2, 6) float32
+        Apparent tilt of the gel under a press; see
+        :class:`~tactile_desktop_six_led.press_light.PressLight`. Samples without a slope are not
+        under a press.
 
     References
     ----------
@@ -100,7 +106,8 @@ def fit_light_field(features: Float32, normal_xy: Float32, *, seed: int = 0) -> 
     penalty = np.full(len(start), LIGHT_FIT.ridge)
     penalty[:lights] = LIGHT_FIT.exponent_ridge
 
-    fit = _Objective(logs, terms, target, start, penalty)
+    pressed = target.any(axis=1).astype(np.float64)
+    fit = _Objective(logs, terms, target, pressed, start, penalty)
     found = least_squares(fit.error, start, fit.jacobian, max_nfev=LIGHT_FIT.rounds).x
     return _unpacked(found.astype(np.float32), lights)
 
@@ -117,6 +124,8 @@ class _Objective:
         Monomials of the position.
     target : (N, 2)
         True normal_xy.
+    pressed : (N,)
+        1 under a press, 0 elsewhere.
     start, penalty : (P,)
         Start of the parameters, and weight of their distance from it.
     """
@@ -124,19 +133,20 @@ class _Objective:
     logs: Float
     terms: Float
     target: Float32
+    pressed: Float
     start: Float
     penalty: Float
 
     def error(self, parameters: Float) -> Float:
         """Return (2 N + P,) residuals of normal_xy with Huber's loss, and of the penalty."""
-        missed, _, _ = self._residual(_unpacked(parameters, self.logs.shape[1]))
+        missed, _, _ = self._residual(*_unpacked(parameters, self.logs.shape[1]))
         missed *= _robust(missed)
         return np.concatenate([missed.ravel(), self.penalty * (parameters - self.start)])
 
     def jacobian(self, parameters: Float) -> Float:
         """Return the (2 N + P, P) derivative of :meth:`error`."""
-        field = _unpacked(parameters, self.logs.shape[1])
-        missed, b, power = self._residual(field)
+        field, tilt = _unpacked(parameters, self.logs.shape[1])
+        missed, b, power = self._residual(field, tilt)
         count, lights = power.shape
         terms = self.terms[:, :, None] * (power - 1)[:, None, :]
         by = np.zeros((count, 3, len(parameters)))
@@ -145,6 +155,8 @@ class _Objective:
         for component, wide in enumerate((6, 6, 3)):
             first = lights * (1 + 6 * component)
             by[:, component, first : first + wide * lights] = terms[:, :wide].reshape(count, -1)
+        pressed = self.pressed[:, None] * self.terms
+        by[:, 0, -12:-6], by[:, 1, -6:] = pressed, pressed
         length = np.linalg.norm(b, axis=0)
         normal = (b / length).T
         by -= normal[:, :, None] * np.einsum("nj,njp->np", normal, by)[:, None]
@@ -156,10 +168,11 @@ class _Objective:
         normal_xy *= factor[:, :, None]
         return np.concatenate([normal_xy.reshape(2 * count, -1), np.diag(self.penalty)])
 
-    def _residual(self, field: LightField) -> tuple[Float, Float, Float]:
+    def _residual(self, field: LightField, tilt: Any) -> tuple[Float, Float, Float]:
         """Return (N, 2) residuals of normal_xy, (3, N) unnormalised normals, (N, K) responses."""
         power = np.exp(self.logs * field.exponents)
         across = ((self.terms @ field.across) * (power - 1)).sum(axis=2)
+        across = across + self.pressed * (tilt @ self.terms.T)
         facing = 1 + ((self.terms[:, :3] @ field.facing) * (power - 1)).sum(axis=1)
         b = np.concatenate([across, facing[None]])
         return (b[:2] / np.linalg.norm(b, axis=0)).T - self.target, b, power
@@ -176,9 +189,11 @@ def _linear_start(change: Float, terms: Float, target: Float32) -> Float:
     normal = design.T @ design + LIGHT_FIT.start_ridge * len(design) * np.eye(design.shape[1])
     across = np.linalg.solve(normal, design.T @ target)
     lights = change.shape[1]
-    return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights)])
+    return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights + 12)])
 
 
-def _unpacked(parameters: NDArray[Any], lights: int) -> LightField:
-    exponents, across, facing = np.split(parameters, [lights, 13 * lights])
-    return LightField(exponents, across.reshape(2, 6, lights), facing.reshape(3, lights))
+def _unpacked(parameters: NDArray[Any], lights: int) -> tuple[LightField, NDArray[Any]]:
+    ends = [lights, 13 * lights, 16 * lights]
+    exponents, across, facing, tilt = np.split(parameters, ends)
+    field = LightField(exponents, across.reshape(2, 6, lights), facing.reshape(3, lights))
+    return field, tilt.reshape(2, 6)

@@ -32,6 +32,7 @@ from tactile_desktop_six_led.given_lights import GivenLights, light_directions
 from tactile_desktop_six_led.light_drift import LightDrift, fit_light_drift
 from tactile_desktop_six_led.light_field import LightField
 from tactile_desktop_six_led.light_fit import fit_light_field
+from tactile_desktop_six_led.press_light import PressLight
 from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 
@@ -58,15 +59,17 @@ STEREO = StereoParameters()
 
 @dataclass(frozen=True, eq=False)
 class StereoModel:
-    """A light field, the redundancy of its lights, and the estimator of their drift."""
+    """A light field with its change by a press, the lights' redundancy and estimator of drift."""
 
     field: LightField
     redundancy: Redundancy
     drift: LightDrift
+    press_light: PressLight
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the fitted arrays by name."""
-        return arrays_of(self.field) | arrays_of(self.redundancy) | arrays_of(self.drift)
+        parts = self.field, self.redundancy, self.drift, self.press_light
+        return {name: array for part in parts for name, array in arrays_of(part).items()}
 
 
 class StereoOptions(SlopeOptions):
@@ -122,6 +125,7 @@ class PhotometricStereo(Calibration):
             self._model.field,
             self._model.redundancy,
             self._model.drift,
+            self._model.press_light,
             reference.pixels,
             reference.marker_mask,
             full_scale=reference.full_scale,
@@ -150,6 +154,7 @@ class PhotometricStereo(Calibration):
                 part_from(LightField, arrays),
                 part_from(Redundancy, arrays),
                 part_from(LightDrift, arrays),
+                part_from(PressLight, arrays),
             )
             if not np.isfinite(model.field(np.zeros((1, shape[2] + 2), np.float32))).all():
                 raise ValueError("the model does not return finite numbers")
@@ -185,14 +190,17 @@ class PhotometricCalibrator(Calibrator):
             )
         blur_px = self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
-        field = fit_light_field(features, normal_xy)
+        field, tilt = fit_light_field(features, normal_xy)
         response = field.response(features[:, :-2]).T
         redundancy = fit_redundancy(response)
         drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
-        model = StereoModel(field, redundancy, drift)
+        model = StereoModel(field, redundancy, drift, PressLight(tilt, 0.0))
         prepared = PhotometricStereo(model, shape, blur_px).field(reference)
-        zero = _drift_zero(prepared, presses, field.exponents)
-        return PhotometricStereo(replace(model, drift=replace(drift, zero=zero)), shape, blur_px)
+        zero, steep_share = _zeros(prepared, presses, field.exponents)
+        model = replace(
+            model, drift=replace(drift, zero=zero), press_light=PressLight(tilt, steep_share)
+        )
+        return PhotometricStereo(model, shape, blur_px)
 
     def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
         """Return a model with the profile's light directions, if ``lights: given``."""
@@ -206,10 +214,13 @@ class PhotometricCalibrator(Calibrator):
         return self.options.smoothing_px(mm_per_px)
 
 
-def _drift_zero(field: StereoField, presses: Sequence[Press], exponents: Float32) -> Float32:
-    """Return the (K,) mean change of the responses that is estimated on calibration frames."""
+def _zeros(
+    field: StereoField, presses: Sequence[Press], exponents: Float32
+) -> tuple[Float32, float]:
+    """Return means over calibration frames: (K,) change of the responses, share of slopes."""
     pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
     frames = list(pressed.values())
     some = frames[:: max(1, len(frames) // STEREO.drift_frames)]
-    gains = np.stack([field.gains(frame.pixels, frame.marker_mask) for frame in some])
-    return np.asarray((gains**exponents - 1).mean(axis=0), np.float32)
+    found = [field.survey(frame.pixels, frame.marker_mask) for frame in some]
+    gains, shares = np.stack([gains for gains, _ in found]), [share for _, share in found]
+    return np.asarray((gains**exponents - 1).mean(axis=0), np.float32), float(np.mean(shares))

@@ -15,6 +15,7 @@ from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
 from tactile_desktop_six_led.light_drift import LightDrift
 from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
+from tactile_desktop_six_led.press_light import PressLight
 from tactile_desktop_six_led.redundancy import Redundancy
 
 Float32 = NDArray[np.float32]
@@ -30,12 +31,16 @@ class StereoFieldParameters(NamedTuple):
         Lower limit of the unnormalised normal's component towards the camera, 1 on undeformed gel.
         Smaller values would give unbounded slopes.
         Source: chosen by hand; no script derives it.
+    steep_sine : float, sine of the slope angle
+        Steeper pixels count as sloped, in the share that a press has of the image.
+        Source: chosen by hand, above the noise and the apparent tilt of level gel.
     drift_rows : int, count
         Rows of the sparse grid of pixels from which drift is estimated.
         Source: chosen by hand; limits the time per frame.
     """
 
     least_facing: float = 0.2
+    steep_sine: float = 0.1
     drift_rows: int = 60
 
 
@@ -54,6 +59,7 @@ class StereoField:
     field : LightField
     redundancy : Redundancy
     drift : LightDrift
+    press_light : PressLight
     reference : (H, W, K) float32
         The undeformed sensor.
     marker_mask : (H, W) bool or None
@@ -69,6 +75,7 @@ class StereoField:
         field: LightField,
         redundancy: Redundancy,
         drift: LightDrift,
+        press_light: PressLight,
         reference: Float32,
         marker_mask: Bool | None,
         *,
@@ -78,6 +85,7 @@ class StereoField:
     ) -> None:
         self._compiled = compiled
         self._field, self._redundancy, self._drift = field, redundancy, drift
+        self._press_light = press_light
         self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marker_mask, blur_px)
         base = np.stack(self._sampling.planes(reference, marker_mask)).astype(np.float32)
         lights, height, width = base.shape
@@ -88,8 +96,11 @@ class StereoField:
             np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale)) ** -exponents
         )
         self._rows = field.rows(self._place).reshape(3, lights, height, width)
+        self._tilt = press_light.over(self._place).reshape(2, height, width)
         positions = self._place.reshape(height, width, 2)
-        self._columns = positions[:, 0, 1].copy(), field.along_columns(positions[0, :, 0])
+        x = positions[0, :, 0]
+        self._columns = positions[:, 0, 1].copy(), field.along_columns(x)
+        self._tilt_columns = press_light.along_columns(x)
         self._least_level = np.float32(LIGHT_FIELD.least_ratio * full_scale)
         step = max(1, min(height, width) // STEREO_FIELD.drift_rows)
         self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
@@ -118,8 +129,10 @@ class StereoField:
         planes = self._sampling.planes(pixels, marker_mask)
         height, width = self._undeformed.shape[1:]
         with borrowed((2, height, width), np.float32) as slopes:
-            outliers, response = self._solve(planes, self._gains(planes), slopes)
-            inconsistent = self._correct(outliers, response, slopes)
+            gains, steep_share = self._survey(planes)
+            strength = self._press_light.strength(steep_share)
+            outliers, response = self._solve(planes, gains, strength, slopes)
+            inconsistent = self._correct(outliers, response, strength, slopes)
             shape = pixels.shape[0], pixels.shape[1]
             gx, gy = (self._sampling.enlarged(slope, shape) for slope in slopes)
         if not len(inconsistent):
@@ -128,11 +141,21 @@ class StereoField:
         coarse.ravel()[inconsistent] = 1
         return gx, gy, self._sampling.enlarged(coarse, shape) == 0
 
-    def gains(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> Float32:
-        """Return the (K,) brightness of each light in (H, W, K) pixels relative to calibration."""
-        return self._gains(self._sampling.planes(pixels, marker_mask))
+    def survey(
+        self, pixels: NDArray[Any], marker_mask: Bool | None = None
+    ) -> tuple[Float32, float]:
+        """Return what a frame (H, W, K) tells of its lights.
 
-    def _gains(self, planes: list[NDArray[Any]]) -> Float32:
+        Returns
+        -------
+        gains : (K,) float32
+            Brightness of each light relative to calibration.
+        steep_share : float
+            Share of sloped pixels.
+        """
+        return self._survey(self._sampling.planes(pixels, marker_mask))
+
+    def _survey(self, planes: list[NDArray[Any]]) -> tuple[Float32, float]:
         sparse = [np.ascontiguousarray(plane[self._sparse]) for plane in planes]
         same = np.ones(len(planes), np.float32)
         response = np.empty_like(self._sparse_undeformed)
@@ -141,18 +164,19 @@ class StereoField:
         b = np.einsum("jkn,kn->jn", self._sparse_rows, flat)
         b[2] += 1
         normal_xy = b[:2] / np.sqrt(np.einsum("jn,jn->n", b, b))
-        return self._drift.gains(flat, normal_xy, self._redundancy)
+        steep = np.einsum("jn,jn->n", normal_xy, normal_xy) > STEREO_FIELD.steep_sine**2
+        return self._drift.gains(flat, normal_xy, self._redundancy), float(steep.mean())
 
     def _solve(
-        self, planes: list[NDArray[Any]], gains: Float32, slopes: Float32
+        self, planes: list[NDArray[Any]], gains: Float32, strength: np.float32, slopes: Float32
     ) -> tuple[NDArray[np.intp], Float32]:
         """Write (2, H, W) slopes; return indices and responses of inconsistent pixels."""
         if kernels.chosen(self._compiled) is not None and planes[0].dtype == np.uint8:
-            return self._solve_compiled(planes, gains, slopes)
+            return self._solve_compiled(planes, gains, strength, slopes)
         shape = self._undeformed.shape
         with borrowed(shape, np.float32) as response, borrowed((3, *shape[1:]), np.float32) as b:
             self._respond(planes, gains, self._undeformed, response)
-            b[:2] = 0
+            np.multiply(self._tilt, strength, out=b[:2])
             b[2] = 1
             for component, rows in zip(b, self._rows, strict=True):
                 for light, row in zip(response, rows, strict=True):
@@ -165,7 +189,7 @@ class StereoField:
             return outliers, flat[:, outliers]
 
     def _solve_compiled(
-        self, planes: list[NDArray[Any]], gains: Float32, slopes: Float32
+        self, planes: list[NDArray[Any]], gains: Float32, strength: np.float32, slopes: Float32
     ) -> tuple[NDArray[np.intp], Float32]:
         from tactile_desktop_six_led.kernels import solve
 
@@ -175,7 +199,8 @@ class StereoField:
             np.stack(planes, out=stacked)
             with borrowed(slopes.shape[1:], np.bool_) as inconsistent:
                 inputs = stacked, tables, self._undeformed, self._columns, redundancy
-                solve(*inputs, _LEAST_FACING, slopes, inconsistent)
+                tilt = strength * self._tilt_columns
+                solve(*inputs, tilt, _LEAST_FACING, slopes, inconsistent)
                 outliers = np.flatnonzero(inconsistent)
             levels = stacked.reshape(len(planes), -1)[:, outliers]
         lights = np.arange(len(planes))[:, None]
@@ -183,13 +208,18 @@ class StereoField:
         return outliers, tables[lights, levels] * undeformed - np.float32(1)
 
     def _correct(
-        self, outliers: NDArray[np.intp], response: Float32, slopes: Float32
+        self,
+        outliers: NDArray[np.intp],
+        response: Float32,
+        strength: np.float32,
+        slopes: Float32,
     ) -> NDArray[np.intp]:
         """Write slopes of outlier pixels with lights replaced; return the remaining outliers."""
         if not len(outliers):
             return outliers
         corrected, consistent = self._redundancy.corrected(response)
         b = self._field.directions(corrected, self._place[outliers])
+        b[:2] += strength * self._tilt.reshape(2, -1)[:, outliers]
         slopes.reshape(2, -1)[:, outliers] = b[:2] / np.maximum(b[2], _LEAST_FACING)
         return outliers[~consistent]
 

@@ -15,8 +15,9 @@ def test_the_jacobian_is_the_derivative_of_the_error(lights, seed):
     logs = rng.normal(0, 0.3, (12, lights))
     terms = regression.terms(rng.uniform(-1, 1, (12, 2)), 2)
     target = rng.uniform(-0.6, 0.6, (12, 2)).astype(np.float32)
-    start = np.concatenate([np.ones(lights), rng.normal(0, 0.2, 15 * lights)])
-    fit = _Objective(logs, terms, target, start, np.full(16 * lights, 0.03))
+    start = np.concatenate([np.ones(lights), rng.normal(0, 0.2, 15 * lights + 12)])
+    pressed = (np.arange(12) % 3 > 0).astype(np.float64)
+    fit = _Objective(logs, terms, target, pressed, start, np.full(16 * lights + 12, 0.03))
     parameters = start + rng.normal(0, 0.1, start.shape)
 
     def cost(parameters):

@@ -30,6 +30,8 @@ SHAPE = (120, 160)
 
 BALL_PX = 22.0
 
+CENTRES = [(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 80.0, 130.0)]
+
 
 @dataclass(frozen=True)
 class Rig:
@@ -83,8 +85,7 @@ class Rig:
         )
 
     def presses(self, full_scale: float = 255.0) -> list[Press]:
-        centres = [(x, y) for y in (30.0, 60.0, 90.0) for x in (30.0, 80.0, 130.0)]
-        return [self.press(centre, full_scale, seed) for seed, centre in enumerate(centres)]
+        return [self.press(centre, full_scale, seed) for seed, centre in enumerate(CENTRES)]
 
 
 def ball(
@@ -181,7 +182,7 @@ def test_the_drift_of_a_light_is_compensated(
     slopes, on_ball = ball(SPOT)
     gain = np.where(np.arange(6) == light, 1.03, 1.0)
     frame = rig.frame(slopes, gain=gain)
-    brightness = fitted.field(rig.reference()).gains(frame.pixels)
+    brightness, _ = fitted.field(rig.reference()).survey(frame.pixels)
     assert 1.015 < brightness[light] / np.delete(brightness, light).mean() < 1.035
     drifted = error_deg(fitted.measure(frame, rig.reference()), slopes, on_ball)
     steady = error_deg(fitted.measure(rig.frame(slopes), rig.reference()), slopes, on_ball)
@@ -299,8 +300,27 @@ def test_the_response_of_the_lights_is_learned(rig: Rig) -> None:
     light = (normal @ lights) ** rig.gamma
     change = light / lights[2] ** rig.gamma - 1
     features = np.concatenate([change, rng.uniform(-1, 1, (3000, 2))], 1).astype(np.float32)
-    field = fit_light_field(features, (-normal[:, :2]).astype(np.float32))
+    field, _ = fit_light_field(features, (-normal[:, :2]).astype(np.float32))
     assert field(features) == pytest.approx(-normal[:, :2], abs=0.01)
+
+
+def test_the_change_of_light_by_a_press_tilts_no_gel(rig: Rig, fitted: PhotometricStereo) -> None:
+    # each light changes by up to 3 % under a press, more on one side
+    side = np.linspace(0.2, 1, SHAPE[1])[None, :, None]
+    change = 1 + 0.03 * side * np.array([1, 0.5, -0.5, -1, -0.5, 0.5])
+    presses = []
+    for seed, press in enumerate(rig.presses()):
+        slopes, _ = ball(CENTRES[seed])
+        presses.append(replace(press, frame=rig.frame(slopes, gain=change, seed=seed)))
+    changed = PhotometricCalibrator(StereoOptions(blur_px=1.0)).fit(presses, rig.reference())
+    slopes, on_ball = ball(SPOT)
+    measured = changed.measure(rig.frame(slopes, gain=change), rig.reference())
+    steady = fitted.measure(rig.frame(slopes), rig.reference())
+    without = fitted.measure(rig.frame(slopes, gain=change), rig.reference())
+    least, error, most = (error_deg(m, slopes, on_ball) for m in (steady, measured, without))
+    assert error - least < 0.3 * (most - least)
+    level = changed.measure(rig.frame(np.zeros((*SHAPE, 2))), rig.reference())
+    assert max(np.abs(level.x).max(), np.abs(level.y).max()) < 1e-3
 
 
 @pytest.mark.skipif(kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0")

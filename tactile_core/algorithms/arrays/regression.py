@@ -15,6 +15,9 @@ from tactile_core.errors import CalibrationError
 
 T = TypeVar("T", np.float32, np.float64)
 
+_PLANE = 1e-3
+"""Weight of planes in a penalty of curvature: keeps the equations regular."""
+
 _HIGHEST_ORDER = 8
 """Higher orders in a file are refused: no model has them."""
 
@@ -93,8 +96,19 @@ def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
     return np.stack([product for _, product in every]).T
 
 
+def degrees(features: int, order: int) -> NDArray[np.intp]:
+    """Degree of each of the (T,) terms of :func:`terms`."""
+    counts = [comb(features + degree - 1, degree) for degree in range(order + 1)]
+    return np.repeat(np.arange(order + 1), counts)
+
+
 def fit_polynomial(
-    features: Float32, targets: Float32, *, order: int = 2, ridge: float = 1e-3
+    features: Float32,
+    targets: Float32,
+    *,
+    order: int = 2,
+    ridge: float = 1e-3,
+    curvature_only: bool = False,
 ) -> PolynomialFit:
     """Fit a polynomial by ridge regression [1]_.
 
@@ -106,6 +120,10 @@ def fit_polynomial(
         Highest total degree.
     ridge : float
         Penalty on the coefficients of scaled features, per sample.
+    curvature_only : bool
+        Penalise the square of the second derivative instead of that of the value, like a smoothing
+        spline [2]_: a term of degree d counts (d (d − 1) / 2)², and planes are nearly free, so that
+        they keep their slope. By default all terms count 1.
 
     Raises
     ------
@@ -116,10 +134,16 @@ def fit_polynomial(
     ----------
     .. [1] A. E. Hoerl and R. W. Kennard, "Ridge regression: biased estimation for nonorthogonal
        problems", Technometrics 12(1), 1970.
+    .. [2] P. J. Green and B. W. Silverman, "Nonparametric Regression and Generalized Linear
+       Models", Chapman and Hall, 1994.
     """
     mean, std = scaling(features)
     a = terms(((features - mean) / std).astype(np.float64), order)
-    normal = a.T @ a + ridge * len(a) * np.eye(a.shape[1])
+    penalty = np.ones(a.shape[1])
+    if curvature_only:
+        degree = degrees(len(mean), order)
+        penalty = np.maximum((degree * (degree - 1) / 2) ** 2, _PLANE)
+    normal = a.T @ a + ridge * len(a) * np.diag(penalty)
     try:
         coefficients = np.linalg.solve(normal, a.T @ targets.astype(np.float64))
     except np.linalg.LinAlgError:

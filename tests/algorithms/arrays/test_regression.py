@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial, terms
+from tactile_core.algorithms.arrays.regression import (
+    PolynomialFit,
+    degrees,
+    fit_polynomial,
+    terms,
+)
 from tactile_core.errors import CalibrationError
 
 
@@ -27,6 +32,31 @@ def test_a_strong_ridge_shrinks_the_coefficients_to_zero() -> None:
     x = np.random.default_rng(0).normal(size=(200, 2)).astype(np.float32)
     weak, strong = (fit_polynomial(x, x, order=1, ridge=r) for r in (1e-6, 10.0))
     assert np.abs(strong(x)).mean() < 0.2 * np.abs(weak(x)).mean()
+
+
+def test_a_penalty_of_curvature_keeps_planes() -> None:
+    x = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
+    plane = 2 + 3 * x[:, :1] - x[:, 1:]
+    curved = fit_polynomial(x, plane, order=3, ridge=1.0, curvature_only=True)
+    np.testing.assert_allclose(curved(x), plane, atol=0.02)
+    shrunk = fit_polynomial(x, plane, order=3, ridge=1.0)
+    assert np.abs(shrunk(x) - plane).mean() > 0.3
+
+
+def test_a_penalty_of_curvature_grows_with_the_degree() -> None:
+    x = np.linspace(-2, 2, 400, dtype=np.float32)[:, None]
+    z = (x - x.mean()) / x.std()
+    square, cube = z**2 - 1, z**3 - (z**4).mean() * z
+    kept = []
+    for term in (square, cube):
+        fit = fit_polynomial(x, term, order=3, ridge=0.3, curvature_only=True)
+        kept.append(float((fit(x) * term).sum() / (term * term).sum()))
+    assert 1 > kept[0] > 2 * kept[1] > 0
+
+
+def test_each_term_has_the_degree_of_its_product() -> None:
+    x = np.full((1, 3), 2.0)
+    np.testing.assert_array_equal(terms(x, 4)[0], 2.0 ** degrees(3, 4))
 
 
 def test_samples_that_determine_no_coefficients_are_refused() -> None:

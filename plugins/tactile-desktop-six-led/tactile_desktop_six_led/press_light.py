@@ -1,0 +1,56 @@
+"""Change of the light by a press, all over the view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.arrays import regression
+
+Float32 = NDArray[np.float32]
+
+ORDER = 2
+"""Order of the change in the position, that of the light field."""
+
+
+@dataclass(frozen=True, eq=False)
+class PressLight:
+    """Tilt that level gel seems to have while something is pressed into it.
+
+    Light is guided along the gel, so that a press changes the brightness far beyond its contact,
+    differently for each light. The photometric stereo mistakes the change for a tilt that varies
+    smoothly over the view. It is fitted to presses together with the light field. An undeformed gel
+    shows none of it and a frame with fewer slopes than a calibration frame shows less.
+
+    Attributes
+    ----------
+    tilt : (2, 6) float32
+        Components x and y of the unnormalised normal, as polynomials of the position.
+    steep_share : float
+        Mean share of sloped pixels in the calibration frames.
+    """
+
+    tilt: Float32
+    steep_share: float
+
+    def strength(self, steep_share: float) -> np.float32:
+        """Return the share of the tilt, 0 to 1, in a frame with this share of sloped pixels."""
+        return np.float32(min(1.0, steep_share / self.steep_share) if self.steep_share else 0.0)
+
+    def along_columns(self, x: Float32) -> Float32:
+        """Return the full tilt at (W,) positions x, as (2, 3, W) coefficients of 1, y and y²."""
+        one, zero = np.ones_like(x), np.zeros_like(x)
+        powers = np.array(
+            [
+                [one, x, zero, x * x, zero, zero],
+                [zero, zero, one, zero, x, zero],
+                5 * [zero] + [one],
+            ]
+        )
+        return np.asarray(np.einsum("jt,ptw->jpw", self.tilt, powers), np.float32)
+
+    def over(self, position: Float32) -> Float32:
+        """Return the full tilt (2, N) at (N, 2) positions."""
+        return np.asarray(self.tilt @ regression.terms(position, ORDER).T, np.float32)

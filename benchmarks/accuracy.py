@@ -12,7 +12,16 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from experiments import given_lights, grids, groove, marker_rows, presses, slip_rows
+from experiments import (
+    border_heights,
+    given_lights,
+    grids,
+    groove,
+    marker_rows,
+    peak_heights,
+    presses,
+    slip_rows,
+)
 from experiments.press_sets import SETS
 from experiments.table_row import HEADER, Row
 
@@ -52,6 +61,9 @@ def measures(model: str | None) -> dict[str, Measure]:
     known |= {"groove": groove.rows, "bear": given_lights.rows}
     known |= {s.name: partial(presses.rows, chosen=s, model=model) for s in SETS}
     known |= {
+        "peak_heights": peak_heights.rows,
+        "border_virtual": border_heights.virtual_rows,
+        "far_heights": border_heights.real_rows,
         "markers": marker_rows.rows,
         "slip_lifts": slip_rows.lifts,
         "slip_gripper": slip_rows.gripper,

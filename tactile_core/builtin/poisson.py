@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import cv2
 import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat
 
+from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.poisson.propagation import height_std
+from tactile_core.algorithms.rest_area import height_error
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.quantities import Float32, Gradients, HeightMap
+from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
 
 DriftSlope = Annotated[
     NonNegativeFloat,
@@ -27,14 +30,26 @@ DriftSlope = Annotated[
 DRIFT_SLOPE = 0.05
 """Default of this option."""
 
+Levelled = Annotated[
+    bool,
+    Field(
+        description="Subtract the smooth error of the height that the undeformed part of the gel "
+        "surface reveals."
+    ),
+]
+"""Option of the steps that integrate slopes."""
+
 
 class Poisson(Estimator):
     """Integrates the slopes exactly and sets the undeformed surface to 0.
 
-    With "neumann" the height has a free constant, set by the surface out of contact. A tilt of the
-    whole map below ``drift_slope`` counts as illumination drift and is removed, too, since no press
-    tilts the surface far from it; for the exceptions see
-    :func:`tactile_core.algorithms.rest_surface.rest_plane`. With "dirichlet" the height is 0 at the
+    Slopes that the calibration measures on the reference itself are errors and are subtracted, so
+    the height of the reference is 0. With "neumann" the height has a free constant, set by the
+    surface out of contact. A tilt of the whole map below ``drift_slope`` counts as illumination
+    drift and is removed, too, since no press tilts the surface far from it; for the exceptions see
+    :func:`tactile_core.algorithms.rest_surface.rest_plane`. With ``levelled``, other smooth errors
+    are estimated where the surface is undeformed, and subtracted; see
+    :func:`tactile_core.algorithms.rest_area.height_error`. With "dirichlet" the height is 0 at the
     border of the image, and nothing is shifted.
 
     References
@@ -52,15 +67,20 @@ class Poisson(Estimator):
             description="neumann: the border of the image is free; dirichlet: its height is 0.",
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
+        levelled: Levelled = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         assert isinstance(options, self.Options)
         self._boundary = options.boundary
         self._drift_slope = options.drift_slope
+        self._levelled = options.levelled
 
-    def estimate(self, gradients: Gradients) -> HeightMap:
+    def estimate(
+        self, gradients: Gradients, reference: ReferenceGradients | None = None
+    ) -> HeightMap:
         """Return the height, 0 where undeformed and positive where pressed."""
+        gradients = relative_to(gradients, reference)
         gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
         solver = PoissonSolver(
             gx.shape,
@@ -70,8 +90,21 @@ class Poisson(Estimator):
         )
         height_mm = solver.solve(gx, gy)
         if self._boundary == "neumann":
-            set_to_rest(height_mm, gradients, self._drift_slope, self.context.compiled)
+            set_to_rest(
+                height_mm,
+                gradients,
+                self.context,
+                drift_slope=self._drift_slope,
+                levelled=self._levelled,
+            )
         return height_map(height_mm, gradients, self.context)
+
+
+def relative_to(gradients: Gradients, reference: ReferenceGradients | None) -> Gradients:
+    """Subtract the slopes that the calibration measures on the reference, if there are any."""
+    if reference is None:
+        return gradients
+    return replace(gradients, x=gradients.x - reference.x, y=gradients.y - reference.y)
 
 
 def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
@@ -102,19 +135,29 @@ def _std_cells_mm(height_mm: Float32, gradients: Gradients) -> Float32 | None:
 
 
 def set_to_rest(
-    height_mm: Float32, gradients: Gradients, drift_slope: float, compiled: bool
+    height_mm: Float32,
+    gradients: Gradients,
+    context: SensorContext,
+    *,
+    drift_slope: float,
+    levelled: bool,
 ) -> None:
-    """Shift the height that was integrated from these slopes; sets the undeformed surface to 0.
+    """Set the undeformed surface to 0 in the height that was integrated from these slopes.
 
-    Works in place; see :func:`tactile_core.algorithms.rest_surface.rest_plane`.
+    Works in place; see :func:`tactile_core.algorithms.rest_surface.rest_plane` and
+    :func:`tactile_core.algorithms.rest_area.height_error`.
     """
-    scale = gradients.mm_per_px
+    gx, gy, scale = gradients.x, gradients.y, gradients.mm_per_px
     plane = rest_plane(
-        height_mm,
-        gradients.x,
-        gradients.y,
-        mm_per_px=scale,
-        drift_slope=drift_slope,
-        compiled=compiled,
+        height_mm, gx, gy, mm_per_px=scale, drift_slope=drift_slope, compiled=context.compiled
     )
     plane.removed_from(height_mm, scale, out=height_mm)
+    if levelled:
+        height_mm -= height_error(
+            height_mm,
+            gx,
+            gy,
+            mm_per_px=scale,
+            tilt=(plane.slope_x, plane.slope_y),
+            thickness_mm=context.gel.thickness_mm or THICKNESS_MM,
+        )

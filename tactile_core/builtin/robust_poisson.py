@@ -5,10 +5,17 @@ from __future__ import annotations
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
 from tactile_core.algorithms.poisson import integrate_robustly
-from tactile_core.builtin.poisson import DRIFT_SLOPE, DriftSlope, height_map, set_to_rest
+from tactile_core.builtin.poisson import (
+    DRIFT_SLOPE,
+    DriftSlope,
+    Levelled,
+    height_map,
+    relative_to,
+    set_to_rest,
+)
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.quantities import Gradients, HeightMap
+from tactile_core.quantities import Gradients, HeightMap, ReferenceGradients
 
 
 class RobustPoisson(Estimator):
@@ -39,6 +46,7 @@ class RobustPoisson(Estimator):
             description="Number of iterations; each takes about as long as core.poisson.",
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
+        levelled: Levelled = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
@@ -46,9 +54,13 @@ class RobustPoisson(Estimator):
         self._outlier_slope = options.outlier_slope
         self._rounds = options.rounds
         self._drift_slope = options.drift_slope
+        self._levelled = options.levelled
 
-    def estimate(self, gradients: Gradients) -> HeightMap:
+    def estimate(
+        self, gradients: Gradients, reference: ReferenceGradients | None = None
+    ) -> HeightMap:
         """Return the height, 0 where undeformed and positive where pressed."""
+        gradients = relative_to(gradients, reference)
         height_mm = integrate_robustly(
             gradients.x,
             gradients.y,
@@ -58,5 +70,11 @@ class RobustPoisson(Estimator):
             rounds=self._rounds,
             compiled=self.context.compiled,
         )
-        set_to_rest(height_mm, gradients, self._drift_slope, self.context.compiled)
+        set_to_rest(
+            height_mm,
+            gradients,
+            self.context,
+            drift_slope=self._drift_slope,
+            levelled=self._levelled,
+        )
         return height_map(height_mm, gradients, self.context)

@@ -10,6 +10,8 @@ import typer
 
 from tactile_core.cli.output import print_data, print_message
 
+_UNRESOLVED = "*: the camera does not resolve the tip of this object, so its ratio is below 1."
+
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("tactile-demo"),
@@ -36,7 +38,7 @@ def demo(
             measured, figures = demonstrate(profile, progress)
         rows += measured
         parts += figures
-    header = ["rig", "press", "normal error", "height error", "depth", "measured"]
+    header = ["rig", "press", "normal error", "height error", "depth", "measured", "ratio"]
     cells = [
         (
             row.rig,
@@ -45,13 +47,15 @@ def demo(
             f"{1e3 * row.height_error_mm:.0f} µm",
             f"{row.depth_mm:.3f} mm",
             f"{row.measured_depth_mm:.3f} mm",
+            f"{row.depth_ratio:.3f}{'' if row.resolved else '*'}",
         )
         for row in rows
     ]
     introduction = html.paragraph(
         "Every sensor here is virtual: its gel mechanics and its illumination are simulated, so "
         "the ground truth is known at each pixel. Normal error: mean angle over the contact area. "
-        "Height error: RMS over the image."
+        "Height error: RMS over the image. Depth: peak of the height map; ratio: measured depth "
+        f"over true depth. {_UNRESOLVED}"
     )
     page = html.page(
         "Tactile measurements compared with ground truth",
@@ -62,4 +66,6 @@ def demo(
         print_data(
             "  ".join(f"{cell:<26}" if i < 2 else f"{cell:>12}" for i, cell in enumerate(line))
         )
+    if any(not row.resolved for row in rows):
+        print_message(_UNRESOLVED)
     print_message(f"{report} shows the pictures")

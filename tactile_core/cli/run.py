@@ -127,14 +127,21 @@ def run(
 
 
 def _text(reading: Reading, line: dict[str, Any]) -> str:
-    height, area = line["max_height_mm"], line["contact_area_mm2"]
     parts = [
-        f"{height:.3f} mm deep" if height is not None else "no height",
-        f"{area:.2f} mm² in contact" if area is not None else "no contact mask",
+        *_contact_texts(line["max_height_mm"], line["contact_area_mm2"]),
         *_shear_texts(line),
         f"{reading.latency_ms:.1f} ms",
     ]
     return f"{reading.source}: {', '.join(parts)}"
+
+
+def _contact_texts(height_mm: float | None, area_mm2: float | None) -> list[str]:
+    """Return the texts about height and contact area; only a contact has a depth."""
+    if area_mm2:
+        depth = "no height" if height_mm is None else f"{height_mm:.3f} mm deep"
+        return [depth, f"{area_mm2:.2f} mm² in contact"]
+    height = "no height" if height_mm is None else f"height up to {height_mm:.3f} mm"
+    return [height, "no contact mask" if area_mm2 is None else "no contact"]
 
 
 def _shear_texts(line: dict[str, Any]) -> list[str]:

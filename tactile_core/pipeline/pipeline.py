@@ -29,7 +29,7 @@ from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
-from tactile_core.plugins.returned import measured_by
+from tactile_core.plugins.returned import measured_by, reference_gradients
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
@@ -42,6 +42,7 @@ from tactile_core.quantities import (
     Pixels,
     Quantity,
     Reference,
+    ReferenceGradients,
 )
 
 _INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
@@ -177,8 +178,10 @@ class Pipeline:
         if self._calibration is not None and (self.reference is not None or self.bundle is None):
             measured = self._measured(self._calibration, frame)
             given[type(measured)] = measured
+            if self._reference_gradients is not None:
+                given[ReferenceGradients] = self._reference_gradients
         result = self._chain.run(given, tare=tare)
-        not_measured = {Frame, Reference, *self._chain.external}
+        not_measured = {Frame, Reference, ReferenceGradients, *self._chain.external}
         measured_only = {k: v for k, v in result.by_type.items() if k not in not_measured}
         latency_ms = 1e3 * (perf_counter() - start)
         warnings = [*(self.notes if first else ()), *exposure_warnings(raw)]
@@ -309,14 +312,7 @@ class Pipeline:
         step = next((s for s in self._chain.steps if s.gives == (MarkerDetections,)), None)
         if reference is None or step is None or reference.detections is not None:
             return reference
-        dtype = np.uint8 if reference.full_scale <= np.iinfo(np.uint8).max else np.uint16
-        shown = Frame(
-            np.rint(reference.pixels).astype(dtype),
-            reference.channels,
-            self.profile.image.mm_per_px,
-            reference.full_scale,
-            reference.marker_mask,
-        )
+        shown = reference.as_frame(self.profile.image.mm_per_px)
         given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
         found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
         with step.blamed():
@@ -338,6 +334,14 @@ class Pipeline:
             # a light model has no access to the shape of the gel
             return replace(measured, rest_mm=self._rest_mm)
         return measured
+
+    @cached_property
+    def _reference_gradients(self) -> ReferenceGradients | None:
+        taken = any(ReferenceGradients in step.takes for step in self.steps)
+        if self._calibration is None or self.reference is None or not taken:
+            return None
+        scale = self.profile.image.mm_per_px
+        return reference_gradients(self._calibration, self.reference, scale)
 
     @cached_property
     def _rest_mm(self) -> Float32 | None:

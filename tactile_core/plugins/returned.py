@@ -1,10 +1,10 @@
-"""Checks the results of a plugin's calibration."""
+"""Results of a plugin's calibration, checked."""
 
 from __future__ import annotations
 
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.blame import blame, fault
-from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
+from tactile_core.quantities import Frame, Gradients, HeightMap, Reference, ReferenceGradients
 from tactile_core.quantities.array_form import form_fault
 
 
@@ -22,3 +22,11 @@ def measured_by(
     if wrong:
         raise fault("the calibration", calibration, f"returned {wrong}")
     return measured
+
+
+def reference_gradients(
+    calibration: Calibration, reference: Reference, mm_per_px: float
+) -> ReferenceGradients | None:
+    """Measure the reference itself; None if the calibration gives a height map."""
+    measured = measured_by(calibration, reference.as_frame(mm_per_px), reference)
+    return ReferenceGradients(measured.x, measured.y) if isinstance(measured, Gradients) else None

@@ -13,7 +13,12 @@ from tactile_core.quantities.markers import MarkerDetections, MarkerField
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
 from tactile_core.quantities.slip import SlipState
-from tactile_core.quantities.surface import ContactMask, Gradients, HeightMap
+from tactile_core.quantities.surface import (
+    ContactMask,
+    Gradients,
+    HeightMap,
+    ReferenceGradients,
+)
 
 __all__ = [
     "Bool",
@@ -32,6 +37,7 @@ __all__ = [
     "Pixels",
     "Quantity",
     "Reference",
+    "ReferenceGradients",
     "SlipState",
     "TimestampS",
 ]

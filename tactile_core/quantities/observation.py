@@ -154,6 +154,12 @@ class Reference(Quantity):
     relative: bool = False
     detections: MarkerDetections | None = None
 
+    def as_frame(self, mm_per_px: float) -> Frame:
+        """Return the frame of the same intensities, rounded to integers like a camera's."""
+        dtype = np.uint8 if self.full_scale <= np.iinfo(np.uint8).max else np.uint16
+        pixels = np.rint(self.pixels).astype(dtype)
+        return Frame(pixels, self.channels, mm_per_px, self.full_scale, self.marker_mask)
+
 
 def _some(pixels: Pixels) -> Pixels:
     """Return some complete rows, which are read many times faster than scattered pixels."""

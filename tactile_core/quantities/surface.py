@@ -70,6 +70,22 @@ class Gradients(Quantity):
 
 
 @dataclass(frozen=True, eq=False)
+class ReferenceGradients(Quantity):
+    """Slopes that a calibration measures on the reference: its errors where nothing touches.
+
+    The pipeline provides them to steps that take them; they are no part of a reading.
+
+    Attributes
+    ----------
+    x, y : (H, W) float32
+        ∂z/∂x and ∂z/∂y, dimensionless.
+    """
+
+    x: Annotated[Float32, FieldSpec("mm/mm", _YX)]
+    y: Annotated[Float32, FieldSpec("mm/mm", _YX)]
+
+
+@dataclass(frozen=True, eq=False)
 class HeightMap(Quantity):
     """Height of the gel surface above its undeformed shape, towards the camera.
 

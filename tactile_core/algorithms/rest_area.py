@@ -1,0 +1,185 @@
+"""Undeformed part of the gel surface: where it is, and the error of the height there.
+
+Slopes that are slightly wrong over a wide area integrate to heights that are far off. Where the
+surface is undeformed, the height is known to be 0, which reveals this error.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
+from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.poisson.screened import solve_screened
+
+
+class RestAreaParameters(NamedTuple):
+    """Parameters of the undeformed area that no option sets.
+
+    Attributes
+    ----------
+    cells : int, count
+        Cells along the longer side of the image, over which slopes are averaged. Errors of the
+        height are much smoother than these cells.
+        Source: ``experiments/border_heights.py``; 40, 80 and 160 give equal heights (ADR 47).
+    calm_slope : float, slope
+        Mean slope of a cell up to which it may be undeformed.
+        Source: ``experiments/border_heights.py``; 0.02 to 0.08 give equal heights (ADR 47).
+    margin_thicknesses : float, gel thicknesses
+        At this distance from the nearest cell that is not calm, a cell has 63 % of its weight,
+        since the gel bulges around a contact.
+        Source: ``experiments/border_heights.py``; with the true slopes of virtual presses, 2
+        raises peaks by less than 2 %, 0 by up to 4 % (ADR 47).
+    decay_thicknesses : float, gel thicknesses
+        Length over which an error vanishes in the undeformed part.
+        Source: ``experiments/border_heights.py``; from 0.5 to 1, heights far from contacts of real
+        presses change by a quarter, peaks by 0.5 % (ADR 47).
+    raised_share : float, share of the greatest height
+        Cells raised by this have half the weight of others, and higher ones hardly any.
+        Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
+    least_peak_mm : float, mm
+        Lower bound of the greatest height, for images without a contact.
+        Source: chosen by hand, above the least depth of a contact.
+    main_share : float, share of the image
+        A calm part of this size at the level of the gel is undeformed, whatever its rim.
+        Source: chosen by hand; no script derives it.
+    held : float, ratio
+        Weight of the height as integrated, relative to that of the undeformed surface. It only
+        matters far from any undeformed surface.
+        Source: chosen by hand, small enough to have no effect within an image.
+    rounds : int, count
+        Searches for raised cells, since the correction changes the heights.
+        Source: chosen by hand; a third round changes nothing.
+    smooth_factor : int, ratio
+        Factor by which the correction is enlarged by cubic interpolation, before linear
+        interpolation, which is faster.
+        Source: chosen by hand; no script derives it.
+    """
+
+    cells: int = 40
+    calm_slope: float = 0.04
+    margin_thicknesses: float = 2.0
+    decay_thicknesses: float = 0.75
+    raised_share: float = 0.3
+    least_peak_mm: float = 0.05
+    main_share: float = 0.3
+    held: float = 1e-3
+    rounds: int = 2
+    smooth_factor: int = 4
+
+
+REST_AREA = RestAreaParameters()
+"""The values in use."""
+
+
+def height_error(
+    height_mm: Array,
+    gx: Array,
+    gy: Array,
+    *,
+    mm_per_px: float,
+    tilt: tuple[float, float] = (0.0, 0.0),
+    thickness_mm: float = THICKNESS_MM,
+) -> Float32:
+    """Estimate the smooth error of a height map from its undeformed part.
+
+    The height without this error minimises the sum of squares of its slope errors plus that of
+    ``height / decay`` over the undeformed part: a screened Poisson equation, as in [1]_. So an
+    error vanishes inside the undeformed part, and continues smoothly below contacts, whose shape is
+    kept. The gel around a contact bulges, by physics and not by error; so the undeformed part
+    counts by its distance from what is not calm. Both lengths scale with the thickness of the gel.
+
+    Parameters
+    ----------
+    height_mm : (H, W) float32
+        Height above the rest surface, integrated from the slopes.
+    gx, gy : (H, W) float32
+        The slopes.
+    mm_per_px : float
+        Scale of the image.
+    tilt : (float, float)
+        Slopes of a plane that was subtracted from the height.
+    thickness_mm : float
+        Thickness of the gel.
+
+    Returns
+    -------
+    (H, W) float32
+        The error; subtract it from the height.
+
+    References
+    ----------
+    .. [1] P. Bhat, B. Curless, M. Cohen and C. L. Zitnick, "Fourier analysis of the 2D screened
+       Poisson equation for gradient domain problems", ECCV, 2008.
+    """
+    rows, columns = height_mm.shape
+    step = max(1, round(max(rows, columns) / REST_AREA.cells))
+    size = max(1, columns // step), max(1, rows // step)
+    coarse, across, down = (
+        np.asarray(shrunk(plane, size), np.float64) for plane in (height_mm, gx, gy)
+    )
+    undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
+    cell = step * mm_per_px / thickness_mm
+    stiffness = (cell / REST_AREA.decay_thicknesses) ** 2
+    trust = stiffness * _distant(undeformed, REST_AREA.margin_thicknesses / cell)
+    left = coarse
+    for _ in range(REST_AREA.rounds):
+        peak_mm = max(float(left.max()), REST_AREA.least_peak_mm)
+        raised = np.maximum(left, 0) / (REST_AREA.raised_share * peak_mm)
+        weight = trust / (1 + raised**4)
+        error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held)
+        left = coarse - error
+    return _enlarged(np.asarray(error, np.float32), (rows, columns))
+
+
+def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
+    """Find the undeformed cells of a coarse height map.
+
+    An undeformed part is calm, and the surface rises at its rim, where objects touch it. Flat tops
+    of objects are calm, too, but the surface descends from them.
+
+    Parameters
+    ----------
+    height_mm, gx, gy : (H, W)
+        Means over cells; 0 at the rest surface.
+
+    Returns
+    -------
+    (H, W) bool
+    """
+    calm = np.hypot(gx, gy) < REST_AREA.calm_slope
+    count, part = cv2.connectedComponents(calm.view(np.uint8), connectivity=4)
+    rise = np.zeros(count)
+    for slopes, labels in ((gx, part), (gy.T, part.T)):
+        here, there = labels[:, :-1], labels[:, 1:]
+        between = 0.5 * (slopes[:, :-1] + slopes[:, 1:]) * (here != there)
+        rise += np.bincount(here.ravel(), between.ravel(), count)
+        rise -= np.bincount(there.ravel(), between.ravel(), count)
+    sizes = np.bincount(part.ravel(), None, count)
+    levels = np.bincount(part.ravel(), height_mm.ravel(), count) / np.maximum(sizes, 1)
+    low = levels < REST_AREA.raised_share * max(float(height_mm.max()), REST_AREA.least_peak_mm)
+    undeformed = (rise >= 0) | (low & (sizes > REST_AREA.main_share * part.size))
+    undeformed[0] = False
+    return np.asarray(undeformed[part])
+
+
+def _distant(undeformed: Bool, margin: float) -> Array:
+    """Weight of each undeformed cell, by its distance from other cells; ``margin`` in cells."""
+    if undeformed.all():
+        return np.ones(undeformed.shape)
+    distance = cv2.distanceTransform(undeformed.view(np.uint8), cv2.DIST_L2, 5)
+    return np.asarray(1 - np.exp(-np.square(distance / margin, dtype=np.float64)))
+
+
+def _enlarged(cells: Float32, shape: tuple[int, int]) -> Float32:
+    """Enlarge (h, w) cells that tile an image to (H, W), smoothly."""
+    factor = REST_AREA.smooth_factor
+    wide = cells.shape[1] * factor, cells.shape[0] * factor
+    if wide[0] < shape[1]:
+        cells = np.asarray(cv2.resize(cells, wide, interpolation=cv2.INTER_CUBIC), np.float32)
+        return np.asarray(cv2.resize(cells, shape[::-1], interpolation=cv2.INTER_LINEAR))
+    return np.asarray(cv2.resize(cells, shape[::-1], interpolation=cv2.INTER_CUBIC), np.float32)

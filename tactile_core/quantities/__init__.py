@@ -13,11 +13,20 @@ from tactile_core.quantities.markers import MarkerDetections, MarkerField
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
 from tactile_core.quantities.slip import SlipState
+from tactile_core.quantities.slip_cues import (
+    ContactShear,
+    ContactSource,
+    ImprintMotion,
+    ShearRelease,
+    SlipContact,
+)
 from tactile_core.quantities.surface import ContactMask, Gradients, HeightMap
 
 __all__ = [
     "Bool",
     "ContactMask",
+    "ContactShear",
+    "ContactSource",
     "DisplacementField",
     "Field",
     "FieldSpec",
@@ -26,12 +35,15 @@ __all__ = [
     "Gradients",
     "HeightMap",
     "Image",
+    "ImprintMotion",
     "MarkerDetections",
     "MarkerField",
     "MmPerPx",
     "Pixels",
     "Quantity",
     "Reference",
+    "ShearRelease",
+    "SlipContact",
     "SlipState",
     "TimestampS",
 ]

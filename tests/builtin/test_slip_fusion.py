@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tactile_core.algorithms.slip.fusion import FUSION
 from tactile_core.builtin.imprint_motion import MotionOfImprint
 from tactile_core.builtin.shear_release import ReleaseOfShear
 from tactile_core.builtin.slip import Slip
@@ -71,7 +72,7 @@ def test_a_known_contact_slips_when_shear_and_imprint_agree() -> None:
 
 
 def test_a_release_of_shear_turns_a_small_change_into_slip() -> None:
-    little = replace(STILL, changed=0.05)
+    little = replace(STILL, changed=0.7 * FUSION.imprint_changed)
     assert state(UNKNOWN_LOAD, HELD, little).state == "stick"
     assert state(UNKNOWN_LOAD, HELD, little, released=0.5).state == "slip"
     assert state(UNKNOWN_LOAD, HELD, STILL, released=1.0).state == "stick"

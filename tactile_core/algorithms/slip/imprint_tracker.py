@@ -55,7 +55,7 @@ class ImprintParameters(NamedTuple):
     """
 
     memory_s: float = 1.0
-    change_per_mm: float = 0.4
+    change_per_mm: float = 0.6
     elastic_share: float = 0.5
     sheared_quantile: float = 0.9
     sigmas: float = 2.0

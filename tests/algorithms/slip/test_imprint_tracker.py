@@ -47,8 +47,9 @@ def evidence(change: ImprintChange) -> float:
 def at_rest() -> ImprintTracker:
     """A tracker that has estimated the noise from static frames."""
     tracker = ImprintTracker(*scene(), MARKER_PX, MM_PER_PX)
-    for number in range(2):
-        tracker.update(*scene(), (number - 2) / 30)
+    for number in range(3):
+        tracker.update(*scene(noise=0.3, seed=number), (number - 3) / 30)
+    tracker.restart()
     return tracker
 
 
@@ -63,7 +64,7 @@ def test_a_sticking_object_loses_nothing_at_any_shear(x_px: float, y_px: float) 
 
 def test_an_object_that_slides_over_static_gel_slips() -> None:
     motions = track(scene((3.0 * number, 0)) for number in range(8))
-    assert motions[0].distance_mm == 0
+    assert motions[0].distance_mm == pytest.approx(0, abs=1e-3)
     assert evidence(motions[-1]) > 1
     assert motions[-1].kind == "translation"
 
@@ -94,13 +95,21 @@ def test_rotation_is_distinguished_from_translation(turn_deg: float) -> None:
 
 
 def test_a_released_shear_makes_the_same_change_count_more() -> None:
-    held, released = (imprint_evidence(0.05, 0.0, share, 0.07) for share in (0.0, 0.5))
+    held, released = (imprint_evidence(0.7, 0.0, share, 1.0) for share in (0.0, 0.5))
     assert held < 1 < released
-    assert imprint_evidence(0.0, 0.0, 1.0, 0.07) == 0
+    assert imprint_evidence(0.0, 0.0, 1.0, 1.0) == 0
 
 
 def test_the_degree_is_a_half_where_slip_begins() -> None:
     assert degree_of(imprint_evidence(0.07, 0.0, 0.0, 0.07)) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("changed", "slips"), [(0.02, False), (0.03, True)])
+def test_slip_begins_where_a_fortieth_changed_without_explanation(
+    changed: float, slips: bool
+) -> None:
+    change = ImprintChange(changed, 0.0, 0.0, 0.0, 0.0, 0.1, "translation")
+    assert (evidence(change) >= 1) == slips
 
 
 def test_pressing_harder_is_not_slip() -> None:
@@ -116,7 +125,7 @@ def test_a_lost_object_changes_the_whole_imprint() -> None:
 def test_noise_and_illumination_drift_are_not_slip() -> None:
     tracker = ImprintTracker(*scene(), MARKER_PX, MM_PER_PX)
     for number in range(40):
-        shown = scene(light=1 + 0.1 * np.sin(number / 5), noise=2.0, seed=number)
+        shown = scene(light=1 + 0.05 * np.sin(number / 5), noise=2.0, seed=number)
         motion = tracker.update(*shown, number / 30)
         assert evidence(motion) < 0.5
 

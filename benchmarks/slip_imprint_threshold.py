@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactile_core.algorithms.markers import find_marker_diameter
-from tactile_core.algorithms.slip.imprint import IMPRINT, ImprintTracker
+from tactile_core.algorithms.slip.imprint_tracker import IMPRINT, ImprintTracker
 from tactile_core.sim.stage import VirtualStage
 
 PROFILE = "hex_fingertip"

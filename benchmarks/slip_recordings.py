@@ -1,10 +1,8 @@
-"""Slip on real recordings: ``python benchmarks/slip_recordings.py [DATA] [--only N] [--run P]``.
+"""Slip on real recordings: ``python benchmarks/slip_recordings.py [DATA] [--only N]``.
 
 Scores the degree of slip against the labels of ``slip/grasp_lift`` and ``slip/gripper_pair``, which
 nothing else uses. The control is the weakness of the first imprint: a weak grasp often slips, so a
-cue that only measures its strength would score well without any slip. Without ``--run`` the imprint
-is tracked along markers that are associated from frame to frame; with it, the degree comes from a
-profile's whole chain.
+cue that only measures its strength would score well without any slip.
 """
 
 from __future__ import annotations
@@ -25,6 +23,7 @@ from experiments.slip_trials import (
 )
 
 ROOT = Path(__file__).resolve().parents[1]
+GRIPPER = ROOT / "experiments" / "profiles" / "gripper_finger.yaml"
 
 
 def main() -> None:
@@ -32,15 +31,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--only", choices=["grasp_lift", "gripper_pair"])
-    parser.add_argument("--run", metavar="PROFILE", help="score this profile's own chain")
     options = parser.parse_args()
     if options.only != "gripper_pair":
-        grasp_lift(options.data / "slip" / "grasp_lift", options.run)
+        grasp_lift(options.data / "slip" / "grasp_lift", "hex_fingertip")
     if options.only != "grasp_lift":
-        gripper_pair(options.data / "slip" / "gripper_pair", options.run)
+        gripper_pair(options.data / "slip" / "gripper_pair", str(GRIPPER))
 
 
-def grasp_lift(folder: Path, profile: str | None) -> None:
+def grasp_lift(folder: Path, profile: str) -> None:
     """Print the accuracy and lead time of slip detection, and false alarms before the lift."""
     trials = lifts(folder, profile)
     slipped = np.array([trial.slipped for trial in trials])
@@ -68,7 +66,7 @@ def grasp_lift(folder: Path, profile: str | None) -> None:
         )
 
 
-def gripper_pair(folder: Path, profile: str | None) -> None:
+def gripper_pair(folder: Path, profile: str) -> None:
     """Print the accuracy of slip detection by two fingers."""
     pairs = grasps(folder, profile)
     slipped = np.array([pair[0].slipped for pair in pairs])

@@ -10,15 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core import load_profile
+from tactile_core.builtin.contact_shear import ShearOfContact
 from tactile_core.builtin.displacement import Displacement
+from tactile_core.builtin.imprint_motion import MotionOfImprint
+from tactile_core.builtin.shear_release import ReleaseOfShear
 from tactile_core.builtin.slip import Slip
+from tactile_core.builtin.slip_contact import SlipContactFinder
+from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.chain import Chain
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,
     HeightMap,
     MarkerField,
+    Quantity,
     SlipState,
 )
 from tactile_core.sim.gel_surface import GelSurface
@@ -75,7 +82,7 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """Inputs of ``core.slip`` for one frame, and the ground truth.
+    """Inputs of the steps of slip for one frame, and the ground truth.
 
     Attributes
     ----------
@@ -249,13 +256,39 @@ class Judged:
         return self.stick_share < GROSS
 
 
-def judged(plan: Plan, *, with_height: bool = True, **options: float) -> Judged:
-    """Run a plan's sequence through ``core.slip``."""
-    slip = Slip(Slip.Options(**options), SensorContext(*_parts(plan)))
+class SlipSteps:
+    """The steps from a displacement field to the slip state, with their default options."""
+
+    def __init__(self, context: SensorContext) -> None:
+        self._chain = Chain(
+            {
+                "slip_contact": SlipContactFinder(Options(), context),
+                "shear": ShearOfContact(ShearOfContact.Options(), context),
+                "imprint": MotionOfImprint(Options(), context),
+                "release": ReleaseOfShear(Options(), context),
+                "slip": Slip(Slip.Options(), context),
+            }
+        )
+
+    def state(self, *given: Quantity, tare: bool = False) -> SlipState:
+        """Run the steps on what came with one frame."""
+        found = self._chain.run({type(one): one for one in given}, tare=tare)
+        state = found.by_type[SlipState]
+        assert isinstance(state, SlipState)
+        return state
+
+    def reset(self) -> None:
+        """Forget all earlier frames."""
+        self._chain.reset()
+
+
+def judged(plan: Plan, *, with_height: bool = True) -> Judged:
+    """Run a plan's sequence through the steps of slip."""
+    steps = SlipSteps(SensorContext(*_parts(plan)))
     shares, states = [], []
     for look in looks(plan):
-        optional = (look.height, look.contact) if with_height else (None, None)
-        state = slip.estimate(look.displacement, None, None, None, *optional)
+        optional = (look.height, look.contact) if with_height else ()
+        state = steps.state(look.displacement, *optional)
         if look.moving:
             shares.append(look.stick_share)
             states.append(state)

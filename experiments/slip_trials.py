@@ -1,4 +1,4 @@
-"""Degree of slip in recorded trials, by an imprint tracker or by a profile's whole chain.
+"""Degree of slip in recorded trials by a profile's whole chain.
 
 Only the score uses the labels. The control is the weakness of the first imprint: a weak grasp often
 slips, so a cue that only measures its strength would score well without detecting any slip.
@@ -7,7 +7,6 @@ slips, so a cue that only measures its strength would score well without detecti
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -15,19 +14,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 from scipy.stats import rankdata
 
 from tactile_core import SlipState, open_sensor
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
-from tactile_core.algorithms.slip.imprint import ImprintTracker
 from tactile_core.recordings.recording import open_recording
 
 LIFT_FRAME = 5
 """Last frame before the lift."""
 WINDOW = slice(6, 122)
 """Scored frames: videos of slips are shorter, and all start with frames before the grasp."""
-ALARM = 0.5
 
 
 @dataclass(frozen=True)
@@ -53,17 +49,17 @@ class Trial:
     weakness: float
 
 
-def lifts(folder: Path, profile: str | None) -> list[Trial]:
+def lifts(folder: Path, profile: str) -> list[Trial]:
     """Measure every lift."""
     trials = []
     for row in _labels(folder):
         source = folder / row["object"] / f"{row['trial_folder']}_mm"
         lost = row["label_stable1_slip0"] == "0"
-        trials.append(_trial(row["object"], source, lost, 30.0, profile))
+        trials.append(_trial(row["object"], source, lost, profile))
     return trials
 
 
-def grasps(folder: Path, profile: str | None) -> list[list[Trial]]:
+def grasps(folder: Path, profile: str) -> list[list[Trial]]:
     """Measure both fingers of every grasp, in the same window of frames."""
     fingers: dict[tuple[str, str], list[Trial]] = {}
     for row in _labels(folder):
@@ -71,8 +67,7 @@ def grasps(folder: Path, profile: str | None) -> list[list[Trial]]:
             continue
         key = row["object"], row["trial"]
         video = folder / row["object"] / row["trial"] / row["video"]
-        slipped, rate_hz = row["slip"] == "1", float(row["fps"])
-        trial = _trial(row["object"], video, slipped, rate_hz, profile, WINDOW)
+        trial = _trial(row["object"], video, row["slip"] == "1", profile, WINDOW)
         fingers.setdefault(key, []).append(trial)
     return list(fingers.values())
 
@@ -110,27 +105,16 @@ def _trial(
     object_: str,
     source: Path,
     slipped: bool,
-    rate_hz: float,
-    profile: str | None,
+    profile: str,
     window: slice = slice(None),
 ) -> Trial:
-    """Measure one trial by an imprint tracker, or by a profile's chain from the first frame."""
+    """Measure one trial by a profile's chain from the first frame."""
     images = _images(source)[window]
     found = find_marker_diameter(images[0])
     if found is None:
         raise SystemExit(f"{source}: no markers found")
     weakness = -_relief(images[0], *found)
-    if profile is not None:
-        degrees, alarms = _measured(source, profile, window)
-        return Trial(object_, source.name, slipped, degrees, alarms, weakness)
-    markers_px = _follow(images, *found)
-    follower = ImprintTracker(images[0], markers_px[0], found[0])
-    motions = [
-        follower.update(pixels, px, number / rate_hz)
-        for number, (pixels, px) in enumerate(zip(images, markers_px, strict=True))
-    ]
-    degrees = np.array([motion.degree for motion in motions])
-    alarms = np.array([motion.slips for motion in motions])
+    degrees, alarms = _measured(source, profile, window)
     return Trial(object_, source.name, slipped, degrees, alarms, weakness)
 
 
@@ -144,30 +128,6 @@ def _measured(
     return degrees, np.array([slip.state == "slip" for slip in states])
 
 
-def _follow(
-    images: Sequence[NDArray[np.uint8]], diameter_px: float, pitch_px: float
-) -> list[NDArray[np.float64]]:
-    """Positions of the first image's markers in every image.
-
-    An undetected marker moves by the median of the adjacent markers.
-    """
-    first = _spots(images[0], diameter_px)
-    around = KDTree(first).query(first, k=min(7, len(first)))[1]
-    positions = [first]
-    for pixels in images[1:]:
-        spots, before = _spots(pixels, diameter_px), positions[-1]
-        distance, nearest = KDTree(spots).query(before)
-        mutual = np.asarray(KDTree(before).query(spots)[1])[nearest] == np.arange(len(before))
-        step = spots[nearest] - before
-        step[(distance > 0.45 * pitch_px) | ~mutual] = np.nan
-        common = np.nan_to_num(np.nanmedian(step, axis=0))
-        seen = np.isfinite(step[:, :1])
-        local = np.median(np.where(seen, step, common)[around], axis=1)
-        near = seen & (np.linalg.norm(step - local, axis=1) < 0.2 * pitch_px)[:, np.newaxis]
-        positions.append(before + np.where(near, step, local))
-    return positions
-
-
 def _relief(pixels: NDArray[np.uint8], diameter_px: float, pitch_px: float) -> float:
     """RMS contrast of the imprint, relative to the local intensity."""
     free = 1 - cv2.dilate(
@@ -179,10 +139,3 @@ def _relief(pixels: NDArray[np.uint8], diameter_px: float, pitch_px: float) -> f
         for sigma in (0.4 * pitch_px, 1.7 * pitch_px)
     )
     return float(np.sqrt(np.mean(np.square(fine / coarse - 1))))
-
-
-def _spots(pixels: NDArray[np.uint8], diameter_px: float) -> NDArray[np.float64]:
-    dark = marker_mask(pixels, diameter_px=diameter_px).astype(np.uint8)
-    _, _, stats, centres = cv2.connectedComponentsWithStats(dark)
-    size = np.sqrt(4 * stats[:, cv2.CC_STAT_AREA] / np.pi) / diameter_px
-    return np.asarray(centres[1:][(size[1:] > 0.5) & (size[1:] < 2)], np.float64)

@@ -55,12 +55,16 @@ def tactile_estimators() -> Mapping[str, str]:
     """Estimators of the core."""
     return {
         "contact": "tactile_core.builtin.contact:Contact",
+        "contact_shear": "tactile_core.builtin.contact_shear:ShearOfContact",
         "displacement": "tactile_core.builtin.displacement:Displacement",
+        "imprint_motion": "tactile_core.builtin.imprint_motion:MotionOfImprint",
         "markers": "tactile_core.builtin.markers:MarkerDetection",
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
+        "shear_release": "tactile_core.builtin.shear_release:ReleaseOfShear",
         "slip": "tactile_core.builtin.slip:Slip",
+        "slip_contact": "tactile_core.builtin.slip_contact:SlipContactFinder",
         "marker_tracking": "tactile_core.builtin.marker_tracking:MarkerTracking",
     }
 

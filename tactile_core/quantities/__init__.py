@@ -13,6 +13,13 @@ from tactile_core.quantities.markers import MarkerDetections, MarkerField
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
 from tactile_core.quantities.slip import SlipState
+from tactile_core.quantities.slip_cues import (
+    ContactShear,
+    ContactSource,
+    ImprintMotion,
+    ShearRelease,
+    SlipContact,
+)
 from tactile_core.quantities.surface import (
     ContactMask,
     Gradients,
@@ -23,6 +30,8 @@ from tactile_core.quantities.surface import (
 __all__ = [
     "Bool",
     "ContactMask",
+    "ContactShear",
+    "ContactSource",
     "DisplacementField",
     "Field",
     "FieldSpec",
@@ -31,6 +40,7 @@ __all__ = [
     "Gradients",
     "HeightMap",
     "Image",
+    "ImprintMotion",
     "MarkerDetections",
     "MarkerField",
     "MmPerPx",
@@ -38,6 +48,8 @@ __all__ = [
     "Quantity",
     "Reference",
     "ReferenceGradients",
+    "ShearRelease",
+    "SlipContact",
     "SlipState",
     "TimestampS",
 ]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from tactile_core.quantities.fields import FieldSpec, TimestampS
 from tactile_core.quantities.quantity import Quantity
 
-SlipName = Literal["none", "stick", "incipient", "slip"]
+SlipName = Literal["none", "stick", "incipient", "slip", "unknown"]
 SlipKind = Literal["translation", "rotation"]
 
 
@@ -20,10 +20,11 @@ class SlipState(Quantity):
     Attributes
     ----------
     state : str
-        ``none`` (no contact), ``stick``, ``incipient`` (the border of the contact slips) or
-        ``slip`` (gross slip of the entire contact).
+        ``none`` (no contact), ``stick``, ``incipient`` (the border of the contact slips), ``slip``
+        (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
+        motion of the surface).
     degree : float
-        0 if the entire contact sticks, 1 if all of it slips.
+        0 if the entire contact sticks, 1 if all of it slips; 0 where it is unknown.
     kind : str or None
         ``translation`` or ``rotation`` during slip; None otherwise.
     entropy_bits : float or None
@@ -33,6 +34,9 @@ class SlipState(Quantity):
         Rotation of the gel surface in contact, in degrees, positive from x towards y.
     onset_s : float or None
         Time at which the current incipient or gross slip began.
+    distance_mm, distance_std_mm : float or None
+        Distance by which the object moved over the gel surface since the contact settled, and its
+        standard deviation; None if no imprint is tracked.
 
     References
     ----------
@@ -50,6 +54,10 @@ class SlipState(Quantity):
         float | None, FieldSpec("deg", saved_as="rotation_deg", if_none=0.0)
     ] = None
     onset_s: Annotated[float | None, FieldSpec("s", saved_as="slip_onset_s")] = None
+    distance_mm: Annotated[float | None, FieldSpec("mm", saved_as="slip_distance_mm")] = None
+    distance_std_mm: Annotated[
+        float | None, FieldSpec("mm", saved_as="slip_distance_std_mm", std_of="distance_mm")
+    ] = None
     timestamp_s: TimestampS = 0.0
 
     def summary(self) -> Mapping[str, Any]:
@@ -62,5 +70,7 @@ class SlipState(Quantity):
                 "entropy_bits": self.entropy_bits,
                 "rotation_deg": self.rotation_deg,
                 "onset_s": self.onset_s,
+                "distance_mm": self.distance_mm,
+                "distance_std_mm": self.distance_std_mm,
             }
         }

@@ -13,6 +13,7 @@ from experiments.slip_sequences import (
     HALF,
     Judged,
     Plan,
+    SlipSteps,
     SlipWatch,
     judged,
     looks,
@@ -107,16 +108,16 @@ def test_a_rotation_is_reported_with_its_sign(runs: dict[str, Judged]) -> None:
     assert run.states[5].rotation_deg == pytest.approx(6 * -0.5, rel=0.1)
 
 
-def _stepped() -> tuple[GelSurface, SlipWatch, Slip]:
+def _stepped() -> tuple[GelSurface, SlipWatch, SlipSteps]:
     profile = small_profile(DISC)
     surface, watch = GelSurface(profile, "fast"), SlipWatch(profile, 3)
     surface.indent_with(make_indenter("flat", diameter_mm=9.0))
-    return surface, watch, Slip(Slip.Options(), watch.context)
+    return surface, watch, SlipSteps(watch.context)
 
 
-def _state(slip: Slip, watch: SlipWatch, surface: GelSurface) -> SlipState:
+def _state(slip: SlipSteps, watch: SlipWatch, surface: GelSurface) -> SlipState:
     look = watch.look(surface, 0.0, moving=True)
-    return slip.estimate(look.displacement, None, None, None, look.height, look.contact)
+    return slip.state(look.displacement, look.height, look.contact)
 
 
 def test_a_press_and_a_hold_under_shear_raise_no_alarm() -> None:
@@ -135,31 +136,31 @@ def test_a_press_and_a_hold_under_shear_raise_no_alarm() -> None:
 
 def test_frames_with_an_empty_contact_mask_change_no_state() -> None:
     surface, watch, slip = _stepped()
-    always = Slip(Slip.Options(), watch.context)
+    always = SlipSteps(watch.context)
     surface.press(depth_mm=0.1)
     for number in range(10):
         surface.shear(0.05, 0.0)
         look = watch.look(surface, 0.0, moving=True)
-        shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
+        shown = always.state(look.displacement, look.height, look.contact)
         mask = look.contact.mask & (number < 2)
         missed = ContactMask(mask, look.contact.mm_per_px)
-        state = slip.estimate(look.displacement, None, None, None, look.height, missed)
+        state = slip.state(look.displacement, look.height, missed)
         assert state.state == shown.state
     assert state.state == "slip"
 
 
 def test_a_constant_height_error_changes_no_state() -> None:
     surface, watch, slip = _stepped()
-    always = Slip(Slip.Options(), watch.context)
+    always = SlipSteps(watch.context)
     surface.press(depth_mm=0.15)
     states = []
     for _ in range(14):
         surface.shear(0.05, 0.0)
         look = watch.look(surface, 0.0, moving=True)
-        shown = always.estimate(look.displacement, None, None, None, look.height, look.contact)
+        shown = always.state(look.displacement, look.height, look.contact)
         sunk = replace(look.height, mm=look.height.mm - np.float32(0.15))
         nothing = replace(look.contact, mask=np.zeros_like(look.contact.mask))
-        states.append(slip.estimate(look.displacement, None, None, None, sunk, nothing).state)
+        states.append(slip.state(look.displacement, sunk, nothing).state)
         assert states[-1] == shown.state
     assert {"stick", "slip"} <= set(states)
 
@@ -195,19 +196,19 @@ def test_a_used_step_can_be_pickled() -> None:
         surface.shear(0.05, 0.0)
         _state(slip, watch, surface)
     look = watch.look(surface, 0.0, moving=True)
-    given = look.displacement, None, None, None, look.height, look.contact
+    given = look.displacement, look.height, look.contact
     copy = pickle.loads(pickle.dumps(slip))
-    assert vars(copy.estimate(*given)) == vars(slip.estimate(*given))
+    assert vars(copy.state(*given)) == vars(slip.state(*given))
 
 
 def test_after_reset_the_same_frames_give_the_same_states() -> None:
     plan = replace(DISC, most_steps=8, step=0.06)
-    slip = Slip(Slip.Options(), SlipWatch(small_profile(plan), 0).context)
+    slip = SlipSteps(SlipWatch(small_profile(plan), 0).context)
     seen = list(looks(plan))
 
     def run() -> list[SlipState]:
         slip.reset()
-        return [slip.estimate(s.displacement, None, None, None, s.height, s.contact) for s in seen]
+        return [slip.state(s.displacement, s.height, s.contact) for s in seen]
 
     first = run()
     assert [vars(state) for state in run()] == [vars(state) for state in first]
@@ -227,8 +228,8 @@ def test_undeformed_gel_has_no_contact() -> None:
         np.zeros((*shape, 2), np.float32), np.ones(shape, np.bool_), profile.image.mm_per_px
     )
     nothing = ContactMask(np.zeros(shape, np.bool_), profile.image.mm_per_px)
-    for contact in (None, nothing):
-        state = Slip(Slip.Options(), context).estimate(still, None, None, None, None, contact)
+    for given in ((still,), (still, nothing)):
+        state = SlipSteps(context).state(*given)
         assert (state.state, state.entropy_bits) == ("none", None)
 
 
@@ -252,12 +253,13 @@ def test_a_tare_sets_rotation_and_entropy_to_zero() -> None:
     surface.press(depth_mm=0.15)
     _state(slip, watch, surface)
     for _ in range(4):
-        surface.twist(-0.5)
         before = _state(slip, watch, surface)
-    tared = slip.tare(before)
+        surface.twist(-0.5)
+    look = watch.look(surface, 0.0, moving=True)
+    tared = slip.state(look.displacement, look.height, look.contact, tare=True)
     surface.twist(0.5)
     after = _state(slip, watch, surface)
-    assert before.rotation_deg == pytest.approx(-2.0, rel=0.1)
+    assert before.rotation_deg == pytest.approx(-1.5, rel=0.1)
     assert tared.rotation_deg == pytest.approx(0.0, abs=0.1)
     assert (tared.state, tared.entropy_bits) == ("stick", 0.0)
     assert after.rotation_deg == pytest.approx(0.5, rel=0.2)
@@ -272,7 +274,7 @@ def test_the_imprint_does_not_depend_on_the_tare_of_the_markers() -> None:
     stage.press(depth_mm=0.6)
     stage.shear(0.3, 0.1)
     context = SensorContext(pipeline.profile.image, pipeline.profile.gel)
-    plain, tared = Slip(Slip.Options(), context), Slip(Slip.Options(), context)
+    plain, tared = SlipSteps(context), SlipSteps(context)
     loaded_px, reference = None, pipeline.reference
     for _ in range(3):
         frame = stage.frame()
@@ -280,8 +282,8 @@ def test_the_imprint_does_not_depend_on_the_tare_of_the_markers() -> None:
         field, markers = reading[DisplacementField], reading[MarkerField]
         loaded_px = markers.px if loaded_px is None else loaded_px
         since = replace(markers, reference_px=loaded_px)
-        state = plain.estimate(field, frame, reference, markers, None, None)
-        assert vars(tared.estimate(field, frame, reference, since, None, None)) == vars(state)
+        state = plain.state(field, frame, reference, markers)
+        assert vars(tared.state(field, frame, reference, since)) == vars(state)
         stage.shear(0.2, 0.0)
     assert np.abs(loaded_px - markers.reference_px).max() > 5
     assert state.degree > 0.2

@@ -41,7 +41,10 @@ PROFILES = {
     "marked": f"schema: 1\nname: marked\nextends: small.yaml\nimage: {_IMAGE}\n"
     "gel: {markers: {pitch_mm: 1.1, diameter_mm: 0.4}}\nestimators:\n"
     "  markers: {use: core.markers}\n  tracking: {use: core.marker_tracking}\n"
-    "  displacement: {use: core.displacement}\n  slip: {use: core.slip}\n",
+    "  displacement: {use: core.displacement}\n"
+    "  slip_contact: {use: core.slip_contact}\n  shear: {use: core.contact_shear}\n"
+    "  imprint: {use: core.imprint_motion}\n  release: {use: core.shear_release}\n"
+    "  slip: {use: core.slip}\n",
     "touched": "schema: 1\nname: touched\nextends: small.yaml\ncamera: {use: core.replay}\n"
     "calibration: {use: core.lookup_table}\nestimators: {height: {use: core.robust_poisson}}\n"
     "sim: {}\n",

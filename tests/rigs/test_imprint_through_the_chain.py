@@ -31,6 +31,10 @@ estimators:
   markers: {{use: core.markers}}
   tracking: {{use: core.marker_tracking}}
   displacement: {{use: core.displacement}}
+  slip_contact: {{use: core.slip_contact}}
+  shear: {{use: core.contact_shear}}
+  imprint: {{use: core.imprint_motion}}
+  release: {{use: core.shear_release}}
   slip: {{use: core.slip}}
 """
 

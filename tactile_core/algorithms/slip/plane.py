@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class PlaneParameters(NamedTuple):
@@ -42,9 +44,14 @@ def stride_of(width_px: int) -> int:
 
 def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex64:
     """Sample a field (H, W, 2) in the middle of each block of pixels, (h, w) complex, mm."""
-    first = stride // 2
     field = np.ascontiguousarray(displacement_mm, np.float32).view(np.complex64)[..., 0]
-    return np.ascontiguousarray(field[first::stride, first::stride])
+    return picked(field, stride)
+
+
+def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
+    """Sample an image (H, W) in the middle of each block of pixels, (h, w)."""
+    first = stride // 2
+    return np.ascontiguousarray(image[first::stride, first::stride])
 
 
 def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:

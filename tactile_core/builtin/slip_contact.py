@@ -1,15 +1,17 @@
-"""The contact area and the load for ``core.slip``, from whichever quantity is available."""
+"""Estimator ``core.slip_contact``: the contact area in which slip is measured, and its load."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.algorithms.slip.plane import coarse, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
@@ -18,7 +20,18 @@ from tactile_core.algorithms.slip.touched import (
     light_change,
     small_image,
 )
-from tactile_core.quantities import ContactMask, Frame, HeightMap, MarkerField, Reference
+from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.quantities import (
+    ContactMask,
+    ContactSource,
+    DisplacementField,
+    Frame,
+    HeightMap,
+    MarkerField,
+    Reference,
+    SlipContact,
+)
 
 
 class TouchParameters(NamedTuple):
@@ -71,58 +84,60 @@ TOUCH = TouchParameters()
 """The values in use."""
 
 
-class Touch(NamedTuple):
-    """A contact area on the coarse grid, and its load.
-
-    Attributes
-    ----------
-    mask : (h, w) bool
-    load : Load
-    blurred : bool
-        Whether the displacement field was estimated without this area.
-    """
+class _Touch(NamedTuple):
+    """A contact area on the coarse grid, its load, and what shows it."""
 
     mask: Bool
     load: Load
-    blurred: bool = False
+    source: ContactSource
 
 
-class TouchFinder:
-    """Find the contact in the height map, else in the image, else in the displacement field.
+class SlipContactFinder(Estimator):
+    """Find the contact in the height map, else in the image, else in the displacement field."""
 
-    Parameters
-    ----------
-    stride : int
-        Distance between grid points in pixels.
-    spacing_mm : float
-        The same in mm.
-    marker_px : float
-        Diameter of a marker; 0 for a gel without markers.
-    """
+    stateful = True
 
-    def __init__(self, stride: int, spacing_mm: float, marker_px: float = 0.0) -> None:
-        self.stride = stride
-        self._spacing_mm = spacing_mm
-        self._marker_radius = 0.5 * TOUCH.marker_radii * marker_px / stride
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._stride = stride_of(context.image.width_px)
+        self._spacing_mm = self._stride * context.image.mm_per_px
+        finder = None if context.gel.markers == "auto" else MarkerFinder.of(context)
+        marker_px = 0.0 if finder is None else finder.diameter_px
+        self._marker_radius = 0.5 * TOUCH.marker_radii * marker_px / self._stride
         self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
     def reset(self) -> None:
         """Forget all contacts."""
         self._measured_once = False
-        self.release()
+        self._release()
 
-    def release(self) -> None:
+    def estimate(
+        self,
+        displacement: DisplacementField,
+        frame: Frame | None,
+        reference: Reference | None,
+        markers: MarkerField | None,
+        height: HeightMap | None,
+        contact: ContactMask | None,
+    ) -> SlipContact:
+        """Return the contact; its mask is empty without contact."""
+        moved_mm = np.abs(coarse(displacement.mm, self._stride))
+        mask, load, source = self._find(moved_mm, frame, reference, markers, height, contact)
+        if not mask.any():
+            self._release()
+        # a first frame as reference may show a contact: then the load is not known
+        absolute = reference is not None and not reference.relative
+        shape = displacement.valid.shape
+        full = repeated(mask.view(np.uint8), shape).view(np.bool_)
+        return SlipContact(full, *load, source, absolute, displacement.timestamp_s)
+
+    def _release(self) -> None:
         """Forget the present contact."""
         self._sheared: Bool | None = None
         self._slope = 0.0
 
-    def picked(self, image: NDArray[Any]) -> NDArray[Any]:
-        """Sample an image (H, W) at the grid points."""
-        first = self.stride // 2
-        return image[first :: self.stride, first :: self.stride]
-
-    def find(
+    def _find(
         self,
         moved_mm: Float32,
         frame: Frame | None,
@@ -130,7 +145,7 @@ class TouchFinder:
         markers: MarkerField | None,
         height: HeightMap | None,
         contact: ContactMask | None,
-    ) -> Touch:
+    ) -> _Touch:
         """Find the contact; ``moved_mm`` (h, w) is the magnitude of the displacement."""
         if contact is not None:
             found = self._measured(contact, height)
@@ -145,20 +160,19 @@ class TouchFinder:
             # a part that lags behind once slip begins was sheared along before
             mask |= self._sheared
         self._sheared = mask if mask.any() else None
-        return Touch(mask, Load(float(np.count_nonzero(mask)), 0.0))
+        source: ContactSource = "motion" if contact is None else "height"
+        return _Touch(mask, Load(float(np.count_nonzero(mask)), 0.0), source)
 
-    def _measured(self, contact: ContactMask, height: HeightMap | None) -> Touch:
+    def _measured(self, contact: ContactMask, height: HeightMap | None) -> _Touch:
         """The contact from slopes, else from its mask.
 
         Slopes are more reliable than heights. Around wide or shallow contacts the surface is drawn
         down, so the mask misses the border or flickers.
         """
-        mask = self.picked(contact.mask)
+        mask = picked(contact.mask, self._stride)
         load = Load(float(np.count_nonzero(contact.mask)), 0.0)
         if height is not None:
-            steep = steepness(
-                np.ascontiguousarray(self.picked(height.mm)), self._spacing_mm, smooth=True
-            )
+            steep = steepness(picked(height.mm, self._stride), self._spacing_mm, smooth=True)
             slope = quantile(steep.ravel(), TOUCH.slope_quantile)
             if mask.any() or slope > TOUCH.clear_slope:
                 self._slope = slope
@@ -167,7 +181,7 @@ class TouchFinder:
                 if within.any():
                     mask, load = within, Load(0.0, float(np.sqrt(steep.sum())))
         self._measured_once |= bool(mask.any())
-        return Touch(mask, load)
+        return _Touch(mask, load, "height")
 
     def _fills_view(self, moved_mm: Float32) -> bool:
         """Whether an object larger than the view, which has no visible border, shears the surface.
@@ -182,7 +196,7 @@ class TouchFinder:
         reference: Reference,
         markers: MarkerField | None,
         shape: tuple[int, ...],
-    ) -> Touch:
+    ) -> _Touch:
         size_px = shape[1], shape[0]
         if self._undeformed is None or self._undeformed[0] is not reference:
             small = small_image(reference.pixels, size_px, reference.full_scale)
@@ -192,7 +206,7 @@ class TouchFinder:
         least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
         load = Load(0.0, float(np.sqrt(change.sum())))
-        return Touch(contact_within_ring(change, least), load, blurred=True)
+        return _Touch(contact_within_ring(change, least), load, "image")
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:
@@ -201,7 +215,7 @@ class TouchFinder:
             markers.reference_px if markers.undeformed_px is None else markers.undeformed_px
         )
         points_px = np.concatenate([undeformed_px, markers.px])
-        return covered((points_px + 0.5) / self.stride - 0.5, self._marker_radius, shape)
+        return covered((points_px + 0.5) / self._stride - 0.5, self._marker_radius, shape)
 
 
 def _ends_within_view(mask: Bool) -> bool:

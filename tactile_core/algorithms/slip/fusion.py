@@ -1,0 +1,54 @@
+"""Fusion of the evidence of slip into one degree."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class FusionParameters(NamedTuple):
+    """Parameters of the fusion.
+
+    Attributes
+    ----------
+    imprint_changed : float, share of the imprint's energy
+        Unexplained change of the imprint at which the object slips, default of an option of
+        ``core.slip``.
+        Source: recorded lifts, each object by the others (``benchmarks/slip_lift_folds.py``).
+    release_gain : float, ratio
+        A change counts by this factor more if all of the shear was released meanwhile.
+        Source: chosen on recorded lifts; 2 to 4 rank them equally well.
+    unknown_contact_weight : float, ratio
+        Weight of the field's degree where neither the contact nor the load is known, so that it
+        stays below the degree of an imprint that slips.
+        Source: chosen by hand: the field ranks recorded lifts wrongly there (ADR 29).
+    """
+
+    imprint_changed: float = 0.025
+    release_gain: float = 3.0
+    unknown_contact_weight: float = 0.2
+
+
+FUSION = FusionParameters()
+"""The values in use."""
+
+
+def imprint_evidence(changed: float, moved: float, released: float, limit: float) -> float:
+    """Return the evidence of gross slip from the imprint; from 1 on the object slips.
+
+    Parameters
+    ----------
+    changed, moved : float
+        Unexplained change, and distance relative to what else explains it
+        (:class:`~tactile_core.algorithms.slip.imprint_tracker.ImprintChange`).
+    released : float
+        Share of the shear that was released: a surface that springs back under an imprint that
+        changes has lost the object.
+    limit : float
+        Change at which the object slips without a release of shear.
+    """
+    return max(changed * (1 + FUSION.release_gain * released) / limit, moved)
+
+
+def degree_of(evidence: float) -> float:
+    """Convert evidence, 0 or more, to a degree: 0.5 where slip begins, below 1."""
+    return evidence / (1 + evidence)

@@ -1,0 +1,250 @@
+"""Slip from the imprint of the object: whether it moves relative to the gel surface.
+
+The object slips where its texture moves differently from the markers [1]_. Each frame is warped
+back along the markers, so that the gel surface is at rest. Whatever still moves then slips.
+
+References
+----------
+.. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+   GelSight tactile sensor", ICRA, 2015.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.slip.imprint import Imprint, Step, step_between
+from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
+
+_TINY = 1e-12
+"""Added to denominators against division by zero."""
+
+
+class ImprintParameters(NamedTuple):
+    """Parameters of slip from the imprint.
+
+    Attributes
+    ----------
+    memory_s : float, s
+        Time constant with which changes are forgotten, so that a grasp that holds again is not
+        reported as slipping.
+        Source: chosen by hand (ADR 28); no script derives it.
+    change_per_mm : float, share of the energy per mm
+        Change of an imprint that sticks, per RMS motion of the markers: the warp between markers is
+        not exact, and the light changes as the surface moves through it.
+        Source: recorded lifts, each object by the others (``benchmarks/slip_lift_folds.py``).
+    elastic_share : float, ratio
+        Largest distance that the object moves over a surface that still sticks, relative to the
+        motion of the surface.
+        Source: at the onset of gross slip the traction is that of Cattaneo and Mindlin, under which
+        the mean displacement of a layer that is thin relative to the contact is two thirds of the
+        object's; the mean slip is half of that displacement. It is less on a thick layer.
+    sheared_quantile : float, share of the markers
+        Quantile of the motion of the markers that is the motion of the surface in contact.
+        Source: chosen by hand; a contact that covers a tenth of the markers is enough.
+    sigmas : float, standard deviations
+        Uncertainty of a distance that does not count as slip.
+        Source: two standard deviations, 2 % of false alarms from noise alone.
+    drift : float, px of the view
+        Distance that does not count as slip either, since interpolated patterns drift.
+        Source: chosen by hand, a fifth of a pixel; no script derives it.
+    """
+
+    memory_s: float = 1.0
+    change_per_mm: float = 0.6
+    elastic_share: float = 0.5
+    sheared_quantile: float = 0.9
+    sigmas: float = 2.0
+    drift: float = 0.2
+
+
+IMPRINT = ImprintParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True)
+class ImprintChange:
+    """Change and motion of the object's imprint relative to the gel surface.
+
+    Attributes
+    ----------
+    changed : float
+        Share of the imprint's energy that changed in about the last second although neither a rigid
+        motion nor the shear of the surface explains it. 0 while the object sticks or is pressed
+        harder; 1 when a whole imprint has left, and more while slip continues.
+    moved : float
+        Distance of the last second, relative to the largest that elastic deformation and
+        uncertainty explain; above 1 the object has slid.
+    distance_mm, distance_std_mm : float
+        RMS motion of the imprint relative to the surface since it is tracked, and its standard
+        deviation.
+    turned_rad : float
+        Rotation of the last second relative to the surface, positive from x towards y.
+    strength : float
+        RMS of the pattern relative to the light.
+    kind : str
+        Whether translation or rotation moved the imprint further in the last second.
+    """
+
+    changed: float
+    moved: float
+    distance_mm: float
+    distance_std_mm: float
+    turned_rad: float
+    strength: float
+    kind: Literal["translation", "rotation"]
+
+
+class ImprintTracker:
+    """Track the imprint of one object relative to the gel surface, from frame to frame.
+
+    The noise is that of the two most similar successive frames so far, so slip counts fully only
+    after a moment without motion.
+
+    Parameters
+    ----------
+    pixels : (H, W) or (H, W, K)
+        Image in which the markers are at ``reference_px``.
+    reference_px : (N, 2)
+        Positions of the markers, x and y; at least three.
+    diameter_px : float
+        Diameter of a marker.
+    mm_per_px : float
+    change_per_mm : float
+        Change of an imprint that sticks, as in :class:`ImprintParameters`.
+
+    Raises
+    ------
+    InputError
+        There are fewer than three markers, or the diameter is not positive.
+    """
+
+    def __init__(
+        self,
+        pixels: Array,
+        reference_px: Array,
+        diameter_px: float,
+        mm_per_px: float,
+        *,
+        change_per_mm: float = IMPRINT.change_per_mm,
+    ) -> None:
+        self._change_per_mm = change_per_mm
+        self._view = SurfaceView(pixels, reference_px, diameter_px)
+        self._mm_per_px = mm_per_px
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the object."""
+        self._last: Imprint | None = None
+        self._px: Array | None = None
+        self._noise = np.inf
+        self._time_s = 0.0
+        self.restart()
+
+    def restart(self) -> ImprintChange:
+        """Forget all changes, since pressing harder also changes the imprint."""
+        self._changed = self._sheared_mm = 0.0
+        self._way, self._recent = _Way(), _Way()
+        return self._result()
+
+    def update(self, pixels: Array, px: Array, timestamp_s: float) -> ImprintChange:
+        """Take the next frame.
+
+        Parameters
+        ----------
+        pixels : (H, W) or (H, W, K)
+            The frame, of the same shape as the first.
+        px : (N, 2)
+            Present positions of all markers, including inferred ones.
+        timestamp_s : float
+            Time of the frame.
+
+        Returns
+        -------
+        ImprintChange
+        """
+        now = Imprint(*self._view.imprint(pixels, px))
+        last, before_px, elapsed_s = self._last, self._px, timestamp_s - self._time_s
+        self._last, self._px, self._time_s = now, px, timestamp_s
+        if last is None or before_px is None:
+            return self._result()
+        step = step_between(last, now)
+        moved_mm = np.hypot(*(px - before_px).T) * self._mm_per_px
+        share = self._unexplained(step, float(np.sqrt(np.mean(moved_mm**2))))
+        kept = float(np.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s))
+        self._changed = self._changed * kept + share
+        self._sheared_mm = self._sheared_mm * kept + float(
+            np.quantile(moved_mm, IMPRINT.sheared_quantile)
+        )
+        motion, variance = self._metric(step, share)
+        self._way, self._recent = self._way.plus(motion, variance), self._recent.faded(kept)
+        self._recent = self._recent.plus(motion, variance)
+        return self._result()
+
+    def _unexplained(self, step: Step, moved_mm: float) -> float:
+        """Share of the energy whose change nothing but slip explains."""
+        count = max(step.values, 1.0)
+        # a frame that a camera or video repeats tells nothing about noise
+        if step.changed > 0:
+            self._noise = min(self._noise, step.changed / count)
+        if np.isinf(self._noise):
+            return 0.0
+        explained = self._noise * count + self._change_per_mm * moved_mm * step.energy
+        energy = max(step.energy, self._noise * count, _TINY)
+        return max(step.unexplained - explained, 0.0) / energy
+
+    def _metric(self, step: Step, share: float) -> tuple[Array, Array]:
+        """Motion of the imprint in mm, with rotation as RMS motion, and its variances in mm²."""
+        assert self._last is not None
+        scale = self._view.times * self._mm_per_px * np.array([1, 1, self._last.radius])
+        # neighbouring values share the noise that the box filter spread over them
+        noise = 0.0 if np.isinf(self._noise) else self._noise * VIEW.smoothing_px**2
+        # what changed without explanation may have moved by the length over which patterns differ
+        lost = min(share, 1.0) * step.energy
+        variance = np.diag(step.covariance) * (noise + lost)
+        return step.motion * scale, variance * scale**2
+
+    def _result(self) -> ImprintChange:
+        recent, last = self._recent, self._last
+        scale = self._view.times * self._mm_per_px
+        explained = IMPRINT.elastic_share * self._sheared_mm + IMPRINT.sigmas * recent.std_mm
+        turned = abs(recent.mm[2]) > np.hypot(recent.mm[0], recent.mm[1])
+        radius_mm = 0.0 if last is None else last.radius * scale
+        return ImprintChange(
+            self._changed,
+            recent.length_mm / (explained + IMPRINT.drift * scale),
+            self._way.length_mm,
+            self._way.std_mm,
+            float(recent.mm[2]) / max(radius_mm, _TINY),
+            0.0 if last is None else float(np.sqrt(last.energy / max(last.count, 1.0))),
+            "rotation" if turned else "translation",
+        )
+
+
+class _Way(NamedTuple):
+    """A sum of motions (3,) in mm: x, y and rotation; and its variances (3,)."""
+
+    mm: Array = np.zeros(3)
+    variance: Array = np.zeros(3)
+
+    @property
+    def length_mm(self) -> float:
+        return float(np.sqrt(np.sum(self.mm**2)))
+
+    @property
+    def std_mm(self) -> float:
+        """Standard deviation along the motion; that of all directions if there is none."""
+        square = float(np.sum(self.mm**2))
+        if square == 0:
+            return float(np.sqrt(np.sum(self.variance)))
+        return float(np.sqrt(np.sum(self.mm**2 * self.variance) / square))
+
+    def plus(self, mm: Array, variance: Array) -> _Way:
+        return _Way(self.mm + mm, self.variance + variance)
+
+    def faded(self, kept: float) -> _Way:
+        return _Way(self.mm * kept, self.variance * kept**2)

@@ -1,0 +1,49 @@
+"""Release of shear: how far the gel surface sprang back from its largest shear.
+
+An object that slips lets the surface spring back, while one that sticks keeps it sheared.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class ReleaseParameters(NamedTuple):
+    """Parameters of the release of shear.
+
+    Attributes
+    ----------
+    memory_s : float, s
+        Time constant with which the largest shear is forgotten.
+        Source: as long as changes of the imprint are remembered.
+    least_mm : float, mm
+        Shear below which a release is relative to this value, so that noise releases nothing.
+        Source: chosen by hand, several times the noise of a marker; no script derives it.
+    """
+
+    memory_s: float = 1.0
+    least_mm: float = 0.05
+
+
+RELEASE = ReleaseParameters()
+"""The values in use."""
+
+
+class ShearPeak:
+    """The largest recent shear of a surface, and the share of it that was released."""
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all earlier shear."""
+        self._peak_mm = self._time_s = 0.0
+
+    def update(self, shear_mm: float, timestamp_s: float) -> float:
+        """Take the next shear; return the released share, from 0 to 1."""
+        kept = float(np.exp(-max(timestamp_s - self._time_s, 0.0) / RELEASE.memory_s))
+        self._time_s = timestamp_s
+        self._peak_mm = shear_mm + max(self._peak_mm - shear_mm, 0.0) * kept
+        return (self._peak_mm - shear_mm) / max(self._peak_mm, RELEASE.least_mm)

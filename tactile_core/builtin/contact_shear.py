@@ -1,0 +1,135 @@
+"""Estimator ``core.contact_shear``: shear of the surface in contact, and the share that sticks."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field, PositiveFloat
+
+from tactile_core.algorithms.arrays.types import Bool, Complex64
+from tactile_core.algorithms.slip.plane import coarse, picked, stride_of
+from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
+from tactile_core.algorithms.slip.stick_region import STICK_REGION
+from tactile_core.algorithms.slip.surface_view import VIEW
+from tactile_core.interfaces import device
+from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.quantities import ContactShear, DisplacementField, MarkerField, SlipContact
+
+
+class ShearParameters(NamedTuple):
+    """Parameters of the step that are not options.
+
+    Attributes
+    ----------
+    min_valid_points : int, count
+        Grid points with a valid displacement that are needed to ignore the others.
+        Source: chosen by hand; no script derives it.
+    """
+
+    min_valid_points: int = 12
+
+
+SHEAR = ShearParameters()
+"""The values in use."""
+
+
+class _Observation(NamedTuple):
+    """The contact in one frame."""
+
+    field: Complex64
+    mask: Bool
+    load: Load
+    blurred: bool
+    time_s: float
+
+
+class ShearOfContact(Estimator):
+    """Measure slip in the displacement field.
+
+    The degree of slip grows as the stick region shrinks, and as it decelerates.
+
+    References
+    ----------
+    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+       GelSight tactile sensor", ICRA, 2015.
+    """
+
+    class Options(device.Options):
+        """Options of the step."""
+
+        window_mm: PositiveFloat = Field(
+            default=SHEARED_CONTACT.window_mm,
+            description="Motion of the contact over which slip is measured, in mm.",
+        )
+        tolerance: float = Field(
+            default=SHEARED_CONTACT.tolerance,
+            gt=0,
+            lt=1,
+            description="A point sticks if it lags behind the stick region by less than this share "
+            "of its motion; up to 2.5 times that in rotation if the contact is found in the image.",
+        )
+        noise_mm: PositiveFloat = Field(
+            default=STICK_REGION.noise_mm,
+            description="Noise of a displacement along x or y, in mm.",
+        )
+
+    stateful = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        chosen = self.Options.model_validate(options.model_dump())
+        self._stride = stride_of(context.image.width_px)
+        self._contact = ShearedContact(
+            self._stride * context.image.mm_per_px,
+            window_mm=chosen.window_mm,
+            tolerance=chosen.tolerance,
+            noise_mm=chosen.noise_mm,
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the contact."""
+        self._contact.release()
+        self._last: _Observation | None = None
+
+    def tare(self, result: ContactShear) -> ContactShear:
+        """Measure from the present frame on."""
+        self._contact.release()
+        return result if self._last is None else self._measured(self._last)
+
+    def estimate(
+        self, contact: SlipContact, displacement: DisplacementField, markers: MarkerField | None
+    ) -> ContactShear:
+        """Return the shear; without contact only whether the field is usable."""
+        seen = markers is None or np.count_nonzero(markers.seen) >= VIEW.min_markers
+        if not seen or not displacement.valid.any():
+            self.reset()
+            return ContactShear(False, timestamp_s=displacement.timestamp_s)
+        mask = picked(contact.mask, self._stride)
+        if not mask.any():
+            self.reset()
+            return ContactShear(True, timestamp_s=displacement.timestamp_s)
+        valid = mask & picked(displacement.valid, self._stride)
+        self._last = _Observation(
+            coarse(displacement.mm, self._stride),
+            valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask,
+            Load(contact.area, contact.depth),
+            contact.source == "image",
+            displacement.timestamp_s,
+        )
+        return self._measured(self._last)
+
+    def _measured(self, now: _Observation) -> ContactShear:
+        cues = self._contact.update(now.field, now.mask, now.load, blurred=now.blurred)
+        return ContactShear(
+            True,
+            cues.degree,
+            cues.stick_share,
+            cues.motion_mm,
+            cues.rotation_mm,
+            float(np.degrees(cues.rotation_rad)),
+            cues.entropy_bits,
+            self._contact.restarted,
+            now.time_s,
+        )

@@ -1,0 +1,152 @@
+"""``core.slip`` and its cues: what each kind of evidence proves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_core.algorithms.slip.fusion import FUSION
+from tactile_core.builtin.imprint_motion import MotionOfImprint
+from tactile_core.builtin.shear_release import ReleaseOfShear
+from tactile_core.builtin.slip import Slip
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.profiles.loader import load_profile
+from tactile_core.quantities import (
+    ContactShear,
+    Frame,
+    ImprintMotion,
+    MarkerField,
+    Reference,
+    ShearRelease,
+    SlipContact,
+    SlipState,
+)
+from tactile_core.sim import VirtualStage
+
+SHAPE = 48, 64
+CONTEXT = SensorContext(load_profile("hex_fingertip").image, load_profile("hex_fingertip").gel)
+HELD = ContactShear(True, 0.05, entropy_bits=1.0, rotation_deg=0.0)
+WARNS = replace(HELD, degree=0.35)
+SLID = ImprintMotion(True, 0.5, 0.2, 0.8, 0.1)
+STILL = ImprintMotion(True, 0.0, 0.1, 0.01, 0.005)
+BLIND = ContactShear(False), ImprintMotion(False)
+
+
+def contact(source: str, *, absolute: bool, touched: bool = True) -> SlipContact:
+    return SlipContact(np.full(SHAPE, touched), 1.0, 0.0, source, absolute)  # type: ignore[arg-type]
+
+
+UNKNOWN_LOAD = contact("motion", absolute=False)
+KNOWN = contact("height", absolute=True)
+
+
+def state(
+    where: SlipContact,
+    shear: ContactShear | None,
+    imprint: ImprintMotion | None,
+    released: float = 0.0,
+) -> SlipState:
+    return Slip(Slip.Options(), CONTEXT).estimate(
+        where, shear, imprint, ShearRelease(0.1, released)
+    )
+
+
+def test_an_imprint_that_slid_proves_slip_where_the_load_is_unknown() -> None:
+    assert state(UNKNOWN_LOAD, HELD, SLID).state == "slip"
+    assert state(UNKNOWN_LOAD, HELD, SLID).degree > 0.5
+    assert state(UNKNOWN_LOAD, HELD, STILL).state == "stick"
+
+
+def test_shear_alone_only_warns_where_the_load_is_unknown() -> None:
+    assert state(UNKNOWN_LOAD, replace(HELD, degree=1.0), STILL).state == "incipient"
+
+
+def test_a_known_contact_slips_when_shear_and_imprint_agree() -> None:
+    assert state(KNOWN, HELD, SLID).state == "stick"
+    assert state(KNOWN, WARNS, STILL).state == "incipient"
+    assert state(KNOWN, WARNS, SLID).state == "slip"
+
+
+def test_a_release_of_shear_turns_a_small_change_into_slip() -> None:
+    little = replace(STILL, changed=0.7 * FUSION.imprint_changed)
+    assert state(UNKNOWN_LOAD, HELD, little).state == "stick"
+    assert state(UNKNOWN_LOAD, HELD, little, released=0.5).state == "slip"
+    assert state(UNKNOWN_LOAD, HELD, STILL, released=1.0).state == "stick"
+
+
+@pytest.mark.parametrize("shear", [None, BLIND[0]])
+@pytest.mark.parametrize("imprint", [None, BLIND[1]])
+def test_without_markers_and_flow_the_state_is_unknown(
+    shear: ContactShear | None, imprint: ImprintMotion | None
+) -> None:
+    for where in (UNKNOWN_LOAD, KNOWN, contact("motion", absolute=False, touched=False)):
+        found = state(where, shear, imprint, released=1.0)
+        assert (found.state, found.degree, found.distance_mm) == ("unknown", 0.0, None)
+
+
+def test_a_height_map_without_contact_shows_that_nothing_slips() -> None:
+    nothing = contact("height", absolute=True, touched=False)
+    assert state(nothing, *BLIND).state == "none"
+    assert state(nothing, HELD, SLID).state == "none"
+
+
+def test_each_cue_works_alone() -> None:
+    assert state(UNKNOWN_LOAD, None, SLID).state == "slip"
+    assert state(UNKNOWN_LOAD, WARNS, None).state == "incipient"
+
+
+def test_the_distance_is_that_of_the_imprint() -> None:
+    found = state(UNKNOWN_LOAD, HELD, SLID)
+    assert (found.distance_mm, found.distance_std_mm) == (0.8, 0.1)
+    assert found.summary()["slip"]["distance_mm"] == 0.8
+
+
+def markers(shift_px: float, seen: int = 20, time_s: float = 0.0) -> MarkerField:
+    at = np.random.default_rng(1).uniform(50, 400, (20, 2)).astype(np.float32)
+    shown = np.arange(20) < seen
+    moved = at + np.float32([shift_px, 0])
+    return MarkerField(np.arange(20, dtype=np.int32), at, moved, shown, 0.05, time_s)
+
+
+def test_released_is_the_share_of_the_largest_shear() -> None:
+    step = ReleaseOfShear(Options(), CONTEXT)
+    step.estimate(markers(10.0))
+    release = step.estimate(markers(4.0))
+    assert release.shear_mm == pytest.approx(0.2, rel=1e-4)
+    assert release.released == pytest.approx(0.6, rel=1e-4)
+    assert step.tare(release).released == 0
+    assert step.estimate(markers(4.0)).released == 0
+    assert step.estimate(markers(2.0, seen=0)).shear_mm == 0
+
+
+def test_an_old_release_is_forgotten() -> None:
+    step = ReleaseOfShear(Options(), CONTEXT)
+    step.estimate(markers(10.0))
+    step.estimate(markers(4.0))
+    assert step.estimate(markers(4.0, time_s=10.0)).released < 0.01
+
+
+def test_an_imprint_is_not_tracked_without_markers_that_are_seen() -> None:
+    pixels = np.full((480, 640, 3), 120, np.uint8)
+    frame = Frame(pixels, ("red", "green", "blue"), 0.0276)
+    reference = Reference(pixels.astype(np.float32), ("red", "green", "blue"))
+    step = MotionOfImprint(Options(), CONTEXT)
+    found = step.estimate(frame, reference, markers(0.0, seen=2), None, None)
+    assert not found.tracked
+
+
+@pytest.mark.usefixtures("kernels_or_numpy")
+def test_frames_without_a_visible_marker_give_an_unknown_state() -> None:
+    shown = VirtualStage("hex_fingertip").frame()
+    undeformed = Reference(shown.pixels.astype(np.float32), shown.channels)
+    pipeline = Pipeline("hex_fingertip", None, undeformed)
+    pipeline.process(shown)
+    hidden = np.full_like(shown.pixels, 120)
+    hidden[200:260, 300:360] = 180
+    for number in range(3):
+        state = pipeline.process(replace(shown, pixels=hidden, timestamp_s=number / 30))[SlipState]
+        assert (state.state, state.degree) == ("unknown", 0.0)

@@ -33,13 +33,22 @@ from tactile_core.algorithms.slip_cues.marker_lattice import MarkerLattice
 from tactile_core.recordings.recording import open_recording
 
 FOURTH = 4
+"""Interval of the frames that a slower camera would record."""
+REPLAY_HZ = 30.0
+"""Rate at which a folder of images is replayed, whatever the rate of its recording."""
 _FREE_QUANTILE = 0.25
 _RESAMPLES = 2000
 
 
 @dataclass(frozen=True)
 class Finger:
-    """One finger in one grasp: frame numbers, strains and reliefs (T,)."""
+    """One finger in one grasp.
+
+    Attributes
+    ----------
+    frames, strain, relief : (T,)
+        Number of each frame; strain of the marker lattice, NaN if unknown; strength of the imprint.
+    """
 
     frames: NDArray[np.int_]
     strain: NDArray[np.float64]
@@ -85,35 +94,35 @@ def grasps(folder: Path, every: int) -> list[Grasp]:
     for row in labels:
         key = row["object"], row["trial"]
         grasp = found.setdefault(key, Grasp(*key, row["slip"] == "1", float(row["fps"]), []))
-        grasp.fingers.append(_finger(folder / row["object"] / row["trial"] / row["video"], every))
+        grasp.fingers.append(_finger(folder.joinpath(*key, row["video"]), every, grasp.rate_hz))
     return list(found.values())
 
 
-def _finger(video: Path, every: int) -> Finger:
+def _finger(video: Path, every: int, rate_hz: float) -> Finger:
     numbers = np.arange(0, WINDOW.stop, every)
     if every == 1:
-        return _measured(video, numbers)
+        return _measured(video, numbers, rate_hz)
     with TemporaryDirectory() as folder:
         for number, observation in enumerate(islice(open_recording(video), WINDOW.stop)):
             if number % every == 0:
                 pixels = cv2.cvtColor(observation.images[0].pixels, cv2.COLOR_RGB2BGR)
                 cv2.imwrite(str(Path(folder) / f"{number:04d}.png"), pixels)
-        return _measured(Path(folder), numbers)
+        return _measured(Path(folder), numbers, rate_hz)
 
 
-def _measured(source: Path, numbers: NDArray[np.int_]) -> Finger:
-    strains, reliefs, clock_s = [], [], numbers / 25.0
+def _measured(source: Path, numbers: NDArray[np.int_], rate_hz: float) -> Finger:
+    strains, reliefs = [], []
     lattice: MarkerLattice | None = None
     view: SurfaceView | None = None
     with open_sensor(str(GRIPPER), input=source, reference="first") as sensor:
-        for time_s, reading in zip(clock_s, sensor.stream(), strict=False):
+        for number, reading in zip(numbers, sensor.stream(), strict=False):
             pixels, markers = reading.frame.pixels, reading[MarkerField]
             if lattice is None or view is None:
                 size = find_marker_diameter(pixels)
                 assert size is not None, source
                 lattice = MarkerLattice(markers.px)
                 view = SurfaceView(pixels, markers.px, size[0])
-            strain = lattice.strain(markers.px, markers.seen, float(time_s))
+            strain = lattice.strain(markers.px, markers.seen, number / rate_hz)
             strains.append(np.nan if strain is None else strain)
             pattern, seen = view.imprint(pixels, markers.px)
             count = max(float(seen.sum()) * pattern.shape[2], 1.0)
@@ -199,17 +208,18 @@ def _interval(
 
 
 def main() -> None:
-    """Print the scores for every frame and for every fourth, with its right and a wrong clock."""
+    """Print the scores for every frame, and for every fourth with the right and a wrong clock."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", type=Path)
     parser.add_argument("--table", action="store_true", help="print every grasp")
     chosen = parser.parse_args()
     folder = chosen.data / "slip" / "gripper_pair"
     trials = grasps(folder, 1)
-    report(trials, 1 / 25, "every frame", table=chosen.table)
+    rate_hz = trials[0].rate_hz
+    report(trials, 1 / rate_hz, "every frame", table=chosen.table)
     trials = grasps(folder, FOURTH)
-    report(trials, FOURTH / 25, "every fourth frame", table=chosen.table)
-    report(trials, 1 / 30, "every fourth frame, replayed at 30 Hz")
+    report(trials, FOURTH / rate_hz, "every fourth frame", table=chosen.table)
+    report(trials, 1 / REPLAY_HZ, f"every fourth frame, replayed at {REPLAY_HZ:g} Hz")
 
 
 if __name__ == "__main__":

@@ -70,10 +70,10 @@ def test_an_object_that_slides_out_is_lost_at_any_frame_rate(rate_hz: float, lef
     assert first == np.ceil(2 * rate_hz)
 
 
-def test_half_of_the_strength_is_the_limit() -> None:
-    for left, slips in ((0.45, True), (0.6, False)):
-        losses = _followed(lambda time_s, left=left: 20.0 if time_s < 2 else 20.0 * left, 2.5)
-        assert _ever_slips(losses) is slips
+@pytest.mark.parametrize(("left", "slips"), [(0.45, True), (0.6, False)])
+def test_half_of_the_strength_is_the_limit(left: float, slips: bool) -> None:
+    losses = _followed(lambda time_s: 20.0 if time_s < 2 else 20.0 * left, 2.5)
+    assert _ever_slips(losses) is slips
 
 
 def test_a_touch_that_never_settled_is_not_expected_to_last() -> None:

@@ -1,0 +1,182 @@
+"""Strain of the gel surface from the regularity of its printed markers, without a reference.
+
+Markers are printed on a square lattice. The view of the camera distorts it smoothly, so a
+polynomial in row and column predicts every marker of the undeformed surface. A contact displaces
+markers from the polynomial.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.pitch import pitch
+from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp
+
+
+class MarkerLatticeParameters(NamedTuple):
+    """Parameters of the strain of a marker lattice.
+
+    Attributes
+    ----------
+    order : int, degree
+        Degree of the polynomial.
+        Source: radial distortion of a lens is cubic in its first term (Brown 1971).
+    reach : float, pitches
+        Largest distance of a marker from the place that its neighbour predicts.
+        Source: less than half a pitch, where the nearest marker becomes ambiguous.
+    follow : float, ratio
+        Weight with which the step between two markers updates the local lattice vector.
+        Source: chosen by hand; it follows perspective and distortion, and averages over noise.
+    squareness : float, ratio
+        Minimum resultant length of the directions to the nearest neighbours, times four.
+        Source: chosen by hand, between 0 (hexagonal or random) and 1 (square).
+    indexed_share : float, share of the markers
+        Fewer markers on the lattice mean that there is none.
+        Source: chosen by hand; no script derives it.
+    spare_markers : int, count
+        Markers that are needed beyond the number of polynomial terms.
+        Source: chosen by hand; no script derives it.
+    hold_s : float, s
+        An undetected marker keeps its last strain for this time; strongly sheared markers are the
+        first to be lost, so leaving them out at once would look like a release.
+        Source: duration over which a contact settles, ``CONTACT_LOSS.settle_s``.
+    """
+
+    order: int = 3
+    reach: float = 0.35
+    follow: float = 0.3
+    squareness: float = 0.5
+    indexed_share: float = 0.6
+    spare_markers: int = 5
+    hold_s: float = 0.5
+
+
+MARKER_LATTICE = MarkerLatticeParameters()
+"""The values in use."""
+
+
+class MarkerLattice:
+    """Strain of a lattice of markers over time.
+
+    Parameters
+    ----------
+    px : (N, 2)
+        Positions of the markers in any frame, x and y; a contact in it does no harm as long as
+        neighbours remain neighbours.
+
+    Attributes
+    ----------
+    regular : bool
+        Whether the markers form a square lattice with enough markers to measure strain.
+    """
+
+    def __init__(self, px: Array) -> None:
+        self._pitch_px = pitch(px)
+        self._chosen, nodes = lattice_nodes(px)
+        terms = _polynomial(nodes)
+        self._terms = terms
+        least = terms.shape[1] + MARKER_LATTICE.spare_markers
+        share = len(nodes) / max(len(px), 1)
+        self.regular = len(nodes) >= least and share >= MARKER_LATTICE.indexed_share
+        self._square = np.full(len(nodes), np.nan)
+        self._seen_s = np.full(len(nodes), -np.inf)
+
+    def strain(self, px: Array, seen: Bool, time_s: float) -> float | None:
+        """Return the strain of the next frame.
+
+        Parameters
+        ----------
+        px : (N, 2)
+            Positions of the same markers.
+        seen : (N,) bool
+            False for markers whose position is not measured.
+        time_s : float
+            Time of the frame, not before that of the previous one.
+
+        Returns
+        -------
+        float or None
+            Root mean square distance of the markers from the polynomial, relative to the pitch. It
+            is noise without contact. None if the markers form no lattice, or too few are seen.
+        """
+        detected = np.asarray(seen, np.bool_)[self._chosen]
+        count = self._terms.shape[1]
+        if not self.regular or detected.sum() < count + MARKER_LATTICE.spare_markers:
+            return None
+        terms, places = self._terms[detected], np.asarray(px, np.float64)[self._chosen[detected]]
+        # normal equations: the terms are of order 1, and much faster than a decomposition
+        fitted = np.linalg.solve(terms.T @ terms, terms.T @ places)
+        apart = (places - terms @ fitted) / self._pitch_px
+        self._square[detected] = (apart * apart).sum(axis=1)
+        self._seen_s[detected] = time_s
+        recent = self._seen_s >= time_s - MARKER_LATTICE.hold_s
+        return float(np.sqrt(self._square[recent].sum() / (recent.sum() - count)))
+
+
+def lattice_nodes(px: Array) -> tuple[Intp, Intp]:
+    """Number markers by column and row of a square lattice, growing from the centre.
+
+    Parameters
+    ----------
+    px : (N, 2)
+        Positions, x and y.
+
+    Returns
+    -------
+    chosen : (M,) intp
+        Index of each marker on the lattice; empty if the markers form no square lattice.
+    nodes : (M, 2) intp
+        Its column and row, in the directions of the lattice.
+    """
+    from scipy.spatial import KDTree
+
+    none = np.zeros(0, np.intp), np.zeros((0, 2), np.intp)
+    if len(px) <= MARKER_LATTICE.spare_markers:
+        return none
+    places = np.asarray(px, np.float64).view(np.complex128)[:, 0].copy()
+    tree, size = KDTree(px), pitch(px)
+    along = _direction(places, tree, px, size)
+    if along is None:
+        return none
+    start = int(np.abs(places - places.mean()).argmin())
+    found: dict[int, tuple[int, int]] = {start: (0, 0)}
+    waiting = deque([(start, along * size, 1j * along * size)])
+    while waiting:
+        number, across, down = waiting.popleft()
+        column, row = found[number]
+        for right, below in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            predicted = places[number] + right * across + below * down
+            distance, near = tree.query((predicted.real, predicted.imag))
+            if distance > MARKER_LATTICE.reach * size or int(near) in found:
+                continue
+            step, follow = places[near] - places[number], MARKER_LATTICE.follow
+            found[int(near)] = column + right, row + below
+            if right:
+                waiting.append((int(near), across + follow * (right * step - across), down))
+            else:
+                waiting.append((int(near), across, down + follow * (below * step - down)))
+    return np.fromiter(found, np.intp), np.array(list(found.values()), np.intp)
+
+
+def _direction(places: Array, tree: object, px: Array, size: float) -> complex | None:
+    """Unit vector along the lattice, or None if it is not square."""
+    _, near = tree.query(px, k=min(5, len(px)))  # type: ignore[attr-defined]
+    steps = (places[near[:, 1:]] - places[:, np.newaxis]).ravel()
+    steps = steps[np.abs(np.abs(steps) / size - 1) < MARKER_LATTICE.reach]
+    fourfold = complex(np.mean((steps / np.abs(steps)) ** 4)) if len(steps) else 0j
+    if abs(fourfold) < MARKER_LATTICE.squareness:
+        return None
+    return complex(np.exp(0.25j * np.angle(fourfold)))
+
+
+def _polynomial(nodes: Intp) -> Float64:
+    """(M, terms) powers of column and row, scaled to −1 to 1."""
+    order = MARKER_LATTICE.order
+    if not len(nodes):
+        return np.zeros((0, (order + 1) * (order + 2) // 2))
+    middle = (nodes.max(axis=0) + nodes.min(axis=0)) / 2
+    x, y = ((nodes - middle) / max(float(np.abs(nodes - middle).max()), 1.0)).T
+    return np.stack([x**i * y**j for i in range(order + 1) for j in range(order + 1 - i)], axis=1)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.poisson.propagation import height_std
+from tactile_core.algorithms.rest_area import height_error
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slope_errors import ERRORS, error_table, slope_std
 from tactile_core.interfaces.calibrator import Press
@@ -69,11 +70,12 @@ class HeldOutSurface:
     @cached_property
     def levelled_mm(self) -> Float32:
         """(H, W) height above the undeformed surface."""
-        scale = self.truth.frame.mm_per_px
-        plane = rest_plane(self.height_mm, self.gx, self.gy, mm_per_px=scale)
+        gx, gy, scale = self.gx, self.gy, self.truth.frame.mm_per_px
+        plane = rest_plane(self.height_mm, gx, gy, mm_per_px=scale)
         levelled = self.height_mm.copy()
         plane.removed_from(levelled, scale, out=levelled)
-        return levelled
+        tilt = (plane.slope_x, plane.slope_y)
+        return levelled - height_error(levelled, gx, gy, mm_per_px=scale, tilt=tilt)
 
 
 def fitted_errors(surfaces: Iterable[HeldOutSurface]) -> SlopeErrors | None:

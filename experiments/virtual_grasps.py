@@ -45,6 +45,8 @@ GRIP_N = {"hex": (2.0, 15.0), "mini": (1.0, 8.0), "mini_marked": (1.0, 8.0)}
 
 GROSS = 0.02
 """Stick share of the contact below which slip is gross."""
+SOFT_SHARE = 0.15
+"""Share of the objects that are soft."""
 SLIPPED_MM = 0.5
 """An object that slipped further than this is a slip, any other is held."""
 
@@ -130,7 +132,10 @@ class Truth:
     slipped : bool
         Whether the object slipped by more than :data:`SLIPPED_MM`.
     gross_frame : int or None
-        First frame of gross slip.
+        First frame in which no more than :data:`GROSS` of the contact sticks. None is possible
+        for a slip too: a large contact may creep, with some of it always sticking.
+    slip_frame : int or None
+        First frame in which the object has slipped by more than :data:`SLIPPED_MM`.
     slip_mm : (T,)
         Distance by which the object moved over the gel since the lift: mean over the contact,
         weighted by the pressure, along gravity.
@@ -148,6 +153,7 @@ class Truth:
 
     slipped: bool
     gross_frame: int | None
+    slip_frame: int | None
     slip_mm: NDArray[np.float64]
     travel_mm: NDArray[np.float64]
     stick_share: NDArray[np.float64]
@@ -180,7 +186,7 @@ class _Moment(NamedTuple):
 
 
 def plan(design: str, seed: int) -> Plan:
-    """Draw a grasp; a third of the objects are textured, a fifth reach the image border."""
+    """Draw a grasp; a third of the objects are textured, a fifth may reach the image border."""
     rng = np.random.default_rng([seed, sorted(DESIGNS).index(design), 71])
     objects: tuple[tuple[str, dict[str, Any]], ...] = (
         ("sphere", {"diameter_mm": rng.uniform(8, 40)}),
@@ -202,7 +208,7 @@ def plan(design: str, seed: int) -> Plan:
     reach_mm = 6.0 if rng.random() < 0.2 else 2.0
     friction = rng.uniform(0.3, 1.2)
     law = int(rng.integers(3))
-    return Plan(
+    drawn = Plan(
         kind,
         options,
         (rng.uniform(-reach_mm, reach_mm), rng.uniform(-reach_mm, reach_mm) * 0.7),
@@ -220,6 +226,12 @@ def plan(design: str, seed: int) -> Plan:
         by_force=bool(rng.random() < 0.5),
         loosening=rng.uniform(0.3, 0.9) if rng.random() < 0.25 else 1.0,
     )
+    if rng.random() < SOFT_SHARE:
+        options["soft"] = {
+            "shear_modulus_mpa": float(np.exp(rng.uniform(np.log(0.03), np.log(1.0)))),
+            "thickness_mm": rng.uniform(1, 5),
+        }
+    return drawn
 
 
 def grasp(design: str, seed: int, protocol: Protocol = LIFT) -> Grasp:
@@ -312,9 +324,11 @@ def _weight_n(drawn: Plan, grip_n: float) -> float:
 def _truth(drawn: Plan, protocol: Protocol, moments: list[_Moment]) -> Truth:
     columns = {name: np.array([getattr(m, name) for m in moments]) for name in moments[0]._fields}
     gross = np.flatnonzero(columns["stick_share"] < GROSS)
+    far = np.flatnonzero(columns["slip_mm"] > SLIPPED_MM)
     return Truth(
         slipped=bool(columns["slip_mm"][-1] > SLIPPED_MM),
         gross_frame=int(gross[0]) if len(gross) else None,
+        slip_frame=int(far[0]) if len(far) else None,
         weight_n=_weight_n(drawn, moments[protocol.lift].normal_n),
         **columns,
     )

@@ -30,7 +30,8 @@ def simulate(
 
     ``out/frames`` is a recording and ``out/reference`` a recording of the undeformed sensor.
     ``out/truth/NAME.npz`` holds the ground truth of each frame under the names that ``tactile run``
-    uses, and in addition ``stick`` and ``time_s``.
+    uses, and in addition ``stick``, ``time_s``, ``depth_mm`` and ``pose`` (x and y of the object in
+    mm, and its angle in degrees). Dense fields refer to current image positions.
 
     Parameters
     ----------
@@ -90,6 +91,8 @@ def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
         "wrench": truth.wrench.astype(np.float32),
         "mm_per_px": np.array(truth.mm_per_px),
         "time_s": np.array(truth.time_s),
+        "depth_mm": np.array(truth.depth_mm),
+        "pose": np.array([truth.pose.x_mm, truth.pose.y_mm, truth.pose.angle_deg]),
     }
 
 

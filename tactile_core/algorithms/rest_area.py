@@ -41,8 +41,8 @@ class RestAreaParameters(NamedTuple):
     raised_share : float, share of the greatest height
         Cells raised by this have half the weight of others, and higher ones hardly any.
         Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
-    least_peak_mm : float, mm
-        Lower bound of the greatest height, for images without a contact.
+    least_raised_mm : float, mm
+        Lower bound of the height of a raised cell, for images without a contact.
         Source: chosen by hand, above the least depth of a contact.
     main_share : float, share of the image
         A calm part of this size at the level of the gel is undeformed, whatever its rim.
@@ -65,7 +65,7 @@ class RestAreaParameters(NamedTuple):
     margin_thicknesses: float = 2.0
     decay_thicknesses: float = 0.75
     raised_share: float = 0.3
-    least_peak_mm: float = 0.05
+    least_raised_mm: float = 0.05
     main_share: float = 0.3
     held: float = 1e-3
     rounds: int = 2
@@ -128,8 +128,7 @@ def height_error(
     trust = stiffness * _distant(undeformed, REST_AREA.margin_thicknesses / cell)
     left = coarse
     for _ in range(REST_AREA.rounds):
-        peak_mm = max(float(left.max()), REST_AREA.least_peak_mm)
-        raised = np.maximum(left, 0) / (REST_AREA.raised_share * peak_mm)
+        raised = np.maximum(left, 0) / _raised_mm(left)
         weight = trust / (1 + raised**4)
         error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held)
         left = coarse - error
@@ -161,10 +160,15 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
         rise -= np.bincount(there.ravel(), between.ravel(), count)
     sizes = np.bincount(part.ravel(), None, count)
     levels = np.bincount(part.ravel(), height_mm.ravel(), count) / np.maximum(sizes, 1)
-    low = levels < REST_AREA.raised_share * max(float(height_mm.max()), REST_AREA.least_peak_mm)
-    undeformed = (rise >= 0) | (low & (sizes > REST_AREA.main_share * part.size))
+    main = (levels < _raised_mm(height_mm)) & (sizes > REST_AREA.main_share * part.size)
+    undeformed = (rise >= 0) | main
     undeformed[0] = False
     return np.asarray(undeformed[part])
+
+
+def _raised_mm(height_mm: Array) -> float:
+    """Height from which a cell is raised."""
+    return max(REST_AREA.raised_share * float(height_mm.max()), REST_AREA.least_raised_mm)
 
 
 def _distant(undeformed: Bool, margin: float) -> Array:

@@ -15,6 +15,7 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.poisson.screened import solve_screened
+from tactile_core.algorithms.slope_field import coarse_size
 
 
 class RestAreaParameters(NamedTuple):
@@ -23,9 +24,9 @@ class RestAreaParameters(NamedTuple):
     Attributes
     ----------
     cells : int, count
-        Cells along the longer side of the image, over which slopes are averaged. Errors of the
-        height are much smoother than these cells.
-        Source: ``experiments/border_heights.py``; 40, 80 and 160 give equal heights (ADR 47).
+        Approximate number of cells over which slopes are averaged. Errors of the height are much
+        smoother than these cells.
+        Source: ``experiments/border_heights.py``; 1200, 4800 and 19200 give equal heights (ADR 47).
     calm_slope : float, slope
         Mean slope of a cell up to which it may be undeformed.
         Source: ``experiments/border_heights.py``; 0.02 to 0.08 give equal heights (ADR 47).
@@ -60,7 +61,7 @@ class RestAreaParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     """
 
-    cells: int = 40
+    cells: int = 1200
     calm_slope: float = 0.04
     margin_thicknesses: float = 2.0
     decay_thicknesses: float = 0.75
@@ -117,13 +118,12 @@ def height_error(
        Poisson equation for gradient domain problems", ECCV, 2008.
     """
     rows, columns = height_mm.shape
-    step = max(1, round(max(rows, columns) / REST_AREA.cells))
-    size = max(1, columns // step), max(1, rows // step)
+    size = coarse_size(rows, columns, REST_AREA.cells)
     coarse, across, down = (
         np.asarray(shrunk(plane, size), np.float64) for plane in (height_mm, gx, gy)
     )
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
-    cell = step * mm_per_px / thickness_mm
+    cell = columns / size[0] * mm_per_px / thickness_mm
     stiffness = (cell / REST_AREA.decay_thicknesses) ** 2
     trust = stiffness * _distant(undeformed, REST_AREA.margin_thicknesses / cell)
     left = coarse

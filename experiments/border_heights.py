@@ -140,11 +140,11 @@ def on_recordings(data: Path, chosen: Presses) -> Iterator[Far]:
 def row_of(name: str, figure: str, recordings: str, found: list[Far]) -> Row:
     """Row of the table; the figure is the mean over presses of the 95th percentile."""
     presses = [each for each in found if not each.label.startswith("undeformed")]
-    untouched = [each for each in found if each.label.startswith("undeformed")]
+    at_rest = [each for each in found if each.label.startswith("undeformed")]
     also = {
         "RMS": float(np.mean([each.rms for each in presses])),
         "95th percentile of the worst press": max(each.p95 for each in presses),
-        "largest height of the undeformed gel, mm": max(each.largest for each in untouched),
+        "largest height of the undeformed gel, mm": max(each.largest for each in at_rest),
     }
     values = {"95th percentile": float(np.mean([each.p95 for each in presses]))}
     inside = {each.label: [e.inside for e in presses if e.label == each.label] for each in presses}

@@ -15,6 +15,7 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.poisson.screened import solve_screened
+from tactile_core.algorithms.slope_field import coarse_size
 
 
 class RestAreaParameters(NamedTuple):
@@ -23,9 +24,9 @@ class RestAreaParameters(NamedTuple):
     Attributes
     ----------
     cells : int, count
-        Cells along the longer side of the image, over which slopes are averaged. Errors of the
-        height are much smoother than these cells.
-        Source: ``experiments/border_heights.py``; 40, 80 and 160 give equal heights (ADR 47).
+        Approximate number of cells over which slopes are averaged. Errors of the height are much
+        smoother than these cells.
+        Source: ``experiments/border_heights.py``; 1200, 4800 and 19200 give equal heights (ADR 47).
     calm_slope : float, slope
         Mean slope of a cell up to which it may be undeformed.
         Source: ``experiments/border_heights.py``; 0.02 to 0.08 give equal heights (ADR 47).
@@ -41,8 +42,8 @@ class RestAreaParameters(NamedTuple):
     raised_share : float, share of the greatest height
         Cells raised by this have half the weight of others, and higher ones hardly any.
         Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
-    least_peak_mm : float, mm
-        Lower bound of the greatest height, for images without a contact.
+    least_raised_mm : float, mm
+        Lower bound of the height of a raised cell, for images without a contact.
         Source: chosen by hand, above the least depth of a contact.
     main_share : float, share of the image
         A calm part of this size at the level of the gel is undeformed, whatever its rim.
@@ -60,12 +61,12 @@ class RestAreaParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     """
 
-    cells: int = 40
+    cells: int = 1200
     calm_slope: float = 0.04
     margin_thicknesses: float = 2.0
     decay_thicknesses: float = 0.75
     raised_share: float = 0.3
-    least_peak_mm: float = 0.05
+    least_raised_mm: float = 0.05
     main_share: float = 0.3
     held: float = 1e-3
     rounds: int = 2
@@ -117,19 +118,17 @@ def height_error(
        Poisson equation for gradient domain problems", ECCV, 2008.
     """
     rows, columns = height_mm.shape
-    step = max(1, round(max(rows, columns) / REST_AREA.cells))
-    size = max(1, columns // step), max(1, rows // step)
+    size = coarse_size(rows, columns, REST_AREA.cells)
     coarse, across, down = (
         np.asarray(shrunk(plane, size), np.float64) for plane in (height_mm, gx, gy)
     )
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
-    cell = step * mm_per_px / thickness_mm
+    cell = columns / size[0] * mm_per_px / thickness_mm
     stiffness = (cell / REST_AREA.decay_thicknesses) ** 2
     trust = stiffness * _distant(undeformed, REST_AREA.margin_thicknesses / cell)
     left = coarse
     for _ in range(REST_AREA.rounds):
-        peak_mm = max(float(left.max()), REST_AREA.least_peak_mm)
-        raised = np.maximum(left, 0) / (REST_AREA.raised_share * peak_mm)
+        raised = np.maximum(left, 0) / _raised_mm(left)
         weight = trust / (1 + raised**4)
         error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held)
         left = coarse - error
@@ -161,10 +160,15 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
         rise -= np.bincount(there.ravel(), between.ravel(), count)
     sizes = np.bincount(part.ravel(), None, count)
     levels = np.bincount(part.ravel(), height_mm.ravel(), count) / np.maximum(sizes, 1)
-    low = levels < REST_AREA.raised_share * max(float(height_mm.max()), REST_AREA.least_peak_mm)
-    undeformed = (rise >= 0) | (low & (sizes > REST_AREA.main_share * part.size))
+    main = (levels < _raised_mm(height_mm)) & (sizes > REST_AREA.main_share * part.size)
+    undeformed = (rise >= 0) | main
     undeformed[0] = False
     return np.asarray(undeformed[part])
+
+
+def _raised_mm(height_mm: Array) -> float:
+    """Height from which a cell is raised."""
+    return max(REST_AREA.raised_share * float(height_mm.max()), REST_AREA.least_raised_mm)
 
 
 def _distant(undeformed: Bool, margin: float) -> Array:

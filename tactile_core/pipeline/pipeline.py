@@ -340,8 +340,9 @@ class Pipeline:
         taken = any(ReferenceGradients in step.takes for step in self.steps)
         if self._calibration is None or self.reference is None or not taken:
             return None
-        scale = self.profile.image.mm_per_px
-        return reference_gradients(self._calibration, self.reference, scale)
+        # its markers are found like a frame's, so that the reference as a frame has equal slopes
+        shown = replace(self.reference.as_frame(self.profile.image.mm_per_px), marker_mask=None)
+        return reference_gradients(self._calibration, self.conditioning(shown), self.reference)
 
     @cached_property
     def _rest_mm(self) -> Float32 | None:

@@ -25,8 +25,8 @@ def measured_by(
 
 
 def reference_gradients(
-    calibration: Calibration, reference: Reference, mm_per_px: float
+    calibration: Calibration, frame: Frame, reference: Reference
 ) -> ReferenceGradients | None:
-    """Measure the reference itself; None if the calibration gives a height map."""
-    measured = measured_by(calibration, reference.as_frame(mm_per_px), reference)
+    """Measure the frame of the reference itself; None if the calibration gives a height map."""
+    measured = measured_by(calibration, frame, reference)
     return ReferenceGradients(measured.x, measured.y) if isinstance(measured, Gradients) else None

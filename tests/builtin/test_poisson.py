@@ -13,7 +13,7 @@ from tactile_core.builtin.poisson import Poisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.quantities import Gradients, HeightMap
+from tactile_core.quantities import Gradients, HeightMap, ReferenceGradients
 from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -79,3 +79,23 @@ def test_filled_pixels_stay_invalid() -> None:
 def test_an_unknown_boundary_is_refused() -> None:
     with pytest.raises(ValidationError, match="boundary"):
         Poisson.Options(boundary="periodic")
+
+
+def test_slopes_of_the_reference_are_errors() -> None:
+    wave = 0.05 * np.cos(np.linspace(0, 5, SHAPE[1])) * np.ones(SHAPE)
+    undeformed = slopes(wave)
+    own = ReferenceGradients(undeformed.x, undeformed.y)
+    assert not step().estimate(undeformed, own).mm.any()
+    pressed = slopes(PRESS.height_mm(SHAPE, MM_PER_PX) + wave)
+    plain, relative = step().estimate(pressed).mm, step().estimate(pressed, own).mm
+    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    assert np.abs(relative - truth).max() < 0.03 * truth.max()
+    assert np.abs(relative - truth).mean() < 0.5 * np.abs(plain - truth).mean()
+
+
+def test_smooth_errors_are_left_in_on_request() -> None:
+    wave = 0.05 * np.cos(np.linspace(0, 5, SHAPE[1])) * np.ones(SHAPE)
+    pressed = slopes(PRESS.height_mm(SHAPE, MM_PER_PX) + wave)
+    far = np.hypot(*(np.indices(SHAPE)[::-1] - np.array([[[70.3]], [[55.8]]]))) > 50
+    left = [step(levelled=levelled).estimate(pressed).mm[far].std() for levelled in (True, False)]
+    assert left[0] < 0.7 * left[1]

@@ -9,7 +9,14 @@ import pytest
 
 from tactile_core.cli.run import _text
 from tactile_core.interfaces.reading import Reading
-from tactile_core.quantities import Frame, MarkerField, Quantity, SlipState
+from tactile_core.quantities import (
+    ContactMask,
+    Frame,
+    HeightMap,
+    MarkerField,
+    Quantity,
+    SlipState,
+)
 
 
 def words(*quantities: Quantity) -> str:
@@ -44,3 +51,22 @@ def test_markers_and_slip_are_printed_if_the_chain_measures_them(
 
 def test_quantities_outside_the_chain_are_not_printed() -> None:
     assert "marker" not in words()
+
+
+def surface(height_mm: float, *, touched: bool) -> tuple[HeightMap, ContactMask]:
+    everywhere = np.ones((4, 6), bool)
+    height = HeightMap(np.full((4, 6), height_mm, np.float32), everywhere, 0.1)
+    return height, ContactMask(everywhere & touched, 0.1)
+
+
+def test_only_a_contact_is_deep() -> None:
+    assert "0.302 mm deep, 0.24 mm² in contact" in words(*surface(0.302, touched=True))
+    line = words(*surface(0.302, touched=False))
+    assert "deep" not in line
+    assert "height up to 0.302 mm, no contact" in line
+
+
+def test_a_height_without_a_contact_mask_is_no_depth() -> None:
+    line = words(surface(0.302, touched=True)[0])
+    assert "deep" not in line
+    assert "height up to 0.302 mm, no contact mask" in line

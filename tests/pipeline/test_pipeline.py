@@ -58,6 +58,17 @@ def test_a_frame_becomes_slopes_height_and_contact(lab: VirtualLab) -> None:
     assert reading[Gradients].x.shape == (120, 160)
 
 
+def test_the_reference_measured_like_a_press_is_at_zero(lab: VirtualLab) -> None:
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    reading = pipeline.process(frame_of(lab, None))
+    assert np.abs(reading[HeightMap].mm).max() < 0.01
+    assert pipeline.reference is not None
+    itself = pipeline.process(pipeline.reference.as_frame(lab.profile.image.mm_per_px))
+    assert np.abs(itself[HeightMap].mm).max() < 1e-6
+    assert itself[ContactMask].area_mm2 == 0
+    assert set(itself.quantities) == {Gradients, HeightMap, ContactMask}
+
+
 def test_slopes_of_unseen_presses_have_unit_gain(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
     measured, expected = [], []

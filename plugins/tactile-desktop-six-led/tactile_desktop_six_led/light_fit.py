@@ -106,7 +106,7 @@ def fit_light_field(
     penalty = np.full(len(start), LIGHT_FIT.ridge)
     penalty[:lights] = LIGHT_FIT.exponent_ridge
 
-    pressed = target.any(axis=1).astype(np.float64)
+    pressed = np.asarray(target.any(axis=1), np.float64)
     fit = _Objective(logs, terms, target, pressed, start, penalty)
     found = least_squares(fit.error, start, fit.jacobian, max_nfev=LIGHT_FIT.rounds).x
     return _unpacked(found.astype(np.float32), lights)

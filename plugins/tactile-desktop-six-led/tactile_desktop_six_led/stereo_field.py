@@ -144,7 +144,7 @@ class StereoField:
     def survey(
         self, pixels: NDArray[Any], marker_mask: Bool | None = None
     ) -> tuple[Float32, float]:
-        """Return what a frame (H, W, K) tells of its lights.
+        """Measure the lights and the share of slopes of a frame (H, W, K).
 
         Returns
         -------

@@ -22,14 +22,14 @@ from experiments.slip_rows import GRIPPER
 from experiments.slip_trials import WINDOW, area, area_within
 from tactile_core import MarkerField, open_sensor
 from tactile_core.algorithms.markers import find_marker_diameter
-from tactile_core.algorithms.slip.surface_view import SurfaceView
-from tactile_core.algorithms.slip_cues.contact_loss import (
+from tactile_core.algorithms.slip.contact_loss import (
     CONTACT_LOSS,
-    ContactLoss,
     ContactLossTracker,
+    LossOfStrength,
     contact_strength,
 )
-from tactile_core.algorithms.slip_cues.marker_lattice import MarkerLattice
+from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
+from tactile_core.algorithms.slip.surface_view import SurfaceView
 from tactile_core.recordings.recording import open_recording
 
 FOURTH = 4
@@ -54,7 +54,7 @@ class Finger:
     strain: NDArray[np.float64]
     relief: NDArray[np.float64]
 
-    def losses(self, free: tuple[float, float], period_s: float) -> list[ContactLoss]:
+    def losses(self, free: tuple[float, float], period_s: float) -> list[LossOfStrength]:
         """Loss of contact in the frames of the window."""
         tracker = ContactLossTracker()
         losses = []
@@ -130,7 +130,7 @@ def _measured(source: Path, numbers: NDArray[np.int_], rate_hz: float) -> Finger
     return Finger(numbers[: len(strains)], np.array(strains), np.array(reliefs))
 
 
-def outer(trials: list[Grasp], period_s: float) -> list[list[list[ContactLoss]]]:
+def outer(trials: list[Grasp], period_s: float) -> list[list[list[LossOfStrength]]]:
     """Losses of each finger of each grasp, with levels from the grasps of other objects."""
     return [
         [

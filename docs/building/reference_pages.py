@@ -59,7 +59,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "A dense displacement field from markers or from optical flow.",
         ("displacement", "elasticity"),
     ),
-    "slip": ("Slip", "Stick, incipient slip and gross slip.", ("slip", "slip_cues", "entropy")),
+    "slip": ("Slip", "Stick, incipient slip and gross slip.", ("slip", "entropy")),
     "arrays": ("Array helpers", "Filters, regression and sampling.", ("arrays",)),
 }
 """Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages.

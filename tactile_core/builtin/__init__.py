@@ -54,6 +54,7 @@ def tactile_artefacts() -> Mapping[str, str]:
 def tactile_estimators() -> Mapping[str, str]:
     """Estimators of the core."""
     return {
+        "contact_loss": "tactile_core.builtin.contact_loss:LossOfContact",
         "contact": "tactile_core.builtin.contact:Contact",
         "contact_shear": "tactile_core.builtin.contact_shear:ShearOfContact",
         "displacement": "tactile_core.builtin.displacement:Displacement",

@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
+from tactile_core.algorithms.slip.contact_loss import CONTACT_LOSS
 from tactile_core.algorithms.slip.fusion import FUSION, degree_of, imprint_evidence
 from tactile_core.algorithms.slip.state import SlipMachine, Thresholds
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
+    ContactLoss,
     ContactShear,
     ImprintMotion,
     ShearRelease,
@@ -33,7 +35,9 @@ class Slip(Estimator):
     Where the contact or the load is known, the shear of the contact gives the degree, and an
     imprint that moves means gross slip once the shear warns of it: a long shear under the lights
     changes an imprint that sticks as well. Where neither is known, only the imprint proves gross
-    slip, and the shear warns. Without usable markers or flow the state is unknown.
+    slip, and the shear warns; but where the loss of contact is measured, only it proves gross slip,
+    and the imprint warns. Without usable markers or flow, and before a contact settled whose load
+    is not known, the state is unknown.
 
     References
     ----------
@@ -91,6 +95,7 @@ class Slip(Estimator):
         shear: ContactShear | None,
         imprint: ImprintMotion | None,
         release: ShearRelease | None,
+        loss: ContactLoss | None,
     ) -> SlipState:
         """Return the state; ``none`` without contact, ``unknown`` without evidence."""
         time_s = contact.timestamp_s
@@ -102,6 +107,8 @@ class Slip(Estimator):
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
             return SlipState("unknown", 0.0, timestamp_s=time_s)
+        if loss is not None and loss.measured and not contact.known:
+            return self._by_loss(loss, shear, imprint, evidence)
         if not touched and (contact.known or evidence < 1):
             self._machine.reset()
             degree = 0.0 if contact.known else degree_of(evidence)
@@ -111,6 +118,15 @@ class Slip(Estimator):
         if imprint is not None and evidence >= 1:
             kind = imprint.kind
         self._machine.update(decisive, kind, time_s)
+        return self._state(degree, shear, imprint, time_s)
+
+    def _state(
+        self,
+        degree: float,
+        shear: ContactShear | None,
+        imprint: ImprintMotion | None,
+        time_s: float,
+    ) -> SlipState:
         return SlipState(
             self._machine.name,
             degree,
@@ -122,6 +138,25 @@ class Slip(Estimator):
             None if imprint is None else imprint.distance_std_mm,
             time_s,
         )
+
+    def _by_loss(
+        self,
+        loss: ContactLoss,
+        shear: ContactShear | None,
+        imprint: ImprintMotion | None,
+        evidence: float,
+    ) -> SlipState:
+        """Return the state of a contact whose load is not known, from how much of it is lost."""
+        degree = max(loss.lost, FUSION.imprint_weight * degree_of(evidence))
+        if loss.settled < CONTACT_LOSS.weakest:
+            self._machine.reset()
+            return SlipState("unknown", degree, timestamp_s=loss.timestamp_s)
+        slips = loss.lost >= CONTACT_LOSS.lost_share
+        field = 0.0 if shear is None else shear.degree
+        warning = min(self._warning_only, 1.0 if evidence >= 1 else field)
+        kind = imprint.kind if imprint is not None and evidence >= 1 else "translation"
+        self._machine.update(1.0 if slips else warning, kind, loss.timestamp_s)
+        return self._state(degree, shear, imprint, loss.timestamp_s)
 
     def _evidence(self, imprint: ImprintMotion | None, released: float) -> float:
         if imprint is None:

@@ -14,6 +14,7 @@ from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
 from tactile_core.quantities.slip import SlipState
 from tactile_core.quantities.slip_cues import (
+    ContactLoss,
     ContactShear,
     ContactSource,
     ImprintMotion,
@@ -29,6 +30,7 @@ from tactile_core.quantities.surface import (
 
 __all__ = [
     "Bool",
+    "ContactLoss",
     "ContactMask",
     "ContactShear",
     "ContactSource",

@@ -24,7 +24,8 @@ class SlipState(Quantity):
         (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
         motion of the surface).
     degree : float
-        0 if the entire contact sticks, 1 if all of it slips; 0 where it is unknown.
+        0 if the entire contact sticks, 1 if all of it slips. Where the state is unknown it is 0, or
+        from 0 to 1 how little shows a grip.
     kind : str or None
         ``translation`` or ``rotation`` during slip; None otherwise.
     entropy_bits : float or None

@@ -143,3 +143,29 @@ class ShearRelease(Quantity):
     shear_mm: Annotated[float, FieldSpec("mm")]
     released: float
     timestamp_s: TimestampS = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLoss(Quantity):
+    """How much of a contact is lost, compared with the strength at which it settled.
+
+    Attributes
+    ----------
+    measured : bool
+        Whether it can be measured: markers on a square lattice are seen, and the imprint is
+        tracked; if not, the other values say nothing.
+    strength : float
+        Strength of the contact, from 0 without contact; 1 is the weakest that is distinguished from
+        none.
+    settled : float
+        Strength at which the contact settled in the last seconds; below 1 no contact did.
+    lost : float
+        0 while the contact is as strong as it settled, 1 when it is lost. Before any contact
+        settled it is its weakness.
+    """
+
+    measured: bool
+    strength: float = 0.0
+    settled: float = 0.0
+    lost: float = 0.0
+    timestamp_s: TimestampS = 0.0

@@ -16,6 +16,7 @@ from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import (
+    ContactLoss,
     ContactShear,
     Frame,
     ImprintMotion,
@@ -49,9 +50,10 @@ def state(
     shear: ContactShear | None,
     imprint: ImprintMotion | None,
     released: float = 0.0,
+    loss: ContactLoss | None = None,
 ) -> SlipState:
     return Slip(Slip.Options(), CONTEXT).estimate(
-        where, shear, imprint, ShearRelease(0.1, released)
+        where, shear, imprint, ShearRelease(0.1, released), loss
     )
 
 
@@ -69,6 +71,25 @@ def test_a_known_contact_slips_when_shear_and_imprint_agree() -> None:
     assert state(KNOWN, HELD, SLID).state == "stick"
     assert state(KNOWN, WARNS, STILL).state == "incipient"
     assert state(KNOWN, WARNS, SLID).state == "slip"
+
+
+def test_where_the_loss_of_contact_is_measured_only_it_proves_slip() -> None:
+    held, lost = ContactLoss(True, 4.0, 5.0, 0.2), ContactLoss(True, 1.0, 5.0, 0.8)
+    assert state(UNKNOWN_LOAD, HELD, STILL, loss=held).state == "stick"
+    assert state(UNKNOWN_LOAD, HELD, SLID, loss=held).state == "incipient"
+    assert state(UNKNOWN_LOAD, HELD, STILL, loss=lost).state == "slip"
+    assert state(UNKNOWN_LOAD, HELD, STILL, loss=lost).degree == 0.8
+
+
+def test_a_contact_that_never_settled_is_unknown() -> None:
+    weak = ContactLoss(True, 0.3, 0.4, 0.7)
+    assert state(UNKNOWN_LOAD, HELD, SLID, loss=weak).state == "unknown"
+
+
+def test_the_loss_of_contact_does_not_count_where_the_load_is_known() -> None:
+    lost = ContactLoss(True, 0.0, 5.0, 1.0)
+    assert state(KNOWN, HELD, STILL, loss=lost).state == "stick"
+    assert state(UNKNOWN_LOAD, HELD, STILL, loss=ContactLoss(False)).state == "stick"
 
 
 def test_a_release_of_shear_turns_a_small_change_into_slip() -> None:

@@ -115,9 +115,7 @@ def test_an_artefact_of_a_missing_plugin_names_the_package_to_install(
 
 
 def test_an_artefact_that_the_bundle_lacks_is_refused_in_one_sentence(lab: VirtualLab) -> None:
-    with pytest.raises(
-        CalibrationError, match="'force', only light, errors; calibrate"
-    ):
+    with pytest.raises(CalibrationError, match="'force', only light, errors; calibrate"):
         Bundle.load(lab.bundle).artefact("force")
 
 

@@ -36,6 +36,9 @@ class ContactLossParameters(NamedTuple):
     lost_share : float, share of the strength
         Loss that counts as slip.
         Source: half of what held the object.
+    weakest : float, ratio
+        Strength of the weakest contact that is distinguished from none.
+        Source: definition of the strength.
     """
 
     strain: float = 0.0115
@@ -43,6 +46,7 @@ class ContactLossParameters(NamedTuple):
     settle_s: float = 0.5
     memory_s: float = 2.0
     lost_share: float = 0.5
+    weakest: float = 1.0
 
 
 CONTACT_LOSS = ContactLossParameters()
@@ -63,7 +67,7 @@ def contact_strength(
     Parameters
     ----------
     strain : float or None
-        From :class:`~tactile_core.algorithms.slip_cues.marker_lattice.MarkerLattice`; None if it
+        From :class:`~tactile_core.algorithms.slip.marker_lattice.MarkerLattice`; None if it
         cannot be measured.
     relief : float
         RMS of the imprint relative to the light:
@@ -80,7 +84,7 @@ def contact_strength(
     return max(square - 1.0, 0.0)
 
 
-class ContactLoss(NamedTuple):
+class LossOfStrength(NamedTuple):
     """How much of a settled contact is lost.
 
     Attributes
@@ -102,7 +106,7 @@ class ContactLoss(NamedTuple):
     @property
     def known(self) -> bool:
         """Whether a contact had settled, so that its loss is evidence."""
-        return self.settled >= 1.0
+        return self.settled >= CONTACT_LOSS.weakest
 
     @property
     def slips(self) -> bool:
@@ -122,7 +126,7 @@ class ContactLossTracker:
         self._settled = 0.0
         self._time_s: float | None = None
 
-    def update(self, strength: float, time_s: float) -> ContactLoss:
+    def update(self, strength: float, time_s: float) -> LossOfStrength:
         """Take the next frame.
 
         Parameters
@@ -134,7 +138,7 @@ class ContactLossTracker:
 
         Returns
         -------
-        ContactLoss
+        LossOfStrength
             Nothing is lost before the first ``settle_s`` have passed.
         """
         recent, begin_s = self._recent, time_s - CONTACT_LOSS.settle_s
@@ -143,14 +147,14 @@ class ContactLossTracker:
             recent.popleft()
         earlier_s, self._time_s = self._time_s, time_s
         if recent[0][0] > begin_s + _ROUNDING_S:
-            return ContactLoss(strength, 0.0, 0.0)
+            return LossOfStrength(strength, 0.0, 0.0)
         kept = min(value for _, value in recent)
         elapsed_s = 0.0 if earlier_s is None else time_s - earlier_s
         fading = float(np.exp(-elapsed_s / CONTACT_LOSS.memory_s))
         settled = max(self._settled, kept)
         self._settled = kept + fading * (settled - kept)
-        lost = 1.0 - strength / max(settled, 1.0)
-        return ContactLoss(strength, settled, max(lost, 0.0))
+        lost = 1.0 - strength / max(settled, CONTACT_LOSS.weakest)
+        return LossOfStrength(strength, settled, max(lost, 0.0))
 
 
 _ROUNDING_S = 1e-6

@@ -21,11 +21,16 @@ class FusionParameters(NamedTuple):
         Weight of the field's degree where neither the contact nor the load is known, so that it
         stays below the degree of an imprint that slips.
         Source: chosen by hand: the field ranks recorded lifts wrongly there (ADR 29).
+    imprint_weight : float, ratio
+        Weight of the imprint's degree where the loss of contact is measured.
+        Source: recorded grasps; a gripper that shakes moves the imprint of an object that it holds
+        (ADR 50).
     """
 
     imprint_changed: float = 0.025
     release_gain: float = 3.0
     unknown_contact_weight: float = 0.2
+    imprint_weight: float = 0.3
 
 
 FUSION = FusionParameters()

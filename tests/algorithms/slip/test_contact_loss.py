@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.slip_cues.contact_loss import (
+from tactile_core.algorithms.slip.contact_loss import (
     CONTACT_LOSS,
-    ContactLoss,
     ContactLossTracker,
+    LossOfStrength,
     contact_strength,
 )
 
 
 def _followed(
     strength: Callable[[float], float], until_s: float, rate_hz: float = 25.0
-) -> list[ContactLoss]:
+) -> list[LossOfStrength]:
     tracker = ContactLossTracker()
     return [
         tracker.update(strength(number / rate_hz), number / rate_hz)
@@ -27,7 +27,7 @@ def _followed(
     ]
 
 
-def _ever_slips(losses: Iterable[ContactLoss]) -> bool:
+def _ever_slips(losses: Iterable[LossOfStrength]) -> bool:
     return any(loss.slips for loss in losses)
 
 
@@ -119,5 +119,5 @@ def test_a_reset_forgets_the_contact() -> None:
     for number in range(50):
         tracker.update(30.0, number / 25)
     tracker.reset()
-    assert tracker.update(0.0, 0.0) == ContactLoss(0.0, 0.0, 0.0)
+    assert tracker.update(0.0, 0.0) == LossOfStrength(0.0, 0.0, 0.0)
     assert not tracker.update(0.0, 1.0).slips

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.slip_cues.marker_lattice import (
+from tactile_core.algorithms.slip.marker_lattice import (
     MARKER_LATTICE,
     MarkerLattice,
     lattice_nodes,

@@ -23,7 +23,7 @@ class FusionParameters(NamedTuple):
         Source: chosen by hand: the field ranks recorded lifts wrongly there (ADR 29).
     """
 
-    imprint_changed: float = 0.025
+    imprint_changed: float = 0.04
     release_gain: float = 3.0
     unknown_contact_weight: float = 0.2
 

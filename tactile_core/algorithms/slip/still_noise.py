@@ -1,4 +1,4 @@
-"""Noise of successive imprints, and whether it is steady enough to tell changes from it."""
+"""Noise of successive imprints, and whether it is steady enough to show changes."""
 
 from __future__ import annotations
 

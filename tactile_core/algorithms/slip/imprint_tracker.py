@@ -179,7 +179,7 @@ class ImprintTracker:
         moved_mm = np.hypot(*(px - before_px).T) * self._mm_per_px
         share = self._unexplained(step, float(np.sqrt(np.mean(moved_mm**2))))
         kept = float(np.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s))
-        self._changed = self._changed * kept + share
+        self._changed = self._changed * kept + share if self._noise.steady else 0.0
         self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, IMPRINT.sheared_quantile)
         motion, variance = self._metric(step)
         self._way, self._recent = self._way.plus(motion, variance), self._recent.faded(kept)

@@ -26,7 +26,7 @@ from tactile_core.quantities import ShearRelease
 
 ROOT = Path(__file__).resolve().parents[1]
 PROFILE = "hex_fingertip"
-TRIED = (0.3, 0.4, 0.5, 0.6, 0.7)
+TRIED = (0.4, 0.5, 0.6, 0.7)
 """Values of ``change_per_mm``."""
 
 FLOOR = 0.005

@@ -115,7 +115,7 @@ class Slip(Estimator):
             return SlipState("none", degree, timestamp_s=time_s)
         decisive, degree = self._verdict(contact, shear, evidence, tracked=imprint is not None)
         kind = shear.kind if shear is not None else "translation"
-        if imprint is not None and evidence >= 1:
+        if imprint is not None and (imprint.moved >= 1 or shear is None):
             kind = imprint.kind
         self._machine.update(decisive, kind, time_s)
         return self._state(degree, shear, imprint, time_s)

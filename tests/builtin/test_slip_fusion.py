@@ -120,6 +120,13 @@ def test_each_cue_works_alone() -> None:
     assert state(UNKNOWN_LOAD, WARNS, None).state == "incipient"
 
 
+def test_the_kind_is_that_of_the_shear_unless_the_imprint_slid_measurably() -> None:
+    turns = replace(WARNS, motion_mm=0.3, rotation_mm=0.3)
+    assert state(KNOWN, turns, SLID).kind == "rotation"
+    assert state(KNOWN, turns, replace(SLID, moved=1.5)).kind == "translation"
+    assert state(UNKNOWN_LOAD, None, replace(SLID, kind="rotation")).kind == "rotation"
+
+
 def test_the_distance_is_that_of_the_imprint() -> None:
     found = state(UNKNOWN_LOAD, HELD, SLID)
     assert (found.distance_mm, found.distance_std_mm) == (0.8, 0.1)

@@ -27,7 +27,7 @@ class FusionParameters(NamedTuple):
         (ADR 50).
     """
 
-    imprint_changed: float = 0.025
+    imprint_changed: float = 0.04
     release_gain: float = 3.0
     unknown_contact_weight: float = 0.2
     imprint_weight: float = 0.3

@@ -1,8 +1,8 @@
 """The imprint of an object on the gel surface, and what changes between two of them.
 
 Between two frames, the imprint of an object that sticks does not change in coordinates of the gel
-surface. An object that slips moves its imprint, and uncovers marks of the gel surface itself, which
-do not move: that part of the change is not a rigid motion.
+surface. An object that slips moves its imprint, and uncovers the texture of the gel itself, which
+does not move: that part of the change is not a rigid motion.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 _TINY = 1e-12
@@ -42,6 +41,10 @@ class FitParameters(NamedTuple):
 
 FIT = FitParameters()
 """The values in use."""
+
+
+INNER = slice(1, -1, 2), slice(1, -1)
+"""Rows and columns in which changes are fitted."""
 
 
 class Imprint:
@@ -119,34 +122,41 @@ class Step(NamedTuple):
 def step_between(before: Imprint, now: Imprint) -> Step:
     """Fit a rigid motion and a growth of the pattern to a change, by least squares."""
     step = _linear(before, now)
-    motion = step.motion
+    motion, best = step.motion, np.zeros(3)
     if np.hypot(motion[0], motion[1]) <= FIT.long_step:
         return step
+    least = step.changed / max(step.values, 1.0)
     for _ in range(FIT.rounds - 1):
-        more = _linear(before.moved(motion), now).motion
-        motion = motion + more
-        if np.hypot(more[0], more[1]) <= FIT.long_step:
+        more = _linear(before.moved(motion), now)
+        left = more.changed / max(more.values, 1.0)
+        if left >= least:  # a motion along stripes, for example, cannot be seen
             break
-    return step._replace(motion=motion)
+        best, least, motion = motion, left, motion + more.motion
+        if np.hypot(more.motion[0], more.motion[1]) <= FIT.long_step:
+            return step._replace(motion=motion)
+    return step._replace(motion=best)
 
 
 def _linear(before: Imprint, now: Imprint) -> Step:
+    """Fit the change of every second row; the others say nearly the same, after smoothing."""
+    channels = now.pattern.shape[2]
     # next to a hidden pixel, the gradient is that of the mask
     both = np.asarray(cv2.erode(before.seen * now.seen, np.ones((3, 3), np.uint8)), np.float32)
-    count = float(both.sum()) * now.pattern.shape[2]
-    half: Array = (before.pattern + now.pattern) * np.float32(0.5)
-    across, down = gradient(half, smooth=True)
+    weight = np.repeat(both[INNER][..., np.newaxis], channels, axis=2)
+    total = before.pattern + now.pattern
+    # central differences of the mean of both
+    across = (total[1:-1:2, 2:] - total[1:-1:2, :-2]) * np.float32(0.25)
+    down = (total[2::2, 1:-1] - total[:-2:2, 1:-1]) * np.float32(0.25)
     x, y = before.centre
-    columns = np.arange(half.shape[1], dtype=np.float32)[:, np.newaxis] - np.float32(x)
-    rows = np.arange(half.shape[0], dtype=np.float32)[:, np.newaxis, np.newaxis] - np.float32(y)
-    weight = np.repeat(both[..., np.newaxis], half.shape[2], axis=2)
-    away: Array = np.empty((3, *half.shape), np.float32)
+    columns = np.arange(1, total.shape[1] - 1, dtype=np.float32)[:, np.newaxis] - np.float32(x)
+    rows = np.arange(1, total.shape[0] - 1, 2, dtype=np.float32)[:, np.newaxis, np.newaxis]
+    away: Array = np.empty((3, *weight.shape), np.float32)
     np.multiply(across, -weight, out=away[0])
     np.multiply(down, -weight, out=away[1])
-    np.subtract(away[1] * columns, away[0] * rows, out=away[2])
+    np.subtract(away[1] * columns, away[0] * (rows - np.float32(y)), out=away[2])
     slopes = away.reshape(3, -1)
-    change = ((now.pattern - before.pattern) * weight).reshape(-1)
-    half = half * weight
+    half = total[INNER] * (np.float32(0.5) * weight)
+    change = ((now.pattern[INNER] - before.pattern[INNER]) * weight).reshape(-1)
     normal = (slopes @ slopes.T).astype(np.float64)
     normal += np.diag(np.diag(normal)) * FIT.damping + np.eye(3) * _TINY
     covariance = np.linalg.inv(normal)
@@ -161,6 +171,6 @@ def _linear(before: Imprint, now: Imprint) -> Step:
         changed,
         max(changed - explained, 0.0),
         2 * middle + changed / 2,
-        count,
+        float(weight.sum()),
         covariance,
     )

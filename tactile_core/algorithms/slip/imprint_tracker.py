@@ -16,8 +16,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.slip.imprint import Imprint, Step, step_between
+from tactile_core.algorithms.slip.still_noise import StillNoise
 from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
 
 _TINY = 1e-12
@@ -103,7 +105,8 @@ class ImprintTracker:
     """Track the imprint of one object relative to the gel surface, from frame to frame.
 
     The noise is that of the two most similar successive frames so far, so slip counts fully only
-    after a moment without motion.
+    after a moment without motion. Where the noise is not steady, as in compressed video, only the
+    distance counts.
 
     Parameters
     ----------
@@ -141,7 +144,7 @@ class ImprintTracker:
         """Forget the object."""
         self._last: Imprint | None = None
         self._px: Array | None = None
-        self._noise = np.inf
+        self._noise = StillNoise()
         self._time_s = 0.0
         self.restart()
 
@@ -176,37 +179,33 @@ class ImprintTracker:
         moved_mm = np.hypot(*(px - before_px).T) * self._mm_per_px
         share = self._unexplained(step, float(np.sqrt(np.mean(moved_mm**2))))
         kept = float(np.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s))
-        self._changed = self._changed * kept + share
-        self._sheared_mm = self._sheared_mm * kept + float(
-            np.quantile(moved_mm, IMPRINT.sheared_quantile)
-        )
-        motion, variance = self._metric(step, share)
+        self._changed = self._changed * kept + share if self._noise.steady else 0.0
+        self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, IMPRINT.sheared_quantile)
+        motion, variance = self._metric(step)
         self._way, self._recent = self._way.plus(motion, variance), self._recent.faded(kept)
         self._recent = self._recent.plus(motion, variance)
         return self._result()
 
     def _unexplained(self, step: Step, moved_mm: float) -> float:
         """Share of the energy whose change nothing but slip explains."""
-        count = max(step.values, 1.0)
-        # a frame that a camera or video repeats tells nothing about noise
-        if step.changed > 0:
-            self._noise = min(self._noise, step.changed / count)
-        if np.isinf(self._noise):
+        values = max(step.values, 1.0)
+        self._noise.update(step.changed / values, moved_mm)
+        if not self._noise.steady or np.isinf(self._noise.variance):
             return 0.0
-        explained = self._noise * count + self._change_per_mm * moved_mm * step.energy
-        energy = max(step.energy, self._noise * count, _TINY)
-        return max(step.unexplained - explained, 0.0) / energy
+        noise = self._noise.variance * values
+        explained = noise + self._change_per_mm * moved_mm * step.energy
+        return max(step.unexplained - explained, 0.0) / max(step.energy, noise, _TINY)
 
-    def _metric(self, step: Step, share: float) -> tuple[Array, Array]:
+    def _metric(self, step: Step) -> tuple[Array, Array]:
         """Motion of the imprint in mm, with rotation as RMS motion, and its variances in mm²."""
         assert self._last is not None
         scale = self._view.times * self._mm_per_px * np.array([1, 1, self._last.radius])
+        variance = self._noise.variance if np.isfinite(self._noise.variance) else 0.0
+        # what changed without a motion may have moved by the length over which patterns differ
+        left = max(step.unexplained - variance * step.values, 0.0)
         # neighbouring values share the noise that the box filter spread over them
-        noise = 0.0 if np.isinf(self._noise) else self._noise * VIEW.smoothing_px**2
-        # what changed without explanation may have moved by the length over which patterns differ
-        lost = min(share, 1.0) * step.energy
-        variance = np.diag(step.covariance) * (noise + lost)
-        return step.motion * scale, variance * scale**2
+        noise = variance * VIEW.smoothing_px**2 + left
+        return step.motion * scale, np.diag(step.covariance) * noise * scale**2
 
     def _result(self) -> ImprintChange:
         recent, last = self._recent, self._last

@@ -17,8 +17,9 @@ from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
-from tactile_core.calibration.presses import FoundPress, find_presses, undeformed_press, used
+from tactile_core.calibration.presses import FoundPress, find_presses, used
 from tactile_core.calibration.target_surface import S
+from tactile_core.calibration.undeformed import undeformed_press
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import find_catalog

@@ -21,6 +21,7 @@ from tactile_core.calibration.scoring import cross_validate
 from tactile_core.calibration.targets import (
     CalibrationTarget,
     balls,
+    check_ball,
     rows_of_map,
     undeformed_sensor,
 )
@@ -100,6 +101,8 @@ def calibrate(
         raise InputError("--rows chooses rows of a height map; give it as --target, a .tmd file")
     base = profile if isinstance(profile, Profile) else load_profile(profile)
     base, notes, _ = played_back(base, presses)
+    if ball_diameter_mm is not None:
+        check_ball(ball_diameter_mm, base)
     frames = list(read_frames(base, presses))
     undeformed, stand_in = undeformed_sensor(base, frames, reference, target)
     calibrator = calibrator_of(base.calibration, model)

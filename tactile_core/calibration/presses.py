@@ -243,7 +243,8 @@ class FoundPress:
     def training(self) -> Press:
         """Pixels to fit on: reliable ones on the ball, and some undeformed ones far from it.
 
-        Between the balls of a grid no pixel is reliably undeformed; see :func:`undeformed_press`.
+        Between the balls of a grid no pixel is reliably undeformed; see
+        :func:`~tactile_core.calibration.undeformed.undeformed_press`.
         """
         trusted = PRESS.trusted_grid_share if self.in_grid else PRESS.trusted_ball_share
         radius = min(
@@ -354,26 +355,6 @@ def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
     """Search the circles of some presses again, as if there were no others."""
     circles = find_circles(_starts(presses))
     return [replace(press, circle=circle) for press, circle in zip(presses, circles, strict=True)]
-
-
-def undeformed_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
-    """Sample undeformed pixels for a frame full of balls, in the usual ratio, of the reference."""
-    count = int(PRESS.undeformed_share * sum(len(press.training().rows) for press in presses))
-    return undeformed_sample(presses[0].frame, reference, count)
-
-
-def undeformed_sample(frame: Frame, reference: Reference, count: int) -> Press:
-    """Sample pixels all over the reference, with slope and height 0."""
-    height, width = reference.pixels.shape[:2]
-    rng = np.random.default_rng(0)
-    return Press(
-        frame=replace(frame, pixels=reference.pixels, marker_mask=reference.marker_mask),
-        rows=rng.integers(0, height, count).astype(np.int32),
-        columns=rng.integers(0, width, count).astype(np.int32),
-        gradients=np.zeros((count, 2), np.float32),
-        name="reference",
-        heights_mm=np.zeros(count, np.float32),
-    )
 
 
 def press_image(frame: Frame, reference: Reference) -> PressImage:

@@ -17,8 +17,9 @@ from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
-from tactile_core.calibration.presses import FoundPress, find_presses, undeformed_press, used
+from tactile_core.calibration.presses import FoundPress, find_presses, used
 from tactile_core.calibration.target_surface import S
+from tactile_core.calibration.undeformed import undeformed_press
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import find_catalog
@@ -152,7 +153,7 @@ def balls(
         None of the presses can be used.
     """
     if ball_diameter_mm is not None:
-        _check_ball(ball_diameter_mm, profile)
+        check_ball(ball_diameter_mm, profile)
     files = _file_names(profile, presses, frames)
     sizes_mm: Sequence[float]
     progress.stage("finding the circles", 0.25)
@@ -160,7 +161,7 @@ def balls(
         ready = [condition(frame) for frame in frames]
         sizes_mm = ball_diameters_mm(profile, presses, len(frames), ball_diameter_mm)
         for diameter_mm in sorted(set(sizes_mm)):
-            _check_ball(diameter_mm, profile)
+            check_ball(diameter_mm, profile)
         found = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
         labelled = labels is not None
         without = SeparatePresses(found, condition.undeformed, labelled=labelled).without
@@ -227,7 +228,14 @@ def size_words(diameters_mm: Sequence[float]) -> str:
     return f"balls of {', '.join(rest)} and {last} mm" if rest else f"a ball of {last} mm"
 
 
-def _check_ball(diameter_mm: float, profile: Profile) -> None:
+def check_ball(diameter_mm: float, profile: Profile) -> None:
+    """Check that a diameter is plausible at the profile's scale.
+
+    Raises
+    ------
+    InputError
+        It is not positive, above a metre, or below two pixels.
+    """
     if not 0 < diameter_mm <= TARGET.largest_ball_mm:
         raise InputError(
             f"a ball of {diameter_mm:g} mm? --ball-diameter-mm must be positive and at most "
@@ -305,7 +313,7 @@ def _on_target(
     from tactile_core.formats.target import read_target
 
     grid = read_target(target)
-    _check_ball(2 * grid.radius_mm, profile)
+    check_ball(2 * grid.radius_mm, profile)
     if ball_diameter_mm is not None:
         off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
         if off > TARGET.ball_tolerance:

@@ -89,7 +89,7 @@ def test_the_score_is_that_of_held_out_rows(fitted: Calibrated) -> None:
     assert held_out["normal_error_deg"]["mean"] < 0.3 * held_out["predict_flat_deg"]
     assert held_out["height_rmse_mm"] < 0.01
     assert summary["coverage"]["image_fraction"] == 0.5
-    assert fitted.bundle.manifest.ball_diameter_mm is None
+    assert fitted.bundle.manifest.ball_diameters_mm == ()
 
 
 def test_the_bundle_and_its_report_are_complete(fitted: Calibrated, tmp_path: Path) -> None:

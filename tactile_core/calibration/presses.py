@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.circles import (
+    DIFFERS,
     Circle,
     Light,
     PressImage,
@@ -255,7 +256,7 @@ def find_presses(
     files: Sequence[str],
     frames: Sequence[Frame],
     reference: Reference,
-    ball_radius_px: float,
+    ball_radius_px: float | Sequence[float],
     *,
     dome_radius_px: float | None = None,
     thickness_mm: float = THICKNESS_MM,
@@ -270,7 +271,8 @@ def find_presses(
         Name of each frame's file, for reports.
     frames : sequence of Frame
     reference : Reference
-    ball_radius_px : float
+    ball_radius_px : float or sequence of float
+        Radius of the ball, of all frames or of each.
     dome_radius_px : float, optional
         Radius of an undeformed domed gel.
     thickness_mm : float
@@ -284,6 +286,7 @@ def find_presses(
     list of FoundPress
         One per frame, unusable ones included.
     """
+    balls_px = list(np.broadcast_to(ball_radius_px, len(frames)).astype(float))
     if labels is not None:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
         return [
@@ -291,15 +294,15 @@ def find_presses(
                 file,
                 frame,
                 labels.get(frame.source, missing),
-                ball_radius_px,
+                ball_px,
                 dome_radius_px=dome_radius_px,
                 thickness_mm=thickness_mm,
             )
-            for file, frame in zip(files, frames, strict=True)
+            for file, frame, ball_px in zip(files, frames, balls_px, strict=True)
         ]
-    touching_px = flat_equivalent(ball_radius_px, dome_radius_px)
     starts = []
-    for number, frame in enumerate(frames, 1):
+    for number, (frame, ball_px) in enumerate(zip(frames, balls_px, strict=True), 1):
+        touching_px = flat_equivalent(ball_px, dome_radius_px)
         starts.append(Start.of(press_image(frame, reference), touching_px))
         if progress:
             progress.fraction(0.3 * number / len(frames))
@@ -307,8 +310,10 @@ def find_presses(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
     return [
-        FoundPress(file, frame, circle, ball_radius_px, False, dome_radius_px, start, thickness_mm)
-        for file, frame, circle, start in zip(files, frames, circles, starts, strict=True)
+        FoundPress(file, frame, circle, ball_px, False, dome_radius_px, start, thickness_mm)
+        for file, frame, circle, ball_px, start in zip(
+            files, frames, circles, balls_px, starts, strict=True
+        )
     ]
 
 
@@ -378,6 +383,8 @@ def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
     if not good:
         reasons = [press.circle.why for press in presses]
         most = max(set(reasons), key=reasons.count) if reasons else "there are no presses"
+        if most == DIFFERS:
+            raise CalibrationError(f"none of {len(presses)} presses can be used: {DIFFERS}")
         raise CalibrationError(
             f"none of {len(presses)} presses can be used ({most}); check the ball's diameter, the "
             f"scale in the profile and that the reference shows the undeformed gel"

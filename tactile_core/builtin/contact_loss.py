@@ -37,9 +37,7 @@ class LossOfContact(Estimator):
     def estimate(self, markers: MarkerField, imprint: ImprintMotion | None) -> ContactLoss:
         """Return the strength of the contact and how much of it is lost."""
         time_s = markers.timestamp_s
-        if self._lattice is None or not np.array_equal(
-            self._lattice_of, markers.reference_px
-        ):
+        if self._lattice is None or not np.array_equal(self._lattice_of, markers.reference_px):
             self._lattice, self._lattice_of = MarkerLattice(markers.px), markers.reference_px
         strain = self._lattice.strain(markers.px, markers.seen, time_s)
         if strain is None or imprint is None or not imprint.tracked:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.circles import (
+    DIFFERS,
     Circle,
     Light,
     PressImage,
@@ -305,7 +306,7 @@ def find_presses(
     frames : sequence of Frame
     reference : Reference
     ball_radius_px : float or sequence of float
-        Radius of the ball, or of the ball in each frame.
+        Radius of the ball, of all frames or of each.
     dome_radius_px : float, optional
         Radius of an undeformed domed gel.
     thickness_mm : float
@@ -319,7 +320,7 @@ def find_presses(
     list of FoundPress
         One per frame, unusable ones included.
     """
-    radii_px = [float(radius) for radius in np.broadcast_to(ball_radius_px, len(frames))]
+    balls_px = list(np.broadcast_to(ball_radius_px, len(frames)).astype(float))
     if labels is not None:
         missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
         return [
@@ -327,13 +328,13 @@ def find_presses(
                 file,
                 frame,
                 labels.get(frame.source, missing),
-                radius_px,
+                ball_px,
                 dome_radius_px=dome_radius_px,
                 thickness_mm=thickness_mm,
             )
-            for file, frame, radius_px in zip(files, frames, radii_px, strict=True)
+            for file, frame, ball_px in zip(files, frames, balls_px, strict=True)
         ]
-    touching_px = [flat_equivalent(radius_px, dome_radius_px) for radius_px in radii_px]
+    touching_px = [flat_equivalent(ball_px, dome_radius_px) for ball_px in balls_px]
     scale = working_scale(max(touching_px))
     starts = []
     for number, (frame, radius_px) in enumerate(zip(frames, touching_px, strict=True), 1):
@@ -344,9 +345,9 @@ def find_presses(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
     return [
-        FoundPress(file, frame, circle, radius_px, False, dome_radius_px, start, thickness_mm)
-        for file, frame, circle, radius_px, start in zip(
-            files, frames, circles, radii_px, starts, strict=True
+        FoundPress(file, frame, circle, ball_px, False, dome_radius_px, start, thickness_mm)
+        for file, frame, circle, ball_px, start in zip(
+            files, frames, circles, balls_px, starts, strict=True
         )
     ]
 
@@ -397,6 +398,8 @@ def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
     if not good:
         reasons = [press.circle.why for press in presses]
         most = max(set(reasons), key=reasons.count) if reasons else "there are no presses"
+        if most == DIFFERS:
+            raise CalibrationError(f"none of {len(presses)} presses can be used: {DIFFERS}")
         raise CalibrationError(
             f"none of {len(presses)} presses can be used ({most}); check the ball's diameter, the "
             f"scale in the profile and that the reference shows the undeformed gel"

@@ -7,6 +7,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.algorithms.circles import (
+    DIFFERS,
     Circle,
     PressImage,
     Start,
@@ -99,6 +100,72 @@ def test_a_held_out_press_is_located_with_the_light_of_the_others(
     left_out, *others = bench.starts(bench.presses())
     found = locate(left_out, fit_light(others, circles[1:]))
     assert np.hypot(*np.subtract(found.centre_px, bench.balls[0].centre_px)) < 0.3
+
+
+def lit(pixels: np.ndarray) -> np.ndarray:
+    """The image under a light that falls by ten from left to right, 12 bits deep."""
+    return np.asarray(pixels) * np.geomspace(14.0, 1.4, pixels.shape[1])[:, None]
+
+
+def test_light_that_falls_by_ten_leaves_the_circles_where_they_are(
+    bench: Bench, circles: list[Circle]
+) -> None:
+    reference = lit(bench.reference)
+    images = [PressImage(lit(press.pixels), reference, 4095.0) for press in bench.presses()]
+    found = bench.find(images)
+    assert all(circle.used for circle in found)
+    moved = np.array([a.centre_px for a in found]) - [b.centre_px for b in circles]
+    assert np.abs(moved).max() < 0.2
+
+
+def darkened(bench: Bench, ball: BallPress, seed: int) -> PressImage:
+    shape = bench.reference.shape[:2]
+    deep = np.exp(-ball.height_mm(shape, bench.lab.profile.image.mm_per_px))
+    noise = np.random.default_rng(seed).normal(0, 1, (*shape, 1))
+    return PressImage(150 * deep[..., None] + noise, np.full((*shape, 1), 150.0))
+
+
+def test_circles_are_found_where_the_image_darkens_with_depth(bench: Bench) -> None:
+    found = bench.find([darkened(bench, ball, i) for i, ball in enumerate(bench.balls)])
+    assert all(circle.used for circle in found)
+    assert np.median(bench.off_px(found)) < 0.3
+    assert np.median(bench.radius_off_px(found)) < 1.5
+
+
+def test_balls_of_two_sizes_are_found_together(bench: Bench) -> None:
+    sizes = [1.0, 1.5] * (len(bench.balls) // 2)
+    balls = [
+        BallPress(ball.centre_px, size * BALL_MM, ball.depth_mm)
+        for ball, size in zip(bench.balls, sizes, strict=True)
+    ]
+    starts = [
+        Start.of(bench.image(ball, seed), size * bench.ball_px)
+        for seed, (ball, size) in enumerate(zip(balls, sizes, strict=True))
+    ]
+    found = find_circles(starts)
+    assert all(circle.used for circle in found)
+    assert np.median(bench.off_px(found)) < 0.25
+
+
+def test_a_contact_that_the_border_cuts_is_less_certain(bench: Bench) -> None:
+    cut = BallPress((1.0, 60.0), BALL_MM, 0.8)
+    *others, found = bench.find([*bench.presses(), bench.image(cut, 70)])
+    typical = np.median([circle.centre_std_px for circle in others])
+    off_px = float(np.hypot(*np.subtract(found.centre_px, cut.centre_px)))
+    assert "border" in found.why or (found.centre_std_px > typical and off_px < 1.5)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [lambda pixels: pixels * (1, 1, 0.85), lambda pixels: np.roll(pixels, 20, axis=1)],
+    ids=["blue is down", "another crop"],
+)
+def test_a_reference_of_other_images_is_named_as_the_reason(bench: Bench, spoil) -> None:
+    reference = lit(bench.reference)
+    images = [
+        PressImage(spoil(lit(press.pixels)), reference, 4095.0) for press in bench.presses()
+    ]
+    assert {circle.why for circle in bench.find(images)} == {DIFFERS}
 
 
 def two_balls(bench: Bench) -> PressImage:

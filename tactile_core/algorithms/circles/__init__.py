@@ -1,11 +1,13 @@
-"""Contact circles of a ball of known radius, located to sub-pixel accuracy without user input.
+"""Contact circles of balls of known radius, located to sub-pixel accuracy without user input.
 
-The slope of a ball is an odd function of the offset from its centre, and to first order so is the
-colour change. The most negative peak of its self-convolution starts the search (``symmetry``,
-``start``). On the ball the normal is (p − c) / R exactly, so for known centres the colour change is
-linear in the unknown light. Light and centres are fitted alternately over the given presses
-(``light``, ``finder``). The contact ends where the slope departs from that of the ball
-(``border``). The centres of a grid of balls are given and only refined (``grid``).
+A press is compared with the reference by the logarithm of their ratio, which does not depend on how
+much light there is (``press``). The slope of a ball is an odd function of the offset from its
+centre, and to first order so is the change. The most negative peak of its self-convolution starts
+the search (``symmetry``, ``start``). Where an image darkens with depth instead, its gradient is
+odd. On the ball the normal is (p − c) / R exactly, so for known centres the change is linear in the
+unknown light. Light and centres are fitted alternately over the given presses (``light``,
+``centre``, ``finder``). The contact ends where the slope departs from that of the ball (``border``,
+``shape``). The centres of a grid of balls are given and only refined (``grid``).
 """
 
 from tactile_core.algorithms.circles.finder import (
@@ -17,9 +19,10 @@ from tactile_core.algorithms.circles.finder import (
 from tactile_core.algorithms.circles.grid import GridLight, refine_grid
 from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import PressImage, working_scale
-from tactile_core.algorithms.circles.start import Start
+from tactile_core.algorithms.circles.start import DIFFERS, Start
 
 __all__ = [
+    "DIFFERS",
     "Circle",
     "GridLight",
     "Light",

@@ -45,6 +45,9 @@ class GridParameters(NamedTuple):
         With fewer balls, terms of the position would fit the errors of the given centres, and even
         terms their common shift. So the normals are then odd in the change, without the position.
         Source: chosen by hand; no script derives it.
+    largest_residual : float, median residuals
+        Balls with a larger residual are excluded.
+        Source: chosen by hand; no script derives it.
     ridge : float, per sample
         Penalty on the coefficients.
         Source: chosen by hand; no script derives it.
@@ -69,6 +72,7 @@ class GridParameters(NamedTuple):
     reaches: tuple[float, ...] = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
     farthest_step: float = 0.25
     many_balls: int = 12
+    largest_residual: float = 2.5
     ridge: float = 1e-3
     least_scale: float = 0.1
     ring_step: float = 0.05
@@ -119,7 +123,7 @@ class GridLight:
             reason = ""
             if not np.isfinite(residual):
                 reason = "it is outside the image"
-            elif residual > FINDER.largest_residual * self.residual:
+            elif residual > GRID.largest_residual * self.residual:
                 reason = "its colours are not those of the other balls"
             elif self.contact < FINDER.smallest_contact:
                 reason = "the contact is too small to calibrate on; press deeper"

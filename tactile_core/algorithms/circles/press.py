@@ -1,4 +1,4 @@
-"""One press prepared for circle finding: its colour change at a scale that suits the ball."""
+"""One press prepared for circle finding: its log ratio to the reference, at a suitable scale."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ class PressParameters(NamedTuple):
     blur_px : float, working px
         Standard deviation of the smoothing.
         Source: chosen by hand; no script derives it.
+    gradient_blur_radii : float, ball radii
+        Standard deviation of the smoothing before the gradient of the darkening is taken.
+        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
     least_blur_weight : float, ratio
         Lower bound of the sum of weights under the smoothing, against division by zero.
         Source: chosen by hand; no script derives it.
@@ -41,17 +44,27 @@ class PressParameters(NamedTuple):
         Up to this many saturated pixels are not searched for holes.
         Source: chosen by hand; no script derives it.
     least_noise : float, grey levels of 8 bits
-        Added to the noise, so that it is positive.
-        Source: chosen by hand; no script derives it.
+        Lower bound of the noise of a pixel: the standard deviation of rounding both images, doubled
+        for what compression and a drifting light add.
+        Source: mathematics, 2 · √(2 / 12), rounded up.
+    offset_share : float, share of the reference
+        Added to both intensities before the logarithm, which would dwell on shadows otherwise.
+        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
+    model_error : float, logarithm of the intensity
+        Error of the light model; a pixel whose noise is larger counts less.
+        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
     """
 
     ball_radius_px: float = 25.0
     blur_px: float = 0.7
+    gradient_blur_radii: float = 0.08
     least_blur_weight: float = 1e-6
     marker_share: float = 0.1
     folded_share: float = 0.94
     fewest_saturated: int = 20
-    least_noise: float = 1e-3
+    least_noise: float = 1.0
+    offset_share: float = 1.0
+    model_error: float = 0.025
 
 
 PRESS = PressParameters()
@@ -95,26 +108,33 @@ class PressImage:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Colour change of a press at the working scale.
+    """Change of the image by a press at the working scale.
 
     Attributes
     ----------
     values : (h, w, K) float64
-        I − I₀ in grey levels of 8 bits, smoothed; markers are filled.
+        Logarithm of frame over reference, smoothed; markers are filled. Where the light falls off,
+        it changes as much as elsewhere, while the difference vanishes.
+    precision : (h, w, K) float64
+        Weight of each value, 0 to 1: small where the noise is large relative to the light.
     weight : (h, w) float64
         0 where a marker or a highlight that wrapped to dark hides the gel surface.
     saturated : (h, w, K) bool
         The channel is saturated: the change is a lower bound.
-    noise : float
-        Typical length of the change where nothing touches.
+    level : float
+        Median intensity of the reference, grey levels of 8 bits.
+    grain_px2 : float
+        Area over which the noise is correlated, working px².
     scale : float
         Working pixels per pixel.
     """
 
     values: Float64
+    precision: Float64
     weight: Float64
     saturated: Bool
-    noise: float
+    level: float
+    grain_px2: float
     scale: float
 
     @property
@@ -123,9 +143,47 @@ class Change:
         rows, columns = self.weight.shape
         return rows, columns
 
+    @property
+    def weighted(self) -> Float64:
+        """(h, w, K) values times the square root of their precision; 0 on markers."""
+        return np.asarray(self.values * np.sqrt(self.precision) * self.weight[..., None])
+
+    @property
+    def noise_variance(self) -> Float64:
+        """(h, w, K) variance of :attr:`weighted` by the noise of the camera alone."""
+        return np.asarray(PRESS.model_error**2 * (1 - self.precision) / self.grain_px2)
+
+    def without(self, drift: Float64) -> Change:
+        """Subtract a change (K,) of the whole image."""
+        return replace(self, values=self.values - drift)
+
     def between_channels(self) -> Change:
         """Remove the mean of the channels, which brightens or darkens all of them equally."""
         return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))
+
+    def gradient(self, ball_radius: float) -> Change:
+        """Gradient of the mean of the channels, (h, w, 2), per ball radius.
+
+        Where the image darkens with depth, it is to depth what the change of the colour is to
+        light from the sides: proportional to the slope.
+        """
+        blur_px = PRESS.gradient_blur_radii * ball_radius
+        weight = self.precision * self.weight[..., None]
+        mean = (self.values * weight).sum(2) / np.maximum(weight.sum(2), PRESS.least_blur_weight)
+        smooth = _masked_blur(mean[..., None], self.weight, blur_px)[..., 0]
+        x, y = (
+            cv2.Sobel(smooth, cv2.CV_64F, *way, ksize=1, borderType=cv2.BORDER_REPLICATE)
+            for way in ((1, 0), (0, 1))
+        )
+        along = np.asarray(np.dstack([x, y]) * (ball_radius / 2), np.float64)
+        return replace(
+            self,
+            values=along,
+            precision=np.ones_like(along),
+            weight=np.asarray(cv2.erode(self.weight, np.ones((3, 3))), np.float64),
+            saturated=np.zeros(along.shape, np.bool_),
+            grain_px2=_grain_px2(PRESS.blur_px, blur_px),
+        )
 
     def to_working(self, xy: Float64) -> Float64:
         """Convert image coordinates to working pixels."""
@@ -134,6 +192,11 @@ class Change:
     def to_image(self, xy: Float64) -> Float64:
         """Convert working pixels to image coordinates."""
         return (xy + 0.5) / self.scale - 0.5
+
+    def place(self, xy: Float64) -> Float64:
+        """Convert working pixels to positions from the middle, in half widths of the image."""
+        h, w = self.shape
+        return np.asarray((xy + 0.5 - (w / 2, h / 2)) / (w / 2))
 
     def disc(self, centre: Float64, radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Columns and rows of the visible gel surface within a radius of a centre."""
@@ -158,7 +221,7 @@ def working_scale(ball_radius_px: float) -> float:
 
 
 def change_of(press: PressImage, scale: float) -> Change:
-    """Shrink a press, subtract the reference, mask the markers and smooth."""
+    """Shrink a press, divide it by the reference, mask the markers and smooth."""
     frame, reference = (
         _shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference)
     )
@@ -171,10 +234,38 @@ def change_of(press: PressImage, scale: float) -> Change:
     saturated = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
         weight[_folded(saturated[..., k], frame[..., k])] = 0
-    change = _masked_blur(frame - reference, weight)
-    surface = np.linalg.norm(change, axis=2)[weight > 0]
-    noise = sigma_of(surface) + PRESS.least_noise if surface.size else np.inf
-    return Change(change, weight, saturated, noise, scale)
+    noise = np.maximum(_pixel_noise(frame - reference), PRESS.least_noise)
+    undeformed = np.maximum(reference, 0)
+    # The noise keeps the divisor finite in the dark, the share the logarithm in shadows.
+    offset = noise + PRESS.offset_share * undeformed
+    ratio = np.log((np.maximum(frame, 0) + offset) / (undeformed + offset))
+    relative = noise / (undeformed + offset)
+    precision = PRESS.model_error**2 / (PRESS.model_error**2 + relative**2)
+    return Change(
+        _masked_blur(ratio, weight, PRESS.blur_px),
+        precision,
+        weight,
+        saturated,
+        float(np.median(reference)),
+        _grain_px2(PRESS.blur_px),
+        scale,
+    )
+
+
+def _pixel_noise(difference: Float64) -> Float64:
+    """Standard deviation of the noise of each channel, (K,), from its second differences.
+
+    Anything smooth cancels in d(x − 1) − 2 d(x) + d(x + 1), whose variance is six times the noise.
+    """
+    second = np.diff(difference, 2, axis=1).reshape(-1, difference.shape[2])
+    if not len(second):
+        return np.zeros(difference.shape[2])
+    return np.asarray([sigma_of(plane) / np.sqrt(6) for plane in second.T])
+
+
+def _grain_px2(*blurs_px: float) -> float:
+    """Area of the correlation of white noise after Gaussian smoothings."""
+    return 1 + 4 * np.pi * sum(blur**2 for blur in blurs_px)
 
 
 def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
@@ -197,8 +288,7 @@ def _folded(saturated: Bool, plane: Float64) -> Bool:
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 
 
-def _masked_blur(image: Float64, weight: Float64) -> Float64:
-    total = cv2.GaussianBlur(weight, (0, 0), PRESS.blur_px)
-    total = np.maximum(total, PRESS.least_blur_weight)
-    blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), PRESS.blur_px)
+def _masked_blur(image: Float64, weight: Float64, blur_px: float) -> Float64:
+    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), blur_px), PRESS.least_blur_weight)
+    blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), blur_px)
     return np.asarray(blurred.reshape(image.shape) / total[..., None])

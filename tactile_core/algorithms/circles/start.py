@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.circles.press import Change, PressImage, change_of, working_scale
-from tactile_core.algorithms.circles.symmetry import odd_centre
+from tactile_core.algorithms.circles.symmetry import odd_centre, oddness_at
 
 
 class StartParameters(NamedTuple):
@@ -23,6 +25,10 @@ class StartParameters(NamedTuple):
     least_oddness : float, −1 to 1
         Below it the change is not that of a ball.
         Source: chosen by hand; no script derives it.
+    darkening_oddness : float, −1 to 1
+        Below it presses are even, as where the image darkens with depth.
+        Source: virtual units (``experiments/circle_finding.py``): −0.99 to −1 where they darken,
+        −0.75 and more with light from the sides.
     weakest_contact : float, noise sigmas
         Below it there is no contact.
         Source: chosen by hand; no script derives it.
@@ -31,6 +37,18 @@ class StartParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     inner_radii : float, ball radii
         Radius within which the strength of the contact is measured.
+        Source: chosen by hand; no script derives it.
+    undeformed_radii : float, ball radii
+        Beyond this distance from the centre the gel surface counts as undeformed.
+        Source: chosen by hand; no script derives it.
+    fewest_undeformed : float, share
+        With a smaller share of the image there, a change of the light is not estimated.
+        Source: chosen by hand; no script derives it.
+    largest_drift : float, change
+        With a larger change of the undeformed surface, the whole image differs from the reference.
+        Source: half of the largest log gain that is compensated (``algorithms/drift.py``).
+    noise_ratio : float, ratio
+        The same relative to the noise of the camera.
         Source: chosen by hand; no script derives it.
     far_radii : float, ball radii
         Change beyond this distance is far from the press.
@@ -44,9 +62,14 @@ class StartParameters(NamedTuple):
     """
 
     least_oddness: float = 0.25
+    darkening_oddness: float = -0.9
     weakest_contact: float = 4.0
     strongest_elsewhere: float = 0.5
     inner_radii: float = 0.6
+    undeformed_radii: float = 2.0
+    fewest_undeformed: float = 0.1
+    largest_drift: float = 0.05
+    noise_ratio: float = 3.0
     far_radii: float = 2.5
     blur_radii: float = 0.35
     least_blur_weight: float = 1e-3
@@ -55,18 +78,23 @@ class StartParameters(NamedTuple):
 START = StartParameters()
 """The values in use."""
 
+DIFFERS = (
+    "the whole image differs from the reference; record the reference again, with the crop, the "
+    "exposure and the light of the presses"
+)
+"""Reason to exclude a press that belongs to another reference."""
+
 
 @dataclass(frozen=True, eq=False)
-class Start:
-    """A press analysed on its own, so that many searches can share the result.
+class Sighting:
+    """A press on its own, as light from the sides or a darkening with depth would show it.
 
     Attributes
     ----------
     change : Change
-    ball : float
-        Radius of the ball in working pixels.
+        What is odd about the centre: the change of the image, or the gradient of that.
     centre : (2,) float64
-        Point about which the change is most odd, in working pixels.
+        Point about which it is most odd, in working pixels.
     oddness : float
         −1 (even) to 1 (odd).
     why : str
@@ -74,10 +102,26 @@ class Start:
     """
 
     change: Change
-    ball: float
     centre: Float64
     oddness: float
     why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A press analysed on its own, so that many searches can share the result.
+
+    Attributes
+    ----------
+    ball : float
+        Radius of the ball in working pixels.
+    shading, darkening : Sighting
+        The press under light from the sides, and under light that fades with depth.
+    """
+
+    ball: float
+    shading: Sighting
+    darkening: Sighting
 
     @classmethod
     def of(cls, image: PressImage, ball_radius_px: float, scale: float | None = None) -> Start:
@@ -85,8 +129,56 @@ class Start:
         scale = working_scale(ball_radius_px) if scale is None else scale
         ball = ball_radius_px * scale
         change = change_of(image, scale)
-        centre, odd = _most_odd(change, ball)
-        return cls(change, ball, centre, odd, _unlike_a_press(change, centre, odd, ball))
+        drift = _median(change, change.weight > 0)
+        change = change.without(drift)
+        gradient = change.gradient(ball)
+        return cls(
+            ball,
+            _sighting(change, drift, None, *_most_odd(change, ball), ball),
+            _sighting(change, drift, gradient, *odd_centre(gradient, ball), ball),
+        )
+
+    def seen(self, *, darkens: bool) -> Sighting:
+        """Return the sighting for one kind of light."""
+        return self.darkening if darkens else self.shading
+
+
+def darkens(starts: Sequence[Start]) -> bool:
+    """Whether presses darken with depth: they are even about the centre of their gradient."""
+    seen = [start for start in starts if not start.darkening.why] or starts
+    odd = [oddness_at(s.shading.change, s.darkening.centre, s.ball) for s in seen]
+    return bool(odd) and float(np.median(odd)) < START.darkening_oddness
+
+
+def _sighting(
+    change: Change,
+    drift: Float64,
+    gradient: Change | None,
+    centre: Float64,
+    oddness: float,
+    ball: float,
+) -> Sighting:
+    """Remove the change of the light, and judge whether this is a press."""
+    h, w = change.shape
+    distance = np.hypot(np.arange(w) - centre[0], np.arange(h)[:, None] - centre[1])
+    far = (distance > START.undeformed_radii * ball) & (change.weight > 0)
+    if np.count_nonzero(far) < START.fewest_undeformed * far.size:
+        far[...] = False
+    left = _median(change, far)
+    change = change.without(left)
+    why = _unlike_a_press(change, centre, far, drift + left, ball)
+    if not why and oddness < START.least_oddness:
+        why = "not a ball: the change is not symmetric about any centre"
+    if not why and _elsewhere(change, centre, ball) > START.strongest_elsewhere:
+        why = "not one ball: something else touches, or the gel or the light has changed"
+    return Sighting(gradient or change, centre, oddness, why)
+
+
+def _median(change: Change, where: Bool) -> Float64:
+    """Median change (K,) of some pixels; 0 of none."""
+    if not where.any():
+        return np.zeros(change.values.shape[2])
+    return np.asarray(np.median(change.values[where], axis=0))
 
 
 def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
@@ -99,24 +191,27 @@ def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
     return max(found, odd_centre(change.between_channels(), ball), key=lambda start: start[1])
 
 
-def _unlike_a_press(change: Change, start: Float64, odd: float, ball: float) -> str:
-    """Reason to exclude the press because of its own change; "" if there is none."""
-    x, y = change.disc(start, START.inner_radii * ball)
+def _unlike_a_press(change: Change, centre: Float64, far: Bool, drift: Float64, ball: float) -> str:
+    """Reason to exclude the press because of the strength of its change; "" if there is none."""
+    x, y = change.disc(centre, START.inner_radii * ball)
     if len(x) == 0:
         return "no contact: markers hide the gel surface where the image changed"
-    strength = float(np.sqrt((change.values[y, x] ** 2).sum(1).mean())) / change.noise
-    if strength < START.weakest_contact:
+    length = np.sqrt((change.weighted**2).sum(2))
+    expected = np.sqrt(change.noise_variance.sum(2))
+    noise = sigma_of(length[far]) if far.any() else float(np.median(expected))
+    moved = max(noise, float(np.abs(drift).max()))
+    differs = moved > max(START.largest_drift, START.noise_ratio * float(np.median(expected)))
+    if differs:
+        return DIFFERS
+    strength = float(np.sqrt((length[y, x] ** 2).mean()))
+    if strength < START.weakest_contact * noise:
         return "no contact: the change is barely above the noise"
-    if odd < START.least_oddness:
-        return "not a ball: the change is not antisymmetric about any centre"
-    if _elsewhere(change, start, ball) > START.strongest_elsewhere:
-        return "not one ball: something else touches, or the gel or the light has changed"
     return ""
 
 
 def _elsewhere(change: Change, start: Float64, ball: float) -> float:
     """Strongest change far from the press, over the strongest within one ball radius."""
-    energy = (change.values**2).sum(2) * change.weight
+    energy = (change.weighted**2).sum(2)
     sigma = START.blur_radii * ball
     total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), START.least_blur_weight)
     local = cv2.GaussianBlur(energy, (0, 0), sigma) / total

@@ -65,19 +65,25 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
     oddness : float
         −1 (even) to 1 (perfectly odd).
     """
-    h, w = change.weight.shape
-    values = change.values * change.weight[..., None]
+    values = change.weighted
     energy = cv2.GaussianBlur((values**2).sum(2), (0, 0), SYMMETRY.blur_radii * ball_radius)
-    py, px = np.unravel_index(int(np.argmax(energy)), energy.shape)
-    x, y = np.arange(w), np.arange(h)[:, None]
-    inside = SYMMETRY.window_radii - np.hypot(x - px, y - py) / ball_radius
+    peak_y, peak_x = np.unravel_index(int(np.argmax(energy)), energy.shape)
+    # Nothing outside the window counts: transforming a section is faster.
+    reach = int(np.ceil(SYMMETRY.window_radii * ball_radius))
+    top, left = max(0, int(peak_y) - reach), max(0, int(peak_x) - reach)
+    section = np.s_[top : int(peak_y) + reach + 1, left : int(peak_x) + reach + 1]
+    values, weight = values[section], change.weight[section]
+    h, w = weight.shape
+    px, py = int(peak_x) - left, int(peak_y) - top
+    inside = SYMMETRY.window_radii - np.hypot(np.arange(w) - px, np.arange(h)[:, None] - py) / (
+        ball_radius
+    )
     window = np.clip(inside, 0, SYMMETRY.taper_radii) / SYMMETRY.taper_radii
-    weight = change.weight * window
     size = (2 * h, 2 * w)
-    spectrum = np.fft.rfft2(change.values * weight[..., None], size, axes=(0, 1))
+    spectrum = np.fft.rfft2(values * window[..., None], size, axes=(0, 1))
     odd = np.fft.irfft2((spectrum**2).sum(2), size)
-    square = np.fft.rfft2((change.values**2).sum(2) * weight, size)
-    even = np.fft.irfft2(square * np.fft.rfft2(weight, size), size)
+    square = np.fft.rfft2((values**2).sum(2) * window, size)
+    even = np.fft.irfft2(square * np.fft.rfft2(weight * window, size), size)
     score = -odd / np.maximum(even, SYMMETRY.least_overlap * even.max() + 1e-12)
     far = np.hypot(np.arange(2 * w) / 2 - px, np.arange(2 * h)[:, None] / 2 - py)
     score[far > SYMMETRY.farthest_radii * ball_radius] = _EXCLUDED
@@ -86,7 +92,22 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
     if 0 < i < 2 * w - 1 and 0 < j < 2 * h - 1:
         lines = score[j, i - 1 : i + 2], score[j - 1 : j + 2, i]
         peak += [vertex(line) if line.min() > _EXCLUDED else 0.0 for line in lines]
-    return peak / 2, float(score[j, i])
+    return peak / 2 + (left, top), float(score[j, i])
+
+
+def oddness_at(change: Change, centre: Float64, radius: float) -> float:
+    """Oddness of the change about a given centre, within a radius.
+
+    −1 is even and 1 is odd; 0 where nothing is visible.
+    """
+    x, y = change.disc(centre, radius)
+    h, w = change.shape
+    opposite = np.rint(2 * centre - np.stack([x, y], 1)).astype(int)
+    inside = ((opposite >= 0) & (opposite < (w, h))).all(1)
+    values = change.weighted
+    here, there = values[y[inside], x[inside]], values[tuple(opposite[inside].T[::-1])]
+    square = float((here**2).sum() + (there**2).sum())
+    return -2 * float((here * there).sum()) / square if square > 0 else 0.0
 
 
 def vertex(three: Float64) -> float:

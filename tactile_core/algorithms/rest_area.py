@@ -26,19 +26,19 @@ class RestAreaParameters(NamedTuple):
     cells : int, count
         Approximate number of cells over which slopes are averaged. Errors of the height are much
         smoother than these cells.
-        Source: ``experiments/border_heights.py``; 1200, 4800 and 19200 give equal heights (ADR 47).
+        Source: chosen by hand; 1200, 4800 and 19200 give equal heights (ADR 47).
     calm_slope : float, slope
         Mean slope of a cell up to which it may be undeformed.
-        Source: ``experiments/border_heights.py``; 0.02 to 0.08 give equal heights (ADR 47).
+        Source: chosen by hand; 0.02 to 0.08 give equal heights (ADR 47).
     margin_thicknesses : float, gel thicknesses
         At this distance from the nearest cell that is not calm, a cell has 63 % of its weight,
         since the gel bulges around a contact.
-        Source: ``experiments/border_heights.py``; with the true slopes of virtual presses, 2
-        raises peaks by less than 2 %, 0 by up to 4 % (ADR 47).
+        Source: chosen by hand on virtual presses and the recordings of ADR 47, which are therefore
+        no independent test of it.
     decay_thicknesses : float, gel thicknesses
         Length over which an error vanishes in the undeformed part.
-        Source: ``experiments/border_heights.py``; from 0.5 to 1, heights far from contacts of real
-        presses change by a quarter, peaks by 0.5 % (ADR 47).
+        Source: chosen by hand like ``margin_thicknesses``, between low heights far from contacts
+        (short) and the true bulge next to them (long).
     raised_share : float, share of the greatest height
         Cells raised by this have half the weight of others, and higher ones hardly any.
         Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.

@@ -48,8 +48,8 @@ class PressParameters(NamedTuple):
         Largest radius of training pixels, in radii of the contact that was found. Nearer to the
         rim, smoothing and errors of the circle mix in gel surface that has left the ball. It is
         less steep than the label says, so that the model would make the other slopes too steep.
-        Source: the smallest error on each of three sets of presses among 0.6 to 0.95, chosen on the
-        other two (ADR 46).
+        Source: chosen on each two of three sets of presses among 0.6 to 0.95; on the third it is
+        within 0.02° of the best (ADR 46).
     scored_contact_share : float, contact radii (ball radii in a grid)
         Pixels within it count in a score.
         Source: definition of the held-out score (``docs/reference/accuracy.md``).

@@ -69,14 +69,19 @@ class MotionOfImprint(Estimator):
     def _tracker_from(
         self, reference: Reference, markers: MarkerField, diameter_px: float
     ) -> ImprintTracker:
-        if self._tracker is None or self._tracker_of is not reference:
+        if self._tracker is None or not self._is_of(reference):
             undeformed_px = markers.undeformed_px
             undeformed_px = markers.reference_px if undeformed_px is None else undeformed_px
             self._tracker = ImprintTracker(
                 reference.pixels, undeformed_px, diameter_px, self._mm_per_px
             )
-            self._tracker_of = reference
+        self._tracker_of = reference
         return self._tracker
+
+    def _is_of(self, reference: Reference) -> bool:
+        """Whether the tracker was made for this reference, or for one with the same pixels."""
+        of = self._tracker_of
+        return of is reference or (of is not None and np.array_equal(of.pixels, reference.pixels))
 
 
 def _motion(change: ImprintChange, time_s: float) -> ImprintMotion:

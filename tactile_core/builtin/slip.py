@@ -20,6 +20,7 @@ from tactile_core.quantities import (
     SlipContact,
     SlipState,
 )
+from tactile_core.quantities.slip import SlipName
 
 
 class _Verdict(NamedTuple):
@@ -102,13 +103,14 @@ class Slip(Estimator):
         shear = shear if shear is not None and shear.usable else None
         imprint = imprint if imprint is not None and imprint.tracked else None
         released = 0.0 if release is None else release.released
-        evidence = self._evidence(imprint, released)
+        evidence = self._evidence(imprint, released, alone=not contact.known)
         touched = bool(contact.mask.any())
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
             return SlipState("unknown", 0.0, timestamp_s=time_s)
-        if loss is not None and loss.measured and not contact.known:
-            return self._by_loss(loss, shear, imprint, evidence)
+        measured = loss is not None and loss.measured and not contact.known
+        if loss is not None and measured and (touched or loss.lost > 0):
+            return self._by_loss(loss, shear, imprint, evidence, touched=touched)
         if not touched and (contact.known or evidence < 1):
             self._machine.reset()
             degree = 0.0 if contact.known else degree_of(evidence)
@@ -145,23 +147,29 @@ class Slip(Estimator):
         shear: ContactShear | None,
         imprint: ImprintMotion | None,
         evidence: float,
+        *,
+        touched: bool,
     ) -> SlipState:
-        """Return the state of a contact whose load is not known, from how much of it is lost."""
-        degree = max(loss.lost, FUSION.imprint_weight * degree_of(evidence))
-        if loss.settled < CONTACT_LOSS.weakest:
+        """Return the state of a contact whose load is not known, from how much of it is lost.
+
+        Until it has been watched for long enough, nothing is lost.
+        """
+        if loss.lost > 0 and loss.settled < CONTACT_LOSS.weakest:
             self._machine.reset()
-            return SlipState("unknown", degree, timestamp_s=loss.timestamp_s)
+            name: SlipName = "unknown" if touched else "none"
+            return SlipState(name, loss.lost, timestamp_s=loss.timestamp_s)
         slips = loss.lost >= CONTACT_LOSS.lost_share
         field = 0.0 if shear is None else shear.degree
         warning = min(self._warning_only, 1.0 if evidence >= 1 else field)
         kind = imprint.kind if imprint is not None and evidence >= 1 else "translation"
         self._machine.update(1.0 if slips else warning, kind, loss.timestamp_s)
-        return self._state(degree, shear, imprint, loss.timestamp_s)
+        return self._state(loss.lost, shear, imprint, loss.timestamp_s)
 
-    def _evidence(self, imprint: ImprintMotion | None, released: float) -> float:
+    def _evidence(self, imprint: ImprintMotion | None, released: float, *, alone: bool) -> float:
         if imprint is None:
             return 0.0
-        return imprint_evidence(imprint.changed, imprint.moved, released, self._imprint_changed)
+        limit = self._imprint_changed
+        return imprint_evidence(imprint.changed, imprint.moved, released, limit, alone=alone)
 
     def _verdict(
         self, contact: SlipContact, shear: ContactShear | None, evidence: float, *, tracked: bool

@@ -178,8 +178,8 @@ class Pipeline:
         if self._calibration is not None and (self.reference is not None or self.bundle is None):
             measured = self._measured(self._calibration, frame)
             given[type(measured)] = measured
-            if self._reference_gradients is not None:
-                given[ReferenceGradients] = self._reference_gradients
+            if self.reference_gradients is not None:
+                given[ReferenceGradients] = self.reference_gradients
         result = self._chain.run(given, tare=tare)
         not_measured = {Frame, Reference, ReferenceGradients, *self._chain.external}
         measured_only = {k: v for k, v in result.by_type.items() if k not in not_measured}
@@ -336,7 +336,8 @@ class Pipeline:
         return measured
 
     @cached_property
-    def _reference_gradients(self) -> ReferenceGradients | None:
+    def reference_gradients(self) -> ReferenceGradients | None:
+        """The slopes that the calibration measures on the reference; None if no step takes them."""
         taken = any(ReferenceGradients in step.takes for step in self.steps)
         if self._calibration is None or self.reference is None or not taken:
             return None

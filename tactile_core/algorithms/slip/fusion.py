@@ -21,23 +21,20 @@ class FusionParameters(NamedTuple):
         Weight of the field's degree where neither the contact nor the load is known, so that it
         stays below the degree of an imprint that slips.
         Source: chosen by hand: the field ranks recorded lifts wrongly there (ADR 29).
-    imprint_weight : float, ratio
-        Weight of the imprint's degree where the loss of contact is measured.
-        Source: recorded grasps; a gripper that shakes moves the imprint of an object that it holds
-        (ADR 50).
     """
 
     imprint_changed: float = 0.04
     release_gain: float = 3.0
     unknown_contact_weight: float = 0.2
-    imprint_weight: float = 0.3
 
 
 FUSION = FusionParameters()
 """The values in use."""
 
 
-def imprint_evidence(changed: float, moved: float, released: float, limit: float) -> float:
+def imprint_evidence(
+    changed: float, moved: float, released: float, limit: float, *, alone: bool = True
+) -> float:
     """Return the evidence of gross slip from the imprint; from 1 on the object slips.
 
     Parameters
@@ -50,8 +47,12 @@ def imprint_evidence(changed: float, moved: float, released: float, limit: float
         changes has lost the object.
     limit : float
         Change at which the object slips without a release of shear.
+    alone : bool
+        Whether a change without a release of shear is evidence. On a smooth object that is sheared
+        far, only the light changes.
     """
-    return max(changed * (1 + FUSION.release_gain * released) / limit, moved)
+    gain = FUSION.release_gain * released + (1.0 if alone else 0.0)
+    return max(changed * gain / limit, moved)
 
 
 def degree_of(evidence: float) -> float:

@@ -36,6 +36,11 @@ class MarkerLatticeParameters(NamedTuple):
     indexed_share : float, share of the markers
         Fewer markers on the lattice mean that there is none.
         Source: chosen by hand; no script derives it.
+    irregularity : float, pitches
+        Largest median distance of a marker from where its neighbours place it. A contact displaces
+        neighbours alike; markers that were printed less regularly hide its strain.
+        Source: geometric mean of the limits of two recorded sensors: 0.006 to 0.02 where the
+        markers form a lattice and 0.035 to 0.06 where they were placed one by one.
     spare_markers : int, count
         Markers that are needed beyond the number of polynomial terms.
         Source: chosen by hand; no script derives it.
@@ -50,6 +55,7 @@ class MarkerLatticeParameters(NamedTuple):
     follow: float = 0.3
     squareness: float = 0.5
     indexed_share: float = 0.6
+    irregularity: float = 0.027
     spare_markers: int = 5
     hold_s: float = 0.5
 
@@ -80,7 +86,12 @@ class MarkerLattice:
         self._terms = terms
         least = terms.shape[1] + MARKER_LATTICE.spare_markers
         share = len(nodes) / max(len(px), 1)
-        self.regular = len(nodes) >= least and share >= MARKER_LATTICE.indexed_share
+        self.regular = (
+            len(nodes) >= least
+            and share >= MARKER_LATTICE.indexed_share
+            and self._irregularity(np.asarray(px, np.float64)[self._chosen])
+            <= MARKER_LATTICE.irregularity
+        )
         self._square = np.full(len(nodes), np.nan)
         self._seen_s = np.full(len(nodes), -np.inf)
 
@@ -114,6 +125,20 @@ class MarkerLattice:
         self._seen_s[detected] = time_s
         recent = self._seen_s >= time_s - MARKER_LATTICE.hold_s
         return float(np.sqrt(self._square[recent].sum() / (recent.sum() - count)))
+
+    def _irregularity(self, places: Float64) -> float:
+        """Median distance of a marker from where its neighbours place it, in pitches."""
+        from scipy.spatial import KDTree
+
+        found = np.linalg.lstsq(self._terms, places, rcond=None)[0]
+        apart = (places - self._terms @ found) / self._pitch_px
+        nearest = np.asarray(KDTree(places).query(places, k=_SQUARE_NEIGHBOURS + 1)[1])
+        alone = apart - apart[nearest[:, 1:]].mean(axis=1)
+        return float(np.median(np.linalg.norm(alone, axis=1)))
+
+
+_SQUARE_NEIGHBOURS = 4
+"""Nearest neighbours of a marker on a square lattice."""
 
 
 def lattice_nodes(px: Array) -> tuple[Intp, Intp]:

@@ -17,7 +17,14 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.returned import measured_by
-from tactile_core.quantities import Frame, Pixels, Quantity, Reference
+from tactile_core.quantities import (
+    Frame,
+    Gradients,
+    Pixels,
+    Quantity,
+    Reference,
+    ReferenceGradients,
+)
 
 ACQUIRE, LIGHTS, MARKERS, SLOPES = "acquire", "lights verified", "markers masked", "slopes"
 WHOLE = "whole frame"
@@ -81,11 +88,15 @@ class Stream:
         with _timed(times, SLOPES):
             frame = self._condition.compensated(frame)
             measured = measured_by(calibration, frame, reference)
+            if self._bundle.errors is not None and isinstance(measured, Gradients):
+                measured = self._bundle.errors.added_to(measured)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,
             Reference: reference,
             type(measured): measured,
         }
+        if self._pipeline.reference_gradients is not None:
+            by_type[ReferenceGradients] = self._pipeline.reference_gradients
         for step in self._pipeline.steps:
             if step.missing(by_type) is not None:
                 continue

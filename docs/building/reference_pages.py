@@ -37,6 +37,11 @@ FURTHER = {
 
 ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "photometric-stereo": ("Photometric stereo", "From intensities to surface normals.", ()),
+    "light": (
+        "Light and undeformed surface",
+        "The reference, the drift of the lights, and the pixels that can be measured.",
+        ("background", "drift", "levels", "lit_area", "rest_area", "sequence", "validity"),
+    ),
     "poisson": ("Poisson integration", "From surface slopes to height.", ("poisson",)),
     "contact": (
         "Contact and surface shape",
@@ -59,7 +64,33 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "A dense displacement field from markers or from optical flow.",
         ("displacement", "elasticity"),
     ),
-    "slip": ("Slip", "Stick, incipient slip and gross slip.", ("slip", "entropy")),
+    "slip": (
+        "Slip",
+        "Stick, incipient slip and gross slip, from the displacement field and all other evidence.",
+        (
+            "slip.touched",
+            "slip.plane",
+            "slip.stick_region",
+            "slip.sheared_contact",
+            "slip.cues",
+            "slip.fusion",
+            "slip.state",
+            "entropy",
+        ),
+    ),
+    "slip-imprint": (
+        "Imprint and loss of contact",
+        "Slip from the imprint of the object, the release of shear and the loss of contact.",
+        (
+            "slip.surface_view",
+            "slip.imprint",
+            "slip.still_noise",
+            "slip.imprint_tracker",
+            "slip.release",
+            "slip.marker_lattice",
+            "slip.contact_loss",
+        ),
+    ),
     "arrays": ("Array helpers", "Filters, regression and sampling.", ("arrays",)),
 }
 """Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages.

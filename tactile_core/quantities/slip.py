@@ -22,7 +22,7 @@ class SlipState(Quantity):
     state : str
         ``none`` (no contact), ``stick``, ``incipient`` (the border of the contact slips), ``slip``
         (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
-        motion of the surface).
+        motion of the surface, or the load is not known and no contact has settled yet).
     degree : float
         0 if the entire contact sticks, 1 if all of it slips. Where the state is unknown it is 0, or
         from 0 to 1 how little shows a grip.

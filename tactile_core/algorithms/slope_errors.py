@@ -108,8 +108,9 @@ def slope_std(gx: Float32, gy: Float32, slopes: Float32, std: Float32) -> Float3
     """
     step = max(1, -(-max(gx.shape) // ERRORS.max_cells))
     size = max(1, gx.shape[1] // step), max(1, gx.shape[0] // step)
+    # numpy rounds alike wherever an array lies in memory; OpenCV's magnitude does not
     x, y = (cv2.resize(g, size, interpolation=cv2.INTER_NEAREST) for g in (gx, gy))
-    found = np.interp(cv2.magnitude(x, y), slopes, std)
+    found = np.interp(np.hypot(x, y), slopes, std)
     variation = np.zeros(found.shape, np.float32)
     for g in (gx, gy):
         mean = cv2.resize(g, size, interpolation=cv2.INTER_AREA)
@@ -117,7 +118,7 @@ def slope_std(gx: Float32, gy: Float32, slopes: Float32, std: Float32) -> Float3
             cv2.Sobel(mean, cv2.CV_32F, *order, ksize=1, borderType=cv2.BORDER_REPLICATE)
             for order in ((1, 0), (0, 1))
         )
-        variation += cv2.magnitude(across, down)
+        variation += np.hypot(across, down)
     # central differences span two cells
     edge = variation * (ERRORS.edge_px / (2 * step))
     return np.asarray(np.hypot(found, edge), np.float32)

@@ -18,7 +18,7 @@ from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 class Measured:
     """Slopes and heights of a frame, (H, W) each: one measured, the other derived from it.
 
-    ``integrated`` tells whether the heights are derived from the slopes.
+    ``integrated`` is True if the heights are derived from the slopes.
     """
 
     gx: Float32

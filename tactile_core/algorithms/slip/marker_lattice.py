@@ -41,6 +41,10 @@ class MarkerLatticeParameters(NamedTuple):
         neighbours alike; markers that were printed less regularly hide its strain.
         Source: geometric mean of the limits of two recorded sensors: 0.006 to 0.02 where the
         markers form a lattice and 0.035 to 0.06 where they were placed one by one.
+    watched_frames : int, count
+        The markers are on a lattice if one of these first frames is regular enough: a strong
+        contact in the first one displaces them.
+        Source: chosen by hand, about a second.
     spare_markers : int, count
         Markers that are needed beyond the number of polynomial terms.
         Source: chosen by hand; no script derives it.
@@ -56,6 +60,7 @@ class MarkerLatticeParameters(NamedTuple):
     squareness: float = 0.5
     indexed_share: float = 0.6
     irregularity: float = 0.027
+    watched_frames: int = 25
     spare_markers: int = 5
     hold_s: float = 0.5
 
@@ -86,12 +91,9 @@ class MarkerLattice:
         self._terms = terms
         least = terms.shape[1] + MARKER_LATTICE.spare_markers
         share = len(nodes) / max(len(px), 1)
-        self.regular = (
-            len(nodes) >= least
-            and share >= MARKER_LATTICE.indexed_share
-            and self._irregularity(np.asarray(px, np.float64)[self._chosen])
-            <= MARKER_LATTICE.irregularity
-        )
+        found = len(nodes) >= least and share >= MARKER_LATTICE.indexed_share
+        self._undecided = MARKER_LATTICE.watched_frames if found else 0
+        self.regular = found and self._is_regular(px)
         self._square = np.full(len(nodes), np.nan)
         self._seen_s = np.full(len(nodes), -np.inf)
 
@@ -115,6 +117,9 @@ class MarkerLattice:
         """
         detected = np.asarray(seen, np.bool_)[self._chosen]
         count = self._terms.shape[1]
+        if self._undecided and not self.regular:
+            self._undecided -= 1
+            self.regular = self._is_regular(px)
         if not self.regular or detected.sum() < count + MARKER_LATTICE.spare_markers:
             return None
         terms, places = self._terms[detected], np.asarray(px, np.float64)[self._chosen[detected]]
@@ -126,15 +131,16 @@ class MarkerLattice:
         recent = self._seen_s >= time_s - MARKER_LATTICE.hold_s
         return float(np.sqrt(self._square[recent].sum() / (recent.sum() - count)))
 
-    def _irregularity(self, places: Float64) -> float:
-        """Median distance of a marker from where its neighbours place it, in pitches."""
+    def _is_regular(self, px: Array) -> bool:
+        """Whether neighbours place the median marker where it is."""
         from scipy.spatial import KDTree
 
+        places = np.asarray(px, np.float64)[self._chosen]
         found = np.linalg.lstsq(self._terms, places, rcond=None)[0]
         apart = (places - self._terms @ found) / self._pitch_px
         nearest = np.asarray(KDTree(places).query(places, k=_SQUARE_NEIGHBOURS + 1)[1])
         alone = apart - apart[nearest[:, 1:]].mean(axis=1)
-        return float(np.median(np.linalg.norm(alone, axis=1)))
+        return bool(np.median(np.linalg.norm(alone, axis=1)) <= MARKER_LATTICE.irregularity)
 
 
 _SQUARE_NEIGHBOURS = 4

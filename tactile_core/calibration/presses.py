@@ -20,9 +20,10 @@ from tactile_core.algorithms.circles import (
     working_scale,
 )
 from tactile_core.algorithms.contact_rim import rim_share
-from tactile_core.algorithms.dome import cap, flat_equivalent, rest_height
+from tactile_core.algorithms.dome import flat_equivalent, rest_height
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.sphere import fit_sphere
+from tactile_core.calibration.ball_surface import BallSurface
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
@@ -153,6 +154,12 @@ class FoundPress:
             PRESS.scored_ball_share * self.ball_radius_px,
         )
 
+    @property
+    def on_ball(self) -> BallSurface:
+        """True shape of the gel surface inside the contact."""
+        h, w = self.frame.pixels.shape[:2]
+        return BallSurface(self.centre_px, self.ball_radius_px, self.dome_radius_px, (h, w))
+
     def disc(self, radius_px: float) -> Bool:
         """(H, W) bool: pixels within ``radius_px`` of the centre."""
         h, w = self.frame.pixels.shape[:2]
@@ -167,12 +174,7 @@ class FoundPress:
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and (N, 2) slopes of the ball, minus those of the undeformed gel."""
         rows, columns = np.nonzero(mask)
-        slopes = np.zeros((len(rows), 2))
-        for centre_px, radius_px in self._spheres():
-            offset = np.stack([columns, rows], 1) - centre_px
-            depth_px = np.sqrt(np.maximum(radius_px**2 - (offset**2).sum(1), 1.0))
-            slopes -= offset / depth_px[:, None]
-        return rows, columns, slopes.astype(np.float32)
+        return rows, columns, self.on_ball.slopes(columns, rows)
 
     def area(self) -> Bool:
         """(H, W) bool: the contact."""
@@ -185,7 +187,7 @@ class FoundPress:
     def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
         """(N,) measured minus true height over a mask, less their mean difference."""
         rows, columns = np.nonzero(mask)
-        error = height_mm[mask] - self._height_px(columns, rows) * self.frame.mm_per_px
+        error = height_mm[mask] - self.on_ball.heights(columns, rows) * self.frame.mm_per_px
         return np.asarray(error - error.mean())
 
     def sphere(self, height_mm: Float32) -> MeasuredSphere | None:
@@ -201,7 +203,7 @@ class FoundPress:
         sphere = fit_sphere(height_px, near, rest_px=rest_px)
         if sphere is None:
             return None
-        ball_px, radius_px = self._spheres()[0]
+        ball_px, radius_px = self.on_ball.spheres()[0]
         offset_px = float(np.hypot(*(ball_px - sphere.centre_px)))
         return MeasuredSphere(sphere.radius_px / radius_px, offset_px)
 
@@ -211,35 +213,17 @@ class FoundPress:
         scale = self.frame.mm_per_px
         around = np.linspace(0, 2 * np.pi, PRESS.rim_points, endpoint=False)
         rim_x, rim_y = x + radius_px * np.cos(around), y + radius_px * np.sin(around)
-        rim_px = self._height_px(rim_x, rim_y).mean()
-        top_px = self._height_px(np.array([x]), np.array([y]))[0]
+        rim_px = self.on_ball.heights(rim_x, rim_y).mean()
+        top_px = self.on_ball.heights(np.array([x]), np.array([y]))[0]
         share = rim_share(radius_px * scale, self.thickness_mm)
         level_px = rim_px - share * (top_px - rim_px)
-        return np.asarray((self._height_px(columns, rows) - level_px) * scale, np.float32)
+        return np.asarray((self.on_ball.heights(columns, rows) - level_px) * scale, np.float32)
 
     def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
         """Slopes of the training pixels and the changes of their intensities."""
         sample = self.training()
         at = sample.rows, sample.columns
         return sample.gradients, self.frame.pixels[at].astype(np.float64) - reference.pixels[at]
-
-    def _height_px(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Sum of the heights of the spherical caps at N places, up to a constant."""
-        height_px = np.zeros(len(x))
-        for (x0, y0), radius_px in self._spheres():
-            height_px += cap((x - x0) ** 2 + (y - y0) ** 2, radius_px)
-        return height_px
-
-    def _spheres(self) -> list[tuple[np.ndarray, float]]:
-        """Centres (x, y) and radii in px of the spheres whose caps add up to the height."""
-        touch = np.asarray(self.circle.centre_px)
-        if self.dome_radius_px is None:
-            return [(touch, self.ball_radius_px)]
-        h, w = self.frame.pixels.shape[:2]
-        apex = np.array([w - 1, h - 1]) / 2
-        # both centres and the point of first contact are collinear
-        ball = apex + (touch - apex) * (1 + self.ball_radius_px / self.dome_radius_px)
-        return [(ball, self.ball_radius_px), (apex, self.dome_radius_px)]
 
     def training(self) -> Press:
         """Pixels to fit on: reliable ones on the ball, and some undeformed ones far from it.

@@ -69,11 +69,12 @@ def test_true_circles_raise_no_doubt(true: Calibrated) -> None:
     assert true.score.halves_difference_deg < 1
 
 
-def test_circles_that_are_all_shifted_move_the_spheres_by_as_much(
+def test_circles_that_are_all_shifted_are_doubted(
     with_circles: Callable[..., Calibrated],
 ) -> None:
     shifted = with_circles(lambda x, y: (x + 3, y))
-    assert offset_of(shifted) == pytest.approx(3 / BALL_PX, rel=0.2)
+    # Undeformed pixels hold the calibration at the truth; it follows the labels in part.
+    assert 1.3 * DOUBTS.offset < offset_of(shifted) < 1.2 * 3 / BALL_PX
     assert any("not where the circles were found" in note for note in shifted.notes)
     assert shifted.score is not None
     assert shifted.score.mean_deg < 0.25 * shifted.score.predict_flat_deg, "flattered by circles"

@@ -212,7 +212,7 @@ def test_without_a_usable_press_the_rest_is_written(tmp_path: Path) -> None:
     assert any("NOT MEASURED: none of 1 presses can be used" in note for note in made.notes)
 
 
-@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.16, True)])
+@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.15, True)])
 def test_a_contact_as_wide_as_the_ball_gives_a_warning(
     tmp_path: Path, mm_per_px: float, warned: bool
 ) -> None:

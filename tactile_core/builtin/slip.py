@@ -108,8 +108,7 @@ class Slip(Estimator):
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
             return SlipState("unknown", 0.0, timestamp_s=time_s)
-        measured = loss is not None and loss.measured and not contact.known
-        if loss is not None and measured and (touched or loss.lost > 0):
+        if loss is not None and loss.measured and not contact.known:
             return self._by_loss(loss, shear, imprint, evidence, touched=touched)
         if not touched and (contact.known or evidence < 1):
             self._machine.reset()
@@ -154,7 +153,8 @@ class Slip(Estimator):
 
         Until it has been watched for long enough, nothing is lost.
         """
-        if loss.lost > 0 and loss.settled < CONTACT_LOSS.weakest:
+        unsettled = loss.lost > 0 and loss.settled < CONTACT_LOSS.weakest
+        if unsettled or not (touched or loss.lost > 0):
             self._machine.reset()
             name: SlipName = "unknown" if touched else "none"
             return SlipState(name, loss.lost, timestamp_s=loss.timestamp_s)

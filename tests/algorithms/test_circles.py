@@ -162,9 +162,7 @@ def test_a_contact_that_the_border_cuts_is_less_certain(bench: Bench) -> None:
 )
 def test_a_reference_of_other_images_is_named_as_the_reason(bench: Bench, spoil) -> None:
     reference = lit(bench.reference)
-    images = [
-        PressImage(spoil(lit(press.pixels)), reference, 4095.0) for press in bench.presses()
-    ]
+    images = [PressImage(spoil(lit(press.pixels)), reference, 4095.0) for press in bench.presses()]
     assert {circle.why for circle in bench.find(images)} == {DIFFERS}
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import inspect
 import sys
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -155,6 +157,10 @@ def faulty(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
     for name in [name for name in sys.modules if name.startswith("fake_faulty")]:
         del sys.modules[name]
+    with warnings.catch_warnings():
+        # what a fault leaks would otherwise be collected, and warned of, in a later test
+        warnings.simplefilter("ignore", ResourceWarning)
+        gc.collect()
 
 
 def suite_of(name: str, **attributes: Any) -> type[PluginConformance]:

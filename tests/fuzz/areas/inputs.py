@@ -183,7 +183,7 @@ def seal(box: Sandbox, name: str) -> None:
     try:
         text = (folder / "manifest.json").read_text()
         write_manifest(folder, Manifest.model_validate_json(text))
-    except (OSError, ValueError):
+    except (OSError, ValueError, MemoryError):
         return  # an unreadable file is refused before the hashes are compared
 
 

@@ -327,10 +327,10 @@ class Pipeline:
             even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
             reference = Reference(even, frame.channels, frame.full_scale)
         measured = measured_by(calibration, frame, reference)
-        errors = None if self.bundle is None else self.bundle.errors
-        if errors is not None and isinstance(measured, Gradients):
-            return errors.added_to(measured)
-        if isinstance(measured, HeightMap) and measured.rest_mm is None:
+        if isinstance(measured, Gradients):
+            errors = None if self.bundle is None else self.bundle.errors
+            return measured if errors is None else errors.added_to(measured)
+        if measured.rest_mm is None:
             # a light model has no access to the shape of the gel
             return replace(measured, rest_mm=self._rest_mm)
         return measured

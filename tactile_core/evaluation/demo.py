@@ -58,9 +58,6 @@ class DemoParameters(NamedTuple):
     stick_shares : tuple of float, share of the contact
         A figure is drawn when the stick region first shrinks to each of these.
         Source: chosen by hand: full stick, two stages of partial slip, gross slip.
-    outline_blur : float, contact sizes
-        Gaussian sigma that smooths the outline of a contact, which fast simulation gives by nodes.
-        Source: chosen by hand; no script derives it.
     view_contacts : float, contact widths
         Size of the image section in a figure.
         Source: chosen by hand; no script derives it.
@@ -84,7 +81,6 @@ class DemoParameters(NamedTuple):
     shear_step: float = 0.02
     max_shears: int = 40
     stick_shares: tuple[float, ...] = (1.0, 0.66, 0.33, 0.0)
-    outline_blur: float = 0.05
     view_contacts: float = 3.5
     min_contact: float = 0.02
     error_percentile: float = 99.5
@@ -225,13 +221,13 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[Demo
     near, scale = _around(inside), height.mm_per_px
     contact = reading.get(ContactMask)
     measured, true = (Surface(mm[near], scale) for mm in (height.mm, truth.height_mm))
-    measured_contact = None if contact is None else _outlined(contact.mask, near)
+    measured_contact = None if contact is None else Overlay([Outline(contact.mask[near])])
     span_mm = (min(0.0, float(true.mm.min())), float(max(true.mm.max(), measured.mm.max())))
     most_mm = float(np.percentile(np.abs(measured.mm - true.mm), DEMO.error_percentile))
     drawn = [
         (_shown(frame)[near], f"{label}: camera image"),
         (relief(measured, measured_contact, span_mm=span_mm), "measured height"),
-        (relief(true, _outlined(inside, near), span_mm=span_mm), "true height"),
+        (relief(true, Overlay([Outline(inside[near])]), span_mm=span_mm), "true height"),
         (
             deviation(measured, true, most_mm=most_mm),
             f"height error (red: too high); mean normal error {row.normal_error_deg:.1f}°",
@@ -286,13 +282,6 @@ def _around(contact: NDArray[np.bool_]) -> tuple[slice, slice]:
 def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
     start = round(float(np.clip(places.mean() - length / 2, 0, whole - length)))
     return slice(start, start + round(length))
-
-
-def _outlined(contact: NDArray[np.bool_], near: tuple[slice, slice]) -> Overlay:
-    """Outline of a contact, smoothed because a fast simulation resolves it by nodes."""
-    blur_px = DEMO.outline_blur * np.sqrt(contact.sum())
-    smooth = cv2.GaussianBlur(contact.astype(np.float32), (0, 0), blur_px)
-    return Overlay([Outline(smooth[near] > 0.5)])
 
 
 def _ball_mm(profile: Profile) -> float:

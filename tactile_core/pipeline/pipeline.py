@@ -16,11 +16,12 @@ from tactile_core.algorithms import kernels
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
-from tactile_core.errors import CalibrationError, InputError
+from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Chain, Step
+from tactile_core.pipeline.frame_check import check_channels, check_order, check_size
 from tactile_core.pipeline.notes import exposure_warnings, left_out_notes
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.profile_steps import chain_of
@@ -44,8 +45,6 @@ from tactile_core.quantities import (
     Reference,
     ReferenceGradients,
 )
-
-_INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
 
 _COMPILING_MS = 2000.0
 """A frame takes longer only if its kernels are being compiled."""
@@ -168,8 +167,8 @@ class Pipeline:
         tare, self._tares = tare or self._tares, False
         start = perf_counter()
         self._check(frame.pixels, "frame")
-        if is_sequential(frame):
-            self._check_order(frame)
+        if is_sequential(frame) and self.bundle is not None:
+            check_order(frame, self.bundle)
         raw, frame = frame, self.conditioning(frame)
         given: dict[type[Quantity], Quantity] = {type(value): value for value in inputs}
         given[Frame] = frame
@@ -375,28 +374,7 @@ class Pipeline:
             left_out[name] = kind
         return left_out
 
-    def _check_order(self, frame: Frame) -> None:
-        if self.bundle is not None and frame.channels != self.bundle.manifest.channels:
-            raise CalibrationError(
-                f"the lights fire in the order {', '.join(frame.channels)}, but the bundle was "
-                f"made with {', '.join(self.bundle.manifest.channels)}; use the bundle's profile "
-                f"or calibrate again"
-            )
-
     def _check(self, pixels: Pixels, what: str) -> None:
-        image, shape = self.profile.image, pixels.shape
-        if len(shape) != 3 or pixels.dtype not in _INTENSITIES:
-            raise InputError(
-                f"the {what} has dtype {pixels.dtype} and shape {shape}; it should be (H, W, K) "
-                f"with K channels of uint8, uint16 or float32"
-            )
-        if shape[:2] != (image.height_px, image.width_px):
-            raise InputError(
-                f"the {what} is {shape[1]} × {shape[0]}, but the profile {self.profile.name!r} "
-                f"specifies {image.width_px} × {image.height_px}; correct 'image' in the profile"
-            )
-        if self.bundle is not None and shape[2] != len(self.bundle.manifest.channels):
-            raise InputError(
-                f"the {what} has {shape[2]} channels, but the bundle was made for "
-                f"{len(self.bundle.manifest.channels)}; calibrate with the same lights"
-            )
+        check_size(pixels, what, self.profile)
+        if self.bundle is not None:
+            check_channels(pixels, what, self.bundle)

@@ -1,0 +1,69 @@
+"""Checks that a frame matches the profile and the bundle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Pixels
+
+_INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
+
+
+def check_size(pixels: Pixels, what: str, profile: Profile) -> None:
+    """Refuse pixels that are not (H, W, K) intensities of the profile's size.
+
+    Parameters
+    ----------
+    pixels : array
+    what : str
+        Their name in messages, such as "frame".
+    profile : Profile
+
+    Raises
+    ------
+    InputError
+    """
+    image, shape = profile.image, pixels.shape
+    if len(shape) != 3 or pixels.dtype not in _INTENSITIES:
+        raise InputError(
+            f"the {what} has dtype {pixels.dtype} and shape {shape}; it should be (H, W, K) "
+            f"with K channels of uint8, uint16 or float32"
+        )
+    if shape[:2] != (image.height_px, image.width_px):
+        raise InputError(
+            f"the {what} is {shape[1]} × {shape[0]}, but the profile {profile.name!r} "
+            f"specifies {image.width_px} × {image.height_px}; correct 'image' in the profile"
+        )
+
+
+def check_channels(pixels: Pixels, what: str, bundle: Bundle) -> None:
+    """Refuse (H, W, K) pixels that have another number of channels than the bundle.
+
+    Raises
+    ------
+    InputError
+    """
+    channels = len(bundle.manifest.channels)
+    if pixels.shape[2] != channels:
+        raise InputError(
+            f"the {what} has {pixels.shape[2]} channels, but the bundle was made for "
+            f"{channels}; calibrate with the same lights"
+        )
+
+
+def check_order(frame: Frame, bundle: Bundle) -> None:
+    """Refuse a frame whose lights fire in another order than in the bundle.
+
+    Raises
+    ------
+    CalibrationError
+    """
+    if frame.channels != bundle.manifest.channels:
+        raise CalibrationError(
+            f"the lights fire in the order {', '.join(frame.channels)}, but the bundle was "
+            f"made with {', '.join(bundle.manifest.channels)}; use the bundle's profile "
+            f"or calibrate again"
+        )

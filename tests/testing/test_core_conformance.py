@@ -1,4 +1,10 @@
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+from support.light_box import LIGHTS as BOX_LIGHTS
+from support.light_box import light_box
 
 from tactile_core.testing import PluginConformance
 
@@ -8,7 +14,15 @@ LIGHTS = [{"name": f"light{i}", "azimuth_deg": 60 * i, "elevation_deg": 25} for 
 
 class TestCore(PluginConformance):
     plugin = "core"
-    options = {  # noqa: RUF012
+    options: ClassVar[dict[str, dict[str, Any]]] = {
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
+        "core.serial_leds": {"lights": BOX_LIGHTS},
     }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def boxes() -> Iterator[None]:
+    with light_box() as box:
+        TestCore.options["core.serial_leds"]["port"] = box.port
+        yield

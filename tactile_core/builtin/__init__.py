@@ -33,6 +33,7 @@ def tactile_light_drivers() -> Mapping[str, str]:
     """Light drivers of the core."""
     return {
         "serial_leds": "tactile_core.builtin.leds.serial_leds:SerialLeds",
+        "usb_leds": "tactile_core.builtin.leds.usb_leds:UsbLeds",
     }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from select import select
@@ -31,6 +30,8 @@ class LightBox:
     """
 
     def __init__(self, lights: int = 6, description: str = "1 tactile-lights 1.0 L0001") -> None:
+        import tty  # there is none on Windows
+
         self._master, self._slave = os.openpty()
         for end in (self._master, self._slave):
             tty.setraw(end)

@@ -5,7 +5,10 @@ from typing import Any, ClassVar
 import pytest
 from support.light_box import LIGHTS as BOX_LIGHTS
 from support.light_box import light_box
+from support.usb_bus import UsbBus
+from support.usb_light_box import UsbLightBox
 
+from tactile_core.builtin.leds.usb_leds import UsbLeds
 from tactile_core.testing import PluginConformance
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "relief.png"
@@ -18,6 +21,7 @@ class TestCore(PluginConformance):
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.serial_leds": {"lights": BOX_LIGHTS},
+        "core.usb_leds": {"lights": BOX_LIGHTS},
     }
 
 
@@ -25,4 +29,6 @@ class TestCore(PluginConformance):
 def boxes() -> Iterator[None]:
     with light_box() as box:
         TestCore.options["core.serial_leds"]["port"] = box.port
+        UsbLeds.backend = UsbBus(UsbLightBox())
         yield
+        UsbLeds.backend = None

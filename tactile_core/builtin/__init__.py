@@ -34,6 +34,7 @@ def tactile_light_drivers() -> Mapping[str, str]:
     return {
         "serial_leds": "tactile_core.builtin.leds.serial_leds:SerialLeds",
         "usb_leds": "tactile_core.builtin.leds.usb_leds:UsbLeds",
+        "uvc_leds": "tactile_core.builtin.leds.uvc_leds:UvcLeds",
     }
 
 

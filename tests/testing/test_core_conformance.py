@@ -22,6 +22,7 @@ class TestCore(PluginConformance):
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.serial_leds": {"lights": BOX_LIGHTS},
         "core.usb_leds": {"lights": BOX_LIGHTS},
+        "core.uvc_leds": {"lights": BOX_LIGHTS},
     }
 
 

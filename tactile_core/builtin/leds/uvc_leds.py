@@ -68,10 +68,7 @@ class UvcLeds(LightDriver):
         self._camera = camera
 
     def _open(self) -> None:
-        if self._camera is None:
-            raise DeviceError(
-                "core.uvc_leds has no camera; attach() the camera of the lights first"
-            )
+        """Do nothing: the camera is opened later."""
 
     def _close(self) -> None:
         """Do nothing: the control is the camera's."""

@@ -94,6 +94,11 @@ class Acquisition:
         if self._trigger is Trigger.FREE_RUNNING and self._stream is None:
             self._stream = self._begin_stream()
 
+    @property
+    def stamp_delay_s(self) -> float | None:
+        """Delay of the timestamps of a free-running camera, s; None if it is unknown."""
+        return None if self._stream is None else self._stream.stamp_delay_s
+
     def widen_margin(self) -> None:
         """Wait longer after each change of light, since an image has shown the wrong one.
 

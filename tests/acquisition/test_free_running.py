@@ -51,7 +51,7 @@ class Bench:
     def __init__(self, timing: Timing = WEBCAM, *, dark: bool = False, **options: Any) -> None:
         self.time = VirtualTime()
         self.lights = VirtualLights(self.time).open()
-        self.camera: Any = VirtualCamera(self.time, self.lights, timing, **options)
+        self.camera: Any = VirtualCamera(self.time, self.lights.scene, timing, **options)
         self.acquisition = self.acquire(SixLights(dark=dark))
 
     def acquire(self, illumination: SixLights) -> Acquisition:
@@ -103,7 +103,7 @@ def test_six_lights_at_30_hz_without_a_trigger_give_two_observations_a_second(
 def test_the_rates_with_a_trigger(dark: bool, overlaps: bool, rate: float) -> None:
     bench = Bench()
     timing = replace(GLOBAL, readout_s=1 / 30 - GLOBAL.exposure_s)
-    bench.camera = TriggeredCamera(bench.time, bench.lights, timing, overlaps=overlaps)
+    bench.camera = TriggeredCamera(bench.time, bench.lights.scene, timing, overlaps=overlaps)
     bench.acquisition = bench.acquire(SixLights(dark=dark))
     began_s = bench.time.now_s
     for _ in range(20):

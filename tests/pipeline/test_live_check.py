@@ -39,7 +39,7 @@ def bench() -> tuple[Acquisition, Spoilt, Frame]:
     """Acquisition, lights, and the first observation."""
     time = VirtualTime()
     lights = Spoilt(time)
-    camera = VirtualCamera(time, lights.open(), Timing()).open()
+    camera = VirtualCamera(time, lights.open().scene, Timing()).open()
     acquisition = Acquisition(camera, SixLights(), IMAGE, lights, clock=time.clock)
     first = acquisition.observe()
     assert first is not None

@@ -61,9 +61,8 @@ class LightBox:
         """Remove the port."""
         self._running = False
         self._thread.join()
-        for end in (self._master, self._slave):
-            if end >= 0:
-                os.close(end)
+        for end in {self._master, self._slave} - {-1}:
+            os.close(end)
         self._master = self._slave = -1
 
     def _serve(self) -> None:

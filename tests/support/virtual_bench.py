@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_core.acquisition.clock import Clock
+from tactile_core.acquisition.clock import HOST, Clock
 from tactile_core.errors import CameraTimeout, DeviceError
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
@@ -28,6 +28,8 @@ _Y, _X = np.mgrid[-1 : 1 : ROWS * 1j, -1 : 1 : COLUMNS * 1j]
 _AZIMUTH = np.arange(6) * np.pi / 3
 AMBIENT = 10.0
 BUFFERS = 4
+RECENT = 50
+"""Changes of light that can be within one exposure."""
 BRIGHT = 110 + 60 * (np.cos(_AZIMUTH)[:, None, None] * _X + np.sin(_AZIMUTH)[:, None, None] * _Y)
 """(6, ROWS, COLUMNS) image of each light."""
 
@@ -58,6 +60,46 @@ class VirtualTime:
         self.now_s += duration_s
 
 
+class RealTime(VirtualTime):
+    """The time of the host."""
+
+    def __init__(self) -> None:
+        self.clock = HOST
+
+    @property
+    def now_s(self) -> float:  # type: ignore[override]
+        return HOST.now()
+
+    def sleep(self, duration_s: float) -> None:
+        HOST.sleep(duration_s)
+
+
+class Scene:
+    """What the lights did, and what a camera sees of it.
+
+    Attributes
+    ----------
+    changes : list of (float, (6,) array)
+        When the lights changed, s, and their levels since.
+    """
+
+    def __init__(self) -> None:
+        self.changes: list[tuple[float, np.ndarray]] = [(0.0, np.zeros(len(LIGHTS)))]
+
+    def picture(self, begin_s: np.ndarray, exposure_s: float) -> np.ndarray:
+        """Return the image whose rows are exposed from ``begin_s`` on."""
+        changes = self.changes[-RECENT:]
+        times = np.array([-np.inf, *(time for time, _ in changes[1:]), np.inf])
+        total = np.full((ROWS, COLUMNS), AMBIENT)
+        for number, (_, levels) in enumerate(changes):
+            on = np.maximum(times[number], begin_s)
+            off = np.minimum(times[number + 1], begin_s + exposure_s)
+            share = np.maximum(off - on, 0) / exposure_s
+            if share.any():
+                total += share[:, None] * np.tensordot(levels, BRIGHT, 1)
+        return np.rint(total).astype(np.uint8)
+
+
 class VirtualLights(LightDriver):
     """Lights that change some time after the request, and before its acknowledgement.
 
@@ -75,7 +117,7 @@ class VirtualLights(LightDriver):
         super().__init__(Options())
         self._time, self.latency_s = time, latency_s
         self._random = np.random.default_rng(1)
-        self.changes: list[tuple[float, np.ndarray]] = [(0.0, np.zeros(6))]
+        self.scene = Scene()
         self.swapped: dict[str, str] = {}
         self.silent = False
 
@@ -95,20 +137,8 @@ class VirtualLights(LightDriver):
         values = np.zeros(len(LIGHTS))
         for name, level in zip(on, levels.values(), strict=True):
             values[LIGHTS.index(name)] = level
-        self.changes.append((self._time.now_s, values))
+        self.scene.changes.append((self._time.now_s, values))
         self._time.sleep(0.3 * latency_s)
-
-    def picture(self, begin_s: np.ndarray, exposure_s: float) -> np.ndarray:
-        """Return the image whose rows are exposed from ``begin_s`` on."""
-        times = np.array([time for time, _ in self.changes] + [np.inf])
-        total = np.full((ROWS, COLUMNS), AMBIENT)
-        for number, (_, levels) in enumerate(self.changes):
-            on = np.maximum(times[number], begin_s)
-            off = np.minimum(times[number + 1], begin_s + exposure_s)
-            share = np.maximum(off - on, 0) / exposure_s
-            if share.any():
-                total += share[:, None] * np.tensordot(levels, BRIGHT, 1)
-        return np.rint(total).astype(np.uint8)
 
 
 @dataclass(frozen=True)
@@ -146,10 +176,10 @@ class VirtualCamera(Camera):
     """A camera that runs freely, with a queue of four buffers; when it is full, images are lost."""
 
     def __init__(
-        self, time: VirtualTime, lights: VirtualLights, timing: Timing, *, knows: bool = False
+        self, time: VirtualTime, scene: Scene, timing: Timing, *, knows: bool = False
     ) -> None:
         super().__init__(Options())
-        self._time, self._lights, self.timing = time, lights, timing
+        self._time, self._scene, self.timing = time, scene, timing
         self._random = np.random.default_rng(2)
         self._late = self._random.random(997)
         self._queue: deque[tuple[int, float, float, float]] = deque()
@@ -205,13 +235,13 @@ class VirtualCamera(Camera):
         until_s = self._time.now_s + timeout_s
         self._fill()
         if not self._queue:
-            self._time.now_s = min(max(self._arrival_s(), self._time.now_s), until_s)
+            self._time.sleep(max(min(self._arrival_s(), until_s) - self._time.now_s, 0.0))
             self._fill()
         if not self._queue:
             raise CameraTimeout("no image")
         number, begin_s, exposure_s, stamp_s = self._queue.popleft()
         rows_s = np.linspace(0, self.timing.readout_s, ROWS) if self.timing.rolling else 0.0
-        pixels = self._lights.picture(begin_s + rows_s * np.ones(ROWS), exposure_s)
+        pixels = self._scene.picture(begin_s + rows_s * np.ones(ROWS), exposure_s)
         return Image(
             pixels,
             stamp_s,
@@ -224,11 +254,9 @@ class VirtualCamera(Camera):
 class TriggeredCamera(Camera):
     """A camera with a software trigger; ``overlaps`` if it says when an exposure has ended."""
 
-    def __init__(
-        self, time: VirtualTime, lights: VirtualLights, timing: Timing, *, overlaps: bool
-    ) -> None:
+    def __init__(self, time: VirtualTime, scene: Scene, timing: Timing, *, overlaps: bool) -> None:
         super().__init__(Options())
-        self._time, self._lights, self.timing, self._overlaps = time, lights, timing, overlaps
+        self._time, self._scene, self.timing, self._overlaps = time, scene, timing, overlaps
         self._ended: tuple[float, np.ndarray] | None = None
 
     def _open(self) -> None:
@@ -240,7 +268,7 @@ class TriggeredCamera(Camera):
     def _take(self) -> None:
         begin_s = self._time.now_s
         self._time.sleep(self.timing.exposure_s)
-        self._ended = begin_s, self._lights.picture(np.full(ROWS, begin_s), self.timing.exposure_s)
+        self._ended = begin_s, self._scene.picture(np.full(ROWS, begin_s), self.timing.exposure_s)
 
     def _expose(self, timeout_s: float) -> bool:
         if self._overlaps:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 import pytest
 
 if not sys.platform.startswith(("linux", "darwin")):
@@ -21,7 +22,7 @@ from tactile_core.builtin.leds import serial_link
 from tactile_core.builtin.leds.protocol import encode
 from tactile_core.builtin.leds.serial_leds import SerialLeds
 from tactile_core.errors import DeviceBusy, DeviceError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.footprint import Footprint, within
 
 Words = tuple[str, ...]
 DARK = [0] * 6
@@ -281,3 +282,26 @@ def test_without_pyserial_the_command_to_install_it_is_named(
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(DeviceError, match=r"pip install 'tactile-core\[serial\]'"):
         leds(box).open()
+
+
+@pytest.mark.soak
+def test_a_hundred_unplugs_at_random_moments() -> None:
+    random = np.random.default_rng(0)
+    before = Footprint.now()
+    for _ in range(100):
+        box = LightBox()
+        driver = leds(box).open()
+        unplugging = threading.Timer(random.uniform(0, 0.3), box.unplug)
+        unplugging.start()
+        done = within(2.0, lambda driver=driver: set_until_it_fails(driver))
+        assert done.ended
+        assert isinstance(done.error, DeviceError)
+        driver.close()
+        unplugging.join()
+    assert before.left() == ""
+
+
+def set_until_it_fails(driver: SerialLeds) -> None:
+    while True:
+        driver.set({"led1": 1.0})
+        driver.set({"led2": 1.0})

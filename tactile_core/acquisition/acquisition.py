@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.clock import HOST, Clock
+from tactile_core.acquisition.free_running import FreeRunning
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.illumination import Exposure, Illumination
@@ -33,6 +35,8 @@ class Acquisition:
         Switches the lights; not needed for a recording or a virtual sensor.
     keep_raw : bool
         Whether a frame keeps the camera's raw images.
+    clock : Clock
+        That of the camera's timestamps.
     """
 
     def __init__(
@@ -43,11 +47,18 @@ class Acquisition:
         driver: LightDriver | None = None,
         *,
         keep_raw: bool = False,
+        clock: Clock = HOST,
     ) -> None:
         self._camera = camera
         self._driver = driver
         self._assembly = Assembly(illumination, image, keep_raw=keep_raw)
         self._exposures = self._assembly.exposures
+        self._own_settings = any(
+            one.exposure_time_s is not None or one.gain is not None for one in self._exposures
+        )
+        self._clock = clock
+        self._settled_s = float("-inf")
+        self._stream: FreeRunning | None = None
         self._trigger: Trigger | None = None
         self._shining: Mapping[str, float] | None = None
         self._sequence = 0
@@ -70,12 +81,31 @@ class Acquisition:
         if not isinstance(self._trigger, Trigger):
             given = type(self._trigger).__name__
             raise fault(CAMERA, self._camera, f"returned {given} from arm() instead of a Trigger")
-        if self._trigger is Trigger.SOFTWARE and self._driver is None and len(self._exposures) > 1:
+        if (
+            self._trigger is not Trigger.CAMERA
+            and self._driver is None
+            and len(self._exposures) > 1
+        ):
             raise InputError(
                 f"one observation takes {len(self._exposures)} exposures under different lights, "
                 f"but {origin_of(type(self._camera))} does not switch them; name a light driver in "
                 f"the profile, as 'illumination: {{driver: {{use: …}}}}'"
             )
+        if self._trigger is Trigger.FREE_RUNNING and self._stream is None:
+            self._stream = self._begin_stream()
+
+    @property
+    def stamp_delay_s(self) -> float | None:
+        """Delay of the timestamps of a free-running camera, s; None if it is unknown."""
+        return None if self._stream is None else self._stream.stamp_delay_s
+
+    def widen_margin(self) -> None:
+        """Wait longer after each change of light, since an image has shown the wrong one.
+
+        Applies to a free-running camera whose timestamps are not what they seemed.
+        """
+        if self._stream is not None:
+            self._stream.stamp_delay_s = None
 
     def observe(self, timeout_s: float = 1.0) -> Frame | None:
         """Acquire one observation; return None at the end of a recording.
@@ -110,9 +140,10 @@ class Acquisition:
     def _taken(self, timeout_s: float) -> list[Image]:
         """Return the images of one observation as they arrive; none at a recording's end."""
         images: list[Image] = []
-        for exposure in self._exposures:
+        following = (*self._exposures[1:], self._exposures[0])
+        for exposure, then in zip(self._exposures, following, strict=True):
             self._light(exposure)
-            image = self._exposed(timeout_s)
+            image = self._exposed(exposure, then, timeout_s)
             if image is None:
                 if images:
                     raise CameraLost("the recording ended in the middle of a sequence of lights")
@@ -135,7 +166,7 @@ class Acquisition:
                     f"returned an image whose exposure_index is {index!r}; one observation has "
                     f"{len(images)}",
                 )
-            if index != came and self._trigger is Trigger.SOFTWARE:
+            if index != came and self._trigger is not Trigger.CAMERA:
                 raise DeviceError(
                     f"the lights of exposure {came} were on, but the camera returned an image of "
                     f"exposure {index}; it must wait for a new image, or trigger the lights itself"
@@ -153,18 +184,51 @@ class Acquisition:
         if self._driver is None or self._trigger is Trigger.CAMERA:
             return
         if exposure.levels != self._shining:
-            self._shining = None
-            with blame(DRIVER, self._driver):
-                self._driver.set(exposure.levels)
-            self._shining = exposure.levels
+            self._switch(exposure.levels)
+            return
+        with blame(DRIVER, self._driver):
+            self._driver.check()
 
-    def _exposed(self, timeout_s: float) -> Image | None:
+    def _switch(self, levels: Mapping[str, float]) -> None:
+        assert self._driver is not None
+        self._shining = None
+        with blame(DRIVER, self._driver):
+            self._driver.set(levels)
+        self._settled_s = self._clock.now()
+        self._shining = levels
+
+    def _exposed(self, exposure: Exposure, then: Exposure, timeout_s: float) -> Image | None:
+        """Return the image of an exposure; if possible, switch the lights for the next one."""
+        if self._own_settings:
+            with blame(CAMERA, self._camera):
+                self._camera.prepare(exposure)
+        if self._stream is not None and self._trigger is Trigger.FREE_RUNNING:
+            return self._stream.first_after(self._settled_s, exposure, timeout_s)
+        if self._trigger is Trigger.SOFTWARE:
+            with blame(CAMERA, self._camera):
+                ended = self._camera.expose(timeout_s)
+            if ended:
+                self._light(then)
+        return self._image(timeout_s)
+
+    def _image(self, timeout_s: float) -> Image | None:
         with blame(CAMERA, self._camera):
             image = self._camera.read(timeout_s)
         wrong = "" if image is None else image_fault(image)
         if wrong:
             raise fault(CAMERA, self._camera, wrong)
         return image
+
+    def _begin_stream(self) -> FreeRunning:
+        """Measure the timing of a free-running camera, as far as the sequence depends on it."""
+        with blame(CAMERA, self._camera):
+            known = self._camera.stamp_delay_s
+        stream = FreeRunning(self._image, self._clock, known)
+        if self._driver is not None:
+            stream.measure_period()
+            if known is None and len(self._exposures) > 1:
+                stream.measure_delay(self._switch, self._exposures[0].levels)
+        return stream
 
 
 def average(frames: list[Frame]) -> Reference:

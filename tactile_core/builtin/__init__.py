@@ -29,6 +29,16 @@ def tactile_illuminations() -> Mapping[str, str]:
 
 
 @hookimpl
+def tactile_light_drivers() -> Mapping[str, str]:
+    """Light drivers of the core."""
+    return {
+        "serial_leds": "tactile_core.builtin.leds.serial_leds:SerialLeds",
+        "usb_leds": "tactile_core.builtin.leds.usb_leds:UsbLeds",
+        "uvc_leds": "tactile_core.builtin.leds.uvc_leds:UvcLeds",
+    }
+
+
+@hookimpl
 def tactile_calibrators() -> Mapping[str, str]:
     """Calibrators of the core."""
     return {

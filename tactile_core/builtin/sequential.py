@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field, PositiveFloat, model_validator
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
@@ -14,10 +14,21 @@ FEWEST_LIGHTS = 3
 """The normal and the albedo have three unknowns (Woodham 1980)."""
 
 
+class SequentialLight(LightOptions):
+    """A light, and how it is exposed."""
+
+    level: float = Field(default=1.0, gt=0, le=1, description="Brightness; 1 is full.")
+    exposure_time_s: PositiveFloat | None = Field(
+        default=None,
+        description="Exposure time of this light, s, if the camera can change it between images. "
+        "Default: that of the camera.",
+    )
+
+
 class SequentialOptions(Options):
     """Options of ``core.sequential``."""
 
-    lights: tuple[LightOptions, ...] = Field(
+    lights: tuple[SequentialLight, ...] = Field(
         min_length=FEWEST_LIGHTS, description="The lights in the order in which they fire."
     )
 
@@ -48,6 +59,7 @@ class SequentialIllumination(Illumination):
     def __init__(self, options: SequentialOptions) -> None:
         super().__init__(options)
         self._lights = tuple(light.placed() for light in options.lights)
+        self._exposed = options.lights
         self._dark = options.dark
 
     @property
@@ -62,5 +74,8 @@ class SequentialIllumination(Illumination):
 
     def exposures(self) -> tuple[Exposure, ...]:
         """One exposure per light, and a dark one at the end if requested."""
-        lit = tuple(Exposure({name: 1.0}, (name,)) for name in self.channels)
+        lit = tuple(
+            Exposure({light.name: light.level}, (light.name,), light.exposure_time_s)
+            for light in self._exposed
+        )
         return (*lit, Exposure({}, ())) if self._dark else lit

@@ -31,13 +31,18 @@ class Trigger(Enum):
     Attributes
     ----------
     SOFTWARE
-        Acquisition sets the lights, then reads a new exposure.
+        Acquisition sets the lights, then reads a new exposure, which begins with ``expose`` or
+        ``read``.
+    FREE_RUNNING
+        The camera takes images on its own. Acquisition sets the lights and reads until an image's
+        timestamp proves that its exposure began after they had settled.
     CAMERA
         The camera strobes or triggers the lights itself, or plays back such a recording. Each
         image carries its ``exposure_index``, or the images arrive in the order of the sequence.
     """
 
     SOFTWARE = "software"
+    FREE_RUNNING = "free-running"
     CAMERA = "camera"
 
 
@@ -106,6 +111,43 @@ class Camera(Device):
         self._require_open()
         return self._arm(tuple(exposures))
 
+    @property
+    def stamp_delay_s(self) -> float | None:
+        """Longest time from the beginning of an exposure to its timestamp, s; None if unknown.
+
+        That of the first row for a rolling shutter. Acquisition measures it for a free-running
+        camera that does not know it.
+        """
+        return None
+
+    def prepare(self, exposure: Exposure) -> None:
+        """Apply the settings of the next exposure, if the exposures have settings of their own.
+
+        Raises
+        ------
+        DeviceError
+            The camera is closed or refuses them.
+        """
+        self._require_open()
+        self._prepare(exposure)
+
+    def expose(self, timeout_s: float = 1.0) -> bool:
+        """Take an exposure with :attr:`Trigger.SOFTWARE` and leave its image to :meth:`read`.
+
+        Returns
+        -------
+        bool
+            True once the exposure has ended, so that the lights may change while its image is
+            read out. False if the camera cannot do so; then ``read`` takes the exposure.
+
+        Raises
+        ------
+        DeviceError
+            The camera is closed, or failed.
+        """
+        self._require_open()
+        return self._expose(timeout_s)
+
     def read(self, timeout_s: float = 1.0) -> Image | None:
         """Return the next exposure; None at the end of a recording.
 
@@ -131,6 +173,13 @@ class Camera(Device):
                 f"to the next; leave them out of the illumination's exposures"
             )
         return Trigger.SOFTWARE
+
+    def _prepare(self, exposure: Exposure) -> None:
+        """Apply the exposure's own settings; the default is for a camera with fixed settings."""
+
+    def _expose(self, timeout_s: float) -> bool:
+        """Take an exposure and return before it is read out; the default cannot."""
+        return False
 
     @abstractmethod
     def _read(self, timeout_s: float) -> Image | None:

@@ -21,6 +21,25 @@ class LightDriver(Device):
     def attach(self, camera: Camera) -> None:
         """Receive the camera, for lights that are driven through it; called before ``open``."""
 
+    @property
+    def watchdog_s(self) -> float | None:
+        """Time after which the lights go out by themselves if the program is killed, s.
+
+        None for lights that stay on: the device has no watchdog.
+        """
+        return None
+
+    def check(self) -> None:
+        """Check that the lights still have the levels that were set.
+
+        Raises
+        ------
+        DeviceError
+            The driver is closed, or the lights may have gone out since.
+        """
+        self._require_open()
+        self._check()
+
     def set(self, levels: Mapping[str, float]) -> None:
         """Set the brightness of the lights; lights that are not named are switched off.
 
@@ -49,6 +68,9 @@ class LightDriver(Device):
                 self._set({})
             finally:
                 super().close()
+
+    def _check(self) -> None:
+        """Raise what has become known since the last ``_set``; the default knows nothing."""
 
     @abstractmethod
     def _set(self, levels: Mapping[str, float]) -> None:

@@ -12,6 +12,7 @@ from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, av
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.live_check import LiveCheck
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import (
     make_devices,
@@ -128,6 +129,7 @@ class Sensor:
         self._compiled = False if count is not None and count < _MANY_FRAMES else None
         self._camera, illumination, self._driver = make_devices(profile)
         self._acquisition = Acquisition(self._camera, illumination, profile.image, self._driver)
+        self._check = LiveCheck(self._acquisition)
         self._pipeline: Pipeline | None = None
         self._pending: list[Frame] = []
 
@@ -207,7 +209,12 @@ class Sensor:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        except Exception as second:
+            if error is None:
+                raise
+            error.add_note(f"closing failed as well: {second}")
 
     def read(self, timeout_s: float | None = None) -> Reading:
         """Acquire one observation and measure it.
@@ -223,11 +230,14 @@ class Sensor:
             No observation within ``timeout_s`` per exposure.
         CameraLost
             The camera was disconnected, or the recording has ended.
+        SequenceError
+            Several observations in succession show the wrong lights. A single one is dropped, and
+            the next reading has a warning.
         """
         frame = self._next(timeout_s)
         if frame is None:
             raise CameraLost("the recording has ended")
-        return self.pipeline.process(frame)
+        return self._check.noted(self.pipeline.process(frame))
 
     def stream(
         self,
@@ -264,11 +274,12 @@ class Sensor:
             if inputs is not None:
                 raise InputError("external inputs need the frames in order; use one worker")
             frames = iter(partial(self._next, timeout_s), None)
-            yield from self.pipeline.map(frames, workers=workers)
+            yield from map(self._check.noted, self.pipeline.map(frames, workers=workers))
             return
         while (frame := self._next(timeout_s)) is not None:
             given = () if inputs is None else inputs(frame)
-            yield self.pipeline.process(frame, *given, tare=frame.sequence == tare_frame)
+            reading = self.pipeline.process(frame, *given, tare=frame.sequence == tare_frame)
+            yield self._check.noted(reading)
 
     def tare(self) -> None:
         """Subtract the load of the next reading from it and from all later ones."""
@@ -287,7 +298,10 @@ class Sensor:
     def _next(self, timeout_s: float | None = None) -> Frame | None:
         if self._pending:
             return self._pending.pop(0)
-        return self._acquisition.observe(self._timeout_s if timeout_s is None else timeout_s)
+        timeout_s = self._timeout_s if timeout_s is None else timeout_s
+        if self._pipeline is None or not self._camera.live:
+            return self._acquisition.observe(timeout_s)
+        return self._check.observe(self._pipeline.conditioning.verify, timeout_s)
 
     def _reference(self) -> Reference | None:
         given = self._given_reference

@@ -132,8 +132,8 @@ class CameraChecks(Suite):
                     found,
                     why="the Trigger defines whether the software or the camera advances the "
                     "lights; device_id distinguishes two cameras of the same model",
-                    do="return Trigger.SOFTWARE or Trigger.CAMERA from _arm and a string from "
-                    "device_id, or define neither",
+                    do="return a member of Trigger from _arm and a string from device_id, or "
+                    "define neither",
                 )
 
     @check(Registered.cameras)

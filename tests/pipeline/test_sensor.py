@@ -125,6 +125,16 @@ def test_the_lights_are_switched_off_even_if_the_camera_fails_to_close(
     sensor.close()
 
 
+def test_an_error_within_the_block_is_not_hidden_by_one_of_closing(
+    lab: VirtualLab, lights: list[str]
+) -> None:
+    sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
+    with pytest.raises(ZeroDivisionError) as caught, sensor:
+        raise ZeroDivisionError
+    assert any("jammed" in note for note in caught.value.__notes__)
+    assert lights[-2:] == ["dark", "closed"]
+
+
 def test_a_failed_open_reports_its_cause_and_switches_the_lights_off(
     lab: VirtualLab, lights: list[str]
 ) -> None:

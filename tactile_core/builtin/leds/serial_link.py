@@ -1,0 +1,186 @@
+"""The light protocol over a serial port."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from itertools import cycle
+from typing import Any, NamedTuple
+
+from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError, decode, encode
+from tactile_core.errors import DeviceError
+
+
+class SerialParameters(NamedTuple):
+    """Times and sizes of a serial connection.
+
+    Attributes
+    ----------
+    baud : int, bit/s
+        Speed of the port. Source: the protocol.
+    hello_s : float, s
+        Longest wait for the first hello. Source: the bootloader of an Arduino runs for 1 s
+        (Optiboot) or 2 s (older ones) after its port is opened.
+    ask_s : float, s
+        Interval at which a box that does not reset is asked for its hello. Source: several times
+        within the time of a bootloader, which ends early when it receives something else.
+    slice_s : float, s
+        Longest wait within one call of the port. Source: a small part of the shortest timeout.
+    attempts : int, count
+        How often a request is sent. Source: the protocol; damage to two lines in a row is a bad
+        cable.
+    longest_line : int, bytes
+        Received bytes without an end of line that are kept. Source: twice the protocol's line.
+    """
+
+    baud: int = 115200
+    hello_s: float = 4.0
+    ask_s: float = 0.5
+    slice_s: float = 0.02
+    attempts: int = 2
+    longest_line: int = 128
+
+
+SERIAL = SerialParameters()
+"""The values in use."""
+
+
+class SerialLink:
+    """A box at an open serial port; waits for its hello.
+
+    Parameters
+    ----------
+    port : serial.Serial
+        Open, and closed with the link, or if the hello does not arrive.
+    place : str
+        The port's name.
+    timeout_s : float
+        Longest wait for an acknowledgement.
+
+    Raises
+    ------
+    DeviceError
+        No box describes itself at the port, or one with another version of the protocol.
+    """
+
+    def __init__(self, port: Any, place: str, timeout_s: float) -> None:
+        self.place = place
+        self._port = port
+        self._timeout_s = timeout_s
+        self._numbers = cycle(range(UNASKED + 1, 256))
+        self._received = bytearray()
+        try:
+            self.info = self._hello()
+        except BaseException:
+            self.close()
+            raise
+
+    def set_levels(self, levels: bytes) -> None:
+        """Set the level of each output, and return once the lights have settled."""
+        self._request("SET", *levels)
+
+    def keep_alive(self) -> None:
+        """Keep the lights on."""
+        self._request("ALIVE")
+
+    def close(self) -> None:
+        """Release the port."""
+        with suppress(OSError):  # it was unplugged
+            self._port.close()
+
+    def _hello(self) -> BoxInfo:
+        """Wait for the hello of a box that starts, and ask one that was running."""
+        other = b""
+        until = time.monotonic() + SERIAL.hello_s
+        while (now := time.monotonic()) < until:
+            self._write(encode("HELLO", next(self._numbers)))
+            for line in self._lines(min(until, now + SERIAL.ask_s)):
+                try:
+                    words = decode(line)
+                except LineError:
+                    other = line  # the end of a line, or what a bootloader or another device says
+                    continue
+                if words[0] == "HELLO":
+                    try:
+                        return BoxInfo.of(words[2:])
+                    except LineError as error:
+                        raise DeviceError(f"the light box at {self.place} {error}") from error
+        said = f"answers {bytes(other[:40])!r}" if other else "does not answer"
+        raise DeviceError(
+            f"the device at {self.place} {said} and is no box with the light protocol; name the "
+            f"right port, or upload the firmware to the Arduino"
+        )
+
+    def _request(self, command: str, *levels: int) -> None:
+        """Send a request and wait until it is acknowledged; send it again once if need be."""
+        numbers: set[str] = set()
+        damaged = ""
+        for _ in range(SERIAL.attempts):
+            number = next(self._numbers)
+            numbers.add(str(number))
+            self._write(encode(command, number, *levels))
+            try:
+                if self._acknowledged(
+                    numbers, time.monotonic() + self._timeout_s / SERIAL.attempts
+                ):
+                    return
+            except LineError as error:
+                damaged = f" ({error})"
+        raise DeviceError(
+            f"the light box at {self.place} does not answer within {self._timeout_s:g} s{damaged}; "
+            f"check its cable and power"
+        )
+
+    def _acknowledged(self, numbers: set[str], until: float) -> bool:
+        """Wait for the answer to one of these requests; raise LineError to send it again."""
+        for line in self._lines(until):
+            kind, number, *reason = (*decode(line), "", "")
+            if kind == "HELLO" and number == str(UNASKED):
+                raise DeviceError(
+                    f"the light box at {self.place} has restarted, and its lights were out; its "
+                    f"power supply may be too weak"
+                )
+            if kind == "ERR" and number == str(UNASKED):
+                raise LineError(f"it received a damaged line: {reason[0]}")
+            if number not in numbers:
+                continue  # late, for an earlier request
+            if kind == "OK":
+                return True
+            raise DeviceError(
+                f"the light box at {self.place} refuses: {' '.join(decode(line))}; upload the "
+                f"firmware that belongs to this version of tactile-core"
+            )
+        return False
+
+    def _lines(self, until: float) -> Iterator[bytes]:
+        """Yield the lines that arrive until a time."""
+        while True:
+            while (end := self._received.find(b"\n")) >= 0:
+                line = bytes(self._received[:end]).strip()
+                del self._received[: end + 1]
+                if line:
+                    yield line
+            del self._received[: -SERIAL.longest_line]
+            if time.monotonic() >= until:
+                return
+            self._received += self._unless_gone(lambda: self._port.read(self._port.in_waiting or 1))
+
+    def _write(self, line: bytes) -> None:
+        self._unless_gone(lambda: self._port.write(line))
+
+    def _unless_gone(self, action: Callable[[], Any]) -> Any:
+        import serial
+
+        try:
+            return action()
+        except serial.SerialTimeoutException as error:
+            raise DeviceError(
+                f"the light box at {self.place} takes nothing within {self._timeout_s:g} s; check "
+                f"its cable and power"
+            ) from error
+        except OSError as error:  # SerialException is one
+            raise DeviceError(
+                f"the light box at {self.place} was disconnected ({error}); plug it in and open "
+                f"the sensor again"
+            ) from error

@@ -1,0 +1,161 @@
+"""The light protocol over USB: vendor requests to the device."""
+
+from __future__ import annotations
+
+import errno
+import time
+from itertools import cycle
+from typing import Any, NamedTuple
+
+from tactile_core.builtin.leds.access import holder_of, permission_advice
+from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError
+from tactile_core.errors import DeviceBusy, DeviceError
+
+_TO_BOX, _FROM_BOX = 0x40, 0xC0
+"""Request types: vendor request to the device, out and in."""
+
+_DESCRIBE, _SET, _STATUS, _ALIVE = 1, 2, 3, 4
+"""Requests of the protocol."""
+
+_INTERFACE = 0
+"""The interface that is claimed, so that no other program uses the box."""
+
+GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN, errno.ENOENT)
+"""Error numbers of a device that was unplugged."""
+
+
+class UsbParameters(NamedTuple):
+    """Times and sizes of a connection over USB.
+
+    Attributes
+    ----------
+    poll_s : float, s
+        Interval at which the status is asked for. Source: one frame of full-speed USB.
+    longest_description : int, bytes
+        Bytes that a description has at most. Source: twice the line of the protocol.
+    """
+
+    poll_s: float = 0.001
+    longest_description: int = 128
+
+
+USB = UsbParameters()
+"""The values in use."""
+
+
+class UsbLink:
+    """A box on USB, claimed for this process.
+
+    Parameters
+    ----------
+    device : usb.core.Device
+        Released with the link, or if the box cannot be claimed or does not describe itself.
+    timeout_s : float
+        Longest wait for an acknowledgement.
+
+    Raises
+    ------
+    DeviceBusy, DeviceError
+        The box is in use, must not be opened, or has another version of the protocol.
+    """
+
+    def __init__(self, device: Any, timeout_s: float) -> None:
+        self.place = f"USB {port_path(device)}"
+        self._device = device
+        self._timeout_s = timeout_s
+        self._numbers = cycle(range(UNASKED + 1, 256))
+        try:
+            self._claim()
+            text = self._ask(_DESCRIBE, USB.longest_description, timeout_s)
+            self.info = BoxInfo.of(text.decode("ascii", "replace").split())
+        except LineError as error:
+            self.close()
+            raise DeviceError(f"the light box at {self.place} {error}") from error
+        except BaseException:
+            self.close()
+            raise
+
+    def set_levels(self, levels: bytes) -> None:
+        """Set the level of each output, and return once the lights have settled."""
+        until = time.monotonic() + self._timeout_s
+        number = next(self._numbers)
+        self._say(_SET, number, levels)
+        time.sleep(min(self.info.settle_s, self._timeout_s))
+        while self._ask(_STATUS, 1, max(until - time.monotonic(), USB.poll_s)) != bytes([number]):
+            if time.monotonic() > until:
+                raise self._silent()
+            time.sleep(USB.poll_s)
+
+    def keep_alive(self) -> None:
+        """Keep the lights on."""
+        self._say(_ALIVE, UNASKED, b"")
+
+    def close(self) -> None:
+        """Release the device."""
+        import usb.util
+
+        usb.util.dispose_resources(self._device)
+
+    def _claim(self) -> None:
+        import usb.core
+        import usb.util
+
+        try:
+            usb.util.claim_interface(self._device, _INTERFACE)
+        except (usb.core.USBError, NotImplementedError) as error:
+            raise refused(self._device, error) from error
+
+    def _say(self, request: int, value: int, data: bytes) -> None:
+        self._transfer(_TO_BOX, request, value, data, self._timeout_s)
+
+    def _ask(self, request: int, length: int, timeout_s: float) -> bytes:
+        return bytes(self._transfer(_FROM_BOX, request, UNASKED, length, timeout_s))
+
+    def _transfer(self, kind: int, request: int, value: int, data: Any, timeout_s: float) -> Any:
+        import usb.core
+
+        milliseconds = max(1, round(1e3 * timeout_s))  # 0 would wait forever
+        try:
+            return self._device.ctrl_transfer(kind, request, value, 0, data, milliseconds)
+        except usb.core.USBTimeoutError as error:
+            raise self._silent() from error
+        except usb.core.USBError as error:
+            raise self._failed(error) from error
+
+    def _silent(self) -> DeviceError:
+        return DeviceError(
+            f"the light box at {self.place} does not answer within {self._timeout_s:g} s; check "
+            f"its cable and power"
+        )
+
+    def _failed(self, error: Any) -> DeviceError:
+        if error.errno == errno.EPIPE:
+            return DeviceError(
+                f"the light box at {self.place} refuses a request; load the firmware that belongs "
+                f"to this version of tactile-core"
+            )
+        if error.errno in GONE:
+            return DeviceError(
+                f"the light box at {self.place} was disconnected; plug it in and open the sensor "
+                f"again"
+            )
+        return refused(self._device, error)
+
+
+def refused(device: Any, error: Exception) -> DeviceError:
+    """Explain why a device cannot be opened or claimed."""
+    number, where = getattr(error, "errno", None), f"the light box at USB {port_path(device)}"
+    if number == errno.EACCES:
+        return DeviceError(f"{where} must not be opened; {permission_advice()}")
+    if number == errno.EBUSY:
+        node = f"/dev/bus/usb/{device.bus or 0:03}/{device.address or 0:03}"
+        return DeviceBusy(f"{where} is in use{holder_of(node)}; close that first")
+    if isinstance(error, NotImplementedError):
+        return DeviceError(f"{where} has no WinUSB driver; install it with Zadig (zadig.akeo.ie)")
+    return DeviceError(f"{where} cannot be used: {getattr(error, 'strerror', None) or error}")
+
+
+def port_path(device: Any) -> str:
+    """Bus and ports that a device is plugged into, such as ``1-2.4``."""
+    ports = ".".join(map(str, device.port_numbers or ()))
+    return f"{device.bus}-{ports}" if ports else str(device.bus)

@@ -1,0 +1,116 @@
+"""Which serial port is the light box: never a guess among two."""
+
+from __future__ import annotations
+
+import errno
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tactile_core.builtin.leds import access
+from tactile_core.builtin.leds.access import RULES, holder_of, permission_advice
+from tactile_core.builtin.leds.serial_port import SerialOptions, choose, open_port
+from tactile_core.errors import DeviceBusy, DeviceError
+
+
+@dataclass
+class Port:
+    """A port as pyserial lists it."""
+
+    device: str
+    vid: int | None = None
+    pid: int | None = None
+    serial_number: str | None = None
+    location: str | None = None
+
+
+BOARD = Port("/dev/ttyS0")
+UNO = Port("/dev/ttyACM0", 0x2341, 0x0043, "ARD42", "1-2.1:1.0")
+OTHER_UNO = Port("/dev/ttyACM1", 0x2341, 0x0043, "ARD43", "1-2.2:1.0")
+CLONE = Port("/dev/ttyUSB0", 0x1A86, 0x7523, None, "1-3")
+
+
+def options(**given: str) -> SerialOptions:
+    return SerialOptions.model_validate({"lights": ("a",), **given})
+
+
+def test_the_only_usb_port_is_the_box() -> None:
+    assert choose([BOARD, CLONE], options()) == "/dev/ttyUSB0"
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"usb_serial": "ARD43"},
+        {"port_path": "1-2.2"},
+        {"usb_id": "2341:0043", "port_path": "1-2.2"},
+    ],
+)
+def test_each_option_selects(given: dict[str, str]) -> None:
+    assert choose([BOARD, UNO, OTHER_UNO, CLONE], options(**given)) == "/dev/ttyACM1"
+
+
+def test_two_are_listed_not_guessed() -> None:
+    with pytest.raises(DeviceError) as caught:
+        choose([UNO, OTHER_UNO, CLONE], options(usb_id="2341:0043"))
+    message = str(caught.value)
+    assert "several serial ports with usb_id 2341:0043" in message
+    assert "/dev/ttyACM0 (2341:0043, serial number ARD42" in message
+    assert "ARD43" in message
+    assert "ttyUSB0" not in message
+
+
+def test_none_lists_what_there_is() -> None:
+    with pytest.raises(DeviceError, match=r"with usb_serial X for .* are /dev/ttyUSB0 \(1a86:7523"):
+        choose([CLONE], options(usb_serial="X"))
+    with pytest.raises(DeviceError, match="no USB serial port is connected; plug it in"):
+        choose([BOARD], options())
+
+
+def test_a_port_that_does_not_exist_is_an_error() -> None:
+    pytest.importorskip("serial", reason="needs pyserial")
+    with pytest.raises(DeviceError, match="there is no serial port /dev/nowhere; plug the light"):
+        open_port("/dev/nowhere", 0.1)
+
+
+@pytest.mark.parametrize(
+    ("number", "kind", "message"),
+    [
+        (errno.EACCES, DeviceError, "must not be opened; "),
+        (errno.EBUSY, DeviceBusy, "is in use"),
+        (errno.EIO, DeviceError, "cannot be opened: .*broken"),
+    ],
+)
+def test_the_reason_is_explained(
+    monkeypatch: pytest.MonkeyPatch, number: int, kind: type[DeviceError], message: str
+) -> None:
+    serial = pytest.importorskip("serial", reason="needs pyserial")
+
+    def fails(*_: object, **__: object) -> None:
+        raise serial.SerialException(number, "broken")
+
+    monkeypatch.setattr(serial, "Serial", fails)
+    with pytest.raises(kind, match=message):
+        open_port("/dev/ttyACM0", 0.1)
+
+
+def test_the_udev_rules_that_the_advice_names_are_in_the_package(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    rules = Path(permission_advice().split("cp ")[1].split(" ")[0])
+    assert rules.name == RULES
+    assert 'TAG+="uaccess"' in rules.read_text("utf-8")
+
+
+def test_the_holder_of_a_device_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    node = tmp_path / "ttyACM0"
+    node.touch()
+    holder = tmp_path / "proc" / "4711"
+    (holder / "fd").mkdir(parents=True)
+    (holder / "fd" / "7").symlink_to(node)
+    (holder / "comm").write_text("picocom\n")
+    monkeypatch.setattr(access, "_PROCESSES", tmp_path / "proc")
+    assert holder_of(str(node)) == " by picocom (process 4711)"
+    assert holder_of(str(tmp_path / "ttyACM1")) == ""

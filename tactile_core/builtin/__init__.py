@@ -14,6 +14,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 def tactile_cameras() -> Mapping[str, str]:
     """Cameras of the core."""
     return {
+        "folder": "tactile_core.builtin.folder_camera:FolderCamera",
         "replay": "tactile_core.builtin.replay:ReplayCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
     }

@@ -15,6 +15,7 @@ def tactile_cameras() -> Mapping[str, str]:
     """Cameras of the core."""
     return {
         "folder": "tactile_core.builtin.folder_camera:FolderCamera",
+        "stream": "tactile_core.builtin.stream_camera:StreamCamera",
         "replay": "tactile_core.builtin.replay:ReplayCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
     }

@@ -71,12 +71,14 @@ class CameraChecks(Suite):
         """The latest image of a live camera is as new as requested, on the monotonic clock."""
         with opened(self.registered.device(part)) as camera:
             self._next(camera)
+            if not camera.live:
+                raise CannotCheck("the camera is not live, so its images may be old")
             try:
                 image = camera.latest(_PATIENCE_S)
             except CameraTimeout as error:
                 raise CannotCheck(f"the camera sends too few images: {error}") from error
             age_s = time.monotonic() - (0.0 if image is None else image.timestamp_s)
-        if image is None or not camera.live or 0 <= age_s <= _PATIENCE_S + SLACK_S:
+        if image is None or 0 <= age_s <= _PATIENCE_S + SLACK_S:
             return
         raise Fault(
             part,

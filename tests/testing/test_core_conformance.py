@@ -1,8 +1,12 @@
 """The components of the core pass the conformance suite."""
 
 import atexit
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+import pytest
+from support.mjpeg_server import Exchange, MjpegServer, jpeg
 
 from tactile_core.testing import PluginConformance
 
@@ -15,10 +19,29 @@ for number in range(8):
     Path(FOLDER.name, f"{number}.png").write_bytes(PICTURE.read_bytes())
 
 
+def stream(exchange: Exchange) -> None:
+    """Send an image a hundredth of a second."""
+    exchange.begin()
+    number = 0
+    while not exchange.stopped.wait(0.01):
+        exchange.send_image(jpeg(number % 256))
+        number += 1
+
+
+SERVER = MjpegServer(stream)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _server() -> Iterator[None]:
+    with SERVER:
+        yield
+
+
 class TestCore(PluginConformance):
     plugin = "core"
     options = {  # noqa: RUF012
         "core.folder": {"path": FOLDER.name, "existing": True},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
+        "core.stream": {"url": SERVER.url},
     }

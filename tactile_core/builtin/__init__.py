@@ -17,6 +17,7 @@ def tactile_cameras() -> Mapping[str, str]:
         "folder": "tactile_core.builtin.folder_camera:FolderCamera",
         "stream": "tactile_core.builtin.stream_camera:StreamCamera",
         "replay": "tactile_core.builtin.replay:ReplayCamera",
+        "uvc": "tactile_core.builtin.uvc_camera:UvcCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
     }
 

@@ -44,4 +44,8 @@ class TestCore(PluginConformance):
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.stream": {"url": SERVER.url},
+        "core.uvc": {"serial": "of no camera"},
+    }
+    expected_failures = {  # noqa: RUF012
+        "opening[camera core.uvc]": "there is no webcam here; see tests/hardware",
     }

@@ -37,6 +37,12 @@ if TYPE_CHECKING:
         SlopeCalibration as SlopeCalibration,
     )
     from tactile_core.interfaces.slope_models.slope_model import SlopeModel as SlopeModel
+    from tactile_core.interfaces.stream_statistics import StreamStatistics as StreamStatistics
+    from tactile_core.interfaces.streaming.image_reader import ImageSource as ImageSource
+    from tactile_core.interfaces.streaming.image_reader import TornImage as TornImage
+    from tactile_core.interfaces.streaming.streaming_camera import (
+        StreamingCamera as StreamingCamera,
+    )
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
     from tactile_core.pipeline.sensor import Sensor as Sensor
     from tactile_core.pipeline.sensor import open_sensor as open_sensor
@@ -80,6 +86,9 @@ _HOMES = {
     "interfaces.slope_models.options": ("SlopeOptions",),
     "interfaces.slope_models.slope_calibration": ("SlopeCalibration",),
     "interfaces.slope_models.slope_model": ("SlopeModel",),
+    "interfaces.stream_statistics": ("StreamStatistics",),
+    "interfaces.streaming.image_reader": ("ImageSource", "TornImage"),
+    "interfaces.streaming.streaming_camera": ("StreamingCamera",),
     "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (

@@ -34,11 +34,17 @@ _SOS = 0xDA
 _PNM = re.compile(rb"P[1-6](?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))")
 """Header of a PGM or PPM, with comments: width and height."""
 
+_RAW_PNM = re.compile(rb"P([56])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))" + rb"\s")
+"""Header of a binary PGM or PPM: type, width, height and largest value."""
+
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 """Byte order by the first bytes of a TIFF, as :mod:`struct` writes it."""
 
 _TIFF_TYPES = {3: "H", 4: "I"}
 """Integer types of TIFF fields, as :mod:`struct` writes them."""
+
+_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
+"""Bytes of one value by the type of a TIFF field."""
 
 _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
 _TIFF_TAGS = frozenset({_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES})
@@ -102,6 +108,8 @@ def is_complete(data: bytes) -> bool:
             return len(data) >= 8 + int.from_bytes(data[4:8], "little")
         if data[:4] in _TIFF_ORDERS:
             return _complete_tiff(data)
+        if data.startswith((b"P5", b"P6")):
+            return _complete_pnm(data)
     except struct.error:
         return False
     return True
@@ -173,6 +181,15 @@ def _webp(data: bytes) -> Header | None:
     return None
 
 
+def _complete_pnm(data: bytes) -> bool:
+    found = _RAW_PNM.match(data[:4096])
+    if found is None:
+        return False
+    width, height, largest = (int(found[group]) for group in (2, 3, 4))
+    samples = width * height * (3 if found[1] == b"6" else 1)
+    return len(data) - found.end() >= samples * (2 if largest > 255 else 1)
+
+
 def _tiff(data: bytes) -> Header | None:
     fields, following = _tiff_fields(data)
     width, height = fields.get(_WIDTH), fields.get(_HEIGHT)
@@ -187,7 +204,19 @@ def _complete_tiff(data: bytes) -> bool:
     for places, counts in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
         pairs = zip(fields.get(places, ()), fields.get(counts, ()), strict=False)
         ends += [place + count for place, count in pairs]
-    return bool(ends) and max(ends) <= len(data)
+    return bool(ends) and max(*ends, *_tiff_value_ends(data), 0) <= len(data)
+
+
+def _tiff_value_ends(data: bytes) -> Iterator[int]:
+    """Yield the end of each field's values that are stored apart from it."""
+    order = _TIFF_ORDERS[data[:4]]
+    (at,) = struct.unpack_from(f"{order}I", data, 4)
+    (count,) = struct.unpack_from(f"{order}H", data, at)
+    for entry in range(at + 2, at + 2 + 12 * count, 12):
+        _, kind, length, place = struct.unpack_from(f"{order}HHII", data, entry)
+        size = length * _TIFF_SIZES.get(kind, 0)
+        if size > 4:
+            yield place + size
 
 
 def _tiff_fields(data: bytes) -> tuple[dict[int, tuple[int, ...]], int]:

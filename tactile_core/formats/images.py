@@ -71,7 +71,7 @@ def image_kind(path: Path) -> ImageKind:
     found = header(read_start(path, _HEADER_BYTES))
     if found is None or not found.channels:
         return ImageKind.of(read_image(path))
-    _check(path, found)
+    _check(str(path), found)
     return ImageKind(found.width_px, found.height_px, found.channels, found.bits)
 
 
@@ -93,20 +93,44 @@ def read_image(path: Path) -> NDArray[Any]:
     """
     path = Path(path)
     data = read_bytes(path)
+    with _silenced():
+        return decode_image(data, str(path))
+
+
+def decode_image(data: bytes, name: str) -> NDArray[Any]:
+    """Decode the content of an image file, as :func:`read_image` does.
+
+    Parameters
+    ----------
+    data : bytes
+    name : str
+        Where it comes from, in messages.
+
+    Returns
+    -------
+    (H, W) or (H, W, 3) uint8 or uint16
+        Grey, or colour in R, G, B order.
+
+    Raises
+    ------
+    InputError
+        It is not an image, truncated or damaged, too large, of an unsupported type, or contains
+        several images.
+    """
     # checked before decoding, which may exhaust memory, print to stderr or fill gaps with grey
     found = header(data)
     if found is not None:
-        _check(path, found)
+        _check(name, found)
     if not is_complete(data):
-        raise InputError(f"{path} is truncated or damaged; copy or record it again")
+        raise InputError(f"{name} is truncated or damaged; copy or record it again")
     pixels = None if found is None else _decode(data)
     if found is None or pixels is None:
         raise InputError(
-            f"{path} is not a readable image, whatever its extension; save it as PNG, JPEG, BMP, "
+            f"{name} is not a readable image, whatever its extension; save it as PNG, JPEG, BMP, "
             f"TIFF, WebP, PGM or PPM"
         )
     if pixels.dtype not in (np.uint8, np.uint16):
-        raise InputError(f"{path} contains {pixels.dtype} values; save it with 8 or 16 bits")
+        raise InputError(f"{name} contains {pixels.dtype} values; save it with 8 or 16 bits")
     if pixels.ndim == 3 and (pixels.shape[2] < 3 or found.channels == 1):
         return np.ascontiguousarray(pixels[..., 0])
     return pixels if pixels.ndim == 2 else np.ascontiguousarray(pixels[..., 2::-1])
@@ -134,7 +158,7 @@ def write_png(path: Path, pixels: NDArray[Any]) -> None:
     write_atomically(path, encoded.data)
 
 
-def _check(path: Path, found: Header) -> None:
+def _check(path: str, found: Header) -> None:
     """Reject an image that must not be decoded."""
     if found.frames > 1:
         raise InputError(
@@ -154,10 +178,9 @@ def _decode(data: bytes) -> NDArray[Any] | None:
     import cv2
 
     try:
-        with _silenced():
-            pixels: NDArray[Any] | None = cv2.imdecode(
-                np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
-            )
+        pixels: NDArray[Any] | None = cv2.imdecode(
+            np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
+        )
     except cv2.error:
         return None
     return pixels

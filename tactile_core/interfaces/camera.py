@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from enum import Enum
 from threading import Lock
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 from weakref import WeakValueDictionary
 
 from pydantic import BaseModel
@@ -18,6 +18,10 @@ from tactile_core.quantities import Image
 if TYPE_CHECKING:
     from tactile_core.interfaces.component import SensorBuild
     from tactile_core.interfaces.illumination import Exposure
+    from tactile_core.interfaces.stream_statistics import StreamStatistics
+
+Drop = Literal["oldest", "never"]
+"""What happens to an image that is unread when the next one arrives."""
 
 _HOLDERS: WeakValueDictionary[str, Camera] = WeakValueDictionary()
 """The camera object that last opened each device, by device id; shared by the whole process."""
@@ -165,6 +169,45 @@ class Camera(Device):
         self._require_open()
         return self._read(timeout_s)
 
+    def latest(self, max_age_s: float) -> Image | None:
+        """Return the newest image; None at the end of a recording.
+
+        Blocks for at most ``max_age_s``. The image stays unread for :meth:`read`. A camera that
+        takes its images on request takes and returns the next one.
+
+        Raises
+        ------
+        DeviceError
+            The camera is closed.
+        CameraTimeout
+            There is no image that is at most ``max_age_s`` old.
+        CameraLost
+            The camera was disconnected.
+        """
+        self._require_open()
+        return self._latest(max_age_s)
+
+    def set_drop(self, drop: Drop | None) -> None:
+        """Choose what happens to images that arrive before earlier ones are read.
+
+        Parameters
+        ----------
+        drop : {"oldest", "never"} or None
+            ``"oldest"`` drops unread images, so that what is read is always new. ``"never"``
+            queues them, and ends with an error once they no longer fit into memory. None: the
+            default of the camera. Without effect on a camera that takes images on request.
+        """
+
+    @property
+    def statistics(self) -> StreamStatistics | None:
+        """What has arrived since the camera was opened; None if it takes images on request."""
+        return None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know about the open camera, such as a rate that it chose itself."""
+        return ()
+
     def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
         """Prepare for these exposures; the default is for a camera with fixed settings."""
         if any(one.exposure_time_s is not None or one.gain is not None for one in exposures):
@@ -184,6 +227,10 @@ class Camera(Device):
     @abstractmethod
     def _read(self, timeout_s: float) -> Image | None:
         """Return one exposure, or None at the end of a recording."""
+
+    def _latest(self, max_age_s: float) -> Image | None:
+        """Return the newest image, at most ``max_age_s`` old, or None at a recording's end."""
+        return self._read(max_age_s)
 
     def _claim(self) -> None:
         with _CLAIMING:

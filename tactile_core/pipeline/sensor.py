@@ -11,6 +11,7 @@ from typing import Self
 from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, average
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import CameraLost, InputError
+from tactile_core.interfaces.camera import Drop
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.live_check import LiveCheck
 from tactile_core.pipeline.pipeline import Pipeline
@@ -149,6 +150,7 @@ class Sensor:
                     self._driver.open()
             with blame(CAMERA, self._camera):
                 self._camera.open()
+                self.notes += tuple(self._camera.notes)
             self._acquisition.arm()
             reference = self._reference()
             self._pipeline = Pipeline(
@@ -243,6 +245,7 @@ class Sensor:
         self,
         timeout_s: float | None = None,
         *,
+        drop: Drop | None = None,
         tare_frame: int | None = None,
         workers: int = 1,
         inputs: Callable[[Frame], Iterable[Quantity]] | None = None,
@@ -253,6 +256,10 @@ class Sensor:
         ----------
         timeout_s : float, optional
             Longest wait for each exposure. Default: that of the sensor.
+        drop : {"oldest", "never"}, optional
+            What happens to a live camera's images that arrive while earlier ones are measured; see
+            :meth:`Camera.set_drop <tactile_core.interfaces.camera.Camera.set_drop>`. Default: that
+            of the camera.
         tare_frame : int, optional
             Sequence number of the frame whose load is subtracted from then on.
         workers : int
@@ -268,6 +275,10 @@ class Sensor:
             There are several workers together with a tare, external inputs or a step that depends
             on earlier frames.
         """
+        if drop not in (None, "oldest", "never"):
+            raise InputError(f"drop={drop!r}? choose 'oldest' or 'never'")
+        with blame(CAMERA, self._camera):
+            self._camera.set_drop(drop)
         if workers > 1:
             if tare_frame is not None:
                 raise InputError("a tare needs the frames in order; use one worker")

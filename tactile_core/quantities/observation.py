@@ -42,7 +42,9 @@ class Image(Quantity):
         Index of the exposure within the observation, from 0; None if the camera does not report
         it.
     exposure_time_s, gain : float or None
-        Exposure time and gain in the camera's own units; None if the camera does not report them.
+        Exposure time, and gain in the camera's own units; None if the camera does not report them.
+    encoded : bytes or None
+        The compressed image as the camera sent it, for example a JPEG; None if it sent pixels.
     """
 
     pixels: Pixels
@@ -53,6 +55,7 @@ class Image(Quantity):
     exposure_index: int | None = None
     exposure_time_s: float | None = None
     gain: float | None = None
+    encoded: bytes | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -209,7 +209,7 @@ def _visible(folder: Path) -> list[Path]:
         paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
     except PermissionError:
         raise InputError(f"{folder} may not be read; change its permissions") from None
-    return sorted(paths, key=_natural)
+    return sorted(paths, key=lambda path: natural_order(path.name))
 
 
 def _images_among(paths: Sequence[Path]) -> list[Path]:
@@ -315,6 +315,7 @@ def _words(count: int) -> str:
     return "1 image" if count == 1 else f"{count} images"
 
 
-def _natural(path: Path) -> tuple[list[str | int], str]:
-    parts = re.split(r"([0-9]+)", path.name.casefold())
-    return [int(part) if i % 2 else part for i, part in enumerate(parts)], path.name
+def natural_order(name: str) -> tuple[list[str | int], str]:
+    """Return a key that sorts names with numbers in them by these numbers."""
+    parts = re.split(r"([0-9]+)", name.casefold())
+    return [int(part) if i % 2 else part for i, part in enumerate(parts)], name

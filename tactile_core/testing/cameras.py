@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -64,6 +65,29 @@ class CameraChecks(Suite):
                 continue
             why = "speed, slip and lost frames are computed from them"
             raise Fault(part, fault, why=why, do=do)
+
+    @check(Registered.cameras)
+    def test_latest(self, part: Part) -> None:
+        """The latest image of a live camera is as new as requested, on the monotonic clock."""
+        with opened(self.registered.device(part)) as camera:
+            self._next(camera)
+            if not camera.live:
+                raise CannotCheck("the camera is not live, so its images may be old")
+            try:
+                image = camera.latest(_PATIENCE_S)
+            except CameraTimeout as error:
+                raise CannotCheck(f"the camera sends too few images: {error}") from error
+            age_s = time.monotonic() - (0.0 if image is None else image.timestamp_s)
+        if image is None or 0 <= age_s <= _PATIENCE_S + SLACK_S:
+            return
+        raise Fault(
+            part,
+            "its latest image "
+            + ("is in the future" if age_s < 0 else f"is {age_s:.1f} s old instead of at most 5 s"),
+            why="a controller would act on an image of the past, and images cannot be assigned to "
+            "the lights that were on",
+            do="give each image the time.monotonic() of its exposure, and do not override latest()",
+        )
 
     @check(Registered.cameras)
     def test_separate_images(self, part: Part) -> None:

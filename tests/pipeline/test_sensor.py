@@ -174,3 +174,26 @@ def test_a_slow_camera_is_waited_for(lab: VirtualLab, monkeypatch: pytest.Monkey
 def test_a_timeout_is_positive(lab: VirtualLab) -> None:
     with pytest.raises(InputError, match="positive number of seconds"):
         open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses, timeout_s=0)
+
+
+def test_a_stream_says_which_unread_images_are_dropped(
+    lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen: list[object] = []
+    monkeypatch.setattr(ReplayCamera, "set_drop", lambda camera, drop: chosen.append(drop))
+    with open_sensor(
+        lab.profile_path, bundle=lab.bundle, input=lab.presses, reference="first"
+    ) as sensor:
+        for drop in ("never", "oldest", None):
+            next(sensor.stream(drop=drop))
+        with pytest.raises(InputError, match="choose 'oldest' or 'never'"):
+            next(sensor.stream(drop="newest"))
+    assert chosen == ["never", "oldest", None]
+
+
+def test_what_the_camera_notes_is_noted_by_the_sensor(
+    lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ReplayCamera, "notes", ("it chose 25 images a second",))
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses) as sensor:
+        assert "it chose 25 images a second" in sensor.notes

@@ -1,10 +1,15 @@
+"""The components of the core pass the conformance suite."""
+
+import atexit
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
 import pytest
 from support.light_box import LIGHTS as BOX_LIGHTS
 from support.light_box import light_box
+from support.mjpeg_server import Exchange, MjpegServer, jpeg
 from support.usb_bus import UsbBus
 from support.usb_light_box import UsbLightBox
 
@@ -14,21 +19,44 @@ from tactile_core.testing import PluginConformance
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "relief.png"
 LIGHTS = [{"name": f"light{i}", "azimuth_deg": 60 * i, "elevation_deg": 25} for i in range(6)]
 
+FOLDER = TemporaryDirectory()
+atexit.register(FOLDER.cleanup)
+for number in range(8):
+    Path(FOLDER.name, f"{number}.png").write_bytes(PICTURE.read_bytes())
+
+
+def stream(exchange: Exchange) -> None:
+    """Send an image a hundredth of a second."""
+    exchange.begin()
+    number = 0
+    while not exchange.stopped.wait(0.01):
+        exchange.send_image(jpeg(number % 256))
+        number += 1
+
+
+SERVER = MjpegServer(stream)
+
 
 class TestCore(PluginConformance):
     plugin = "core"
     options: ClassVar[dict[str, dict[str, Any]]] = {
+        "core.folder": {"path": FOLDER.name, "existing": True},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.serial_leds": {"lights": BOX_LIGHTS},
+        "core.stream": {"url": SERVER.url},
         "core.usb_leds": {"lights": BOX_LIGHTS},
+        "core.uvc": {"serial": "of no camera"},
         "core.uvc_leds": {"lights": BOX_LIGHTS},
+    }
+    expected_failures = {  # noqa: RUF012
+        "opening[camera core.uvc]": "there is no webcam here; see tests/hardware",
     }
 
 
 @pytest.fixture(scope="module", autouse=True)
-def boxes() -> Iterator[None]:
-    with light_box() as box:
+def devices() -> Iterator[None]:
+    with SERVER, light_box() as box:
         TestCore.options["core.serial_leds"]["port"] = box.port
         UsbLeds.backend = UsbBus(UsbLightBox())
         yield

@@ -64,6 +64,7 @@ DEVICES: Mapping[str, tuple[str, str]] = {
     "one_buffer": ("separate_images", "share one buffer"),
     "clock_backwards": ("timestamps", "timestamp_s decreases"),
     "uncounted": ("timestamps", "sequence goes from 0 to 0"),
+    "wall_clock": ("latest", "is in the future"),
     "reads_closed": ("reading_closed", "reading before it is opened returns a value"),
     "impatient": ("time_limit", "raises Empty"),
     "ends_early": ("time_limit", "None is the end of a recording"),

@@ -179,7 +179,13 @@ class OneBuffer(Ramp):
 
 class ClockBackwards(Ramp):
     def _image(self) -> Image:
-        return Image(self._pixels(), -time.monotonic(), time.time(), self._sequence)
+        backwards_s = time.monotonic() - 0.5 * self._sequence
+        return Image(self._pixels(), backwards_s, time.time(), self._sequence)
+
+
+class WallClock(Ramp):
+    def _image(self) -> Image:
+        return Image(self._pixels(), time.time(), time.time(), self._sequence)
 
 
 class Uncounted(Ramp):

@@ -36,6 +36,7 @@ reads_closed = Hooks(cameras="ReadsClosed")
 impatient = Hooks(cameras="Impatient")
 ends_early = Hooks(cameras="EndsEarly")
 waits = Hooks(cameras="Waits")
+wall_clock = Hooks(cameras="WallClock")
 misarmed = Hooks(cameras="Misarmed")
 waits_when_stalled = Hooks(cameras="WaitsWhenStalled")
 

@@ -1,0 +1,193 @@
+"""``core.uvc``: a webcam, found by what it is and not by an index."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+from typing import ClassVar, Literal
+
+from pydantic import BaseModel, Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+
+from tactile_core.builtin.video_capture import VideoCapture, Wanted
+from tactile_core.builtin.video_controls import (
+    DeviceControls,
+    LockedSettings,
+    lock,
+    opened_for_controls,
+)
+from tactile_core.builtin.video_nodes import SYSFS, VideoNode, holders, selected, video_nodes
+from tactile_core.errors import DeviceBusy, DeviceError, InputError
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.streaming.image_reader import ImageSource
+from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+
+_SETTLING_FRAMES = 3
+"""Images that a camera may still expose with the settings before."""
+
+_USUAL_FPS = 30.0
+"""Rate assumed for the time in which settings take effect, Hz."""
+
+
+class UvcOptions(Options):
+    """Options of ``core.uvc``."""
+
+    usb_id: str | None = Field(
+        default=None,
+        pattern=r"^[0-9a-f]{4}:[0-9a-f]{4}$",
+        description="Vendor and product id in the format of 'tactile devices': '046d:081b'.",
+    )
+    product: str | None = Field(default=None, description="Part of the product's name.")
+    serial: str | None = Field(default=None, description="Serial number of the camera.")
+    port: str | None = Field(
+        default=None,
+        description="USB port, such as '1-2.4', for cameras of one kind without serial numbers.",
+    )
+    index: NonNegativeInt | None = Field(
+        default=None, description="Index of the camera; only where Linux does not list cameras."
+    )
+    width_px: PositiveInt | None = Field(default=None, description="Default: the camera's choice.")
+    height_px: PositiveInt | None = Field(default=None, description="Default: the camera's choice.")
+    fps: PositiveFloat | None = Field(default=None, description="Images a second.")
+    format: Literal["MJPG", "YUYV"] = Field(
+        default="MJPG", description="MJPG is compressed by the camera; YUYV needs more bandwidth."
+    )
+    buffers: PositiveInt | None = Field(
+        default=None, description="Images that the driver holds. Default: that of OpenCV."
+    )
+    exposure_time_s: PositiveFloat | None = Field(
+        default=None, description="Default: the camera's, which may change by itself."
+    )
+    gain: NonNegativeFloat | None = Field(
+        default=None, description="In the camera's own units; see exposure_time_s."
+    )
+    white_balance_k: PositiveFloat | None = Field(
+        default=None, description="Colour temperature, K; see exposure_time_s."
+    )
+    focus: NonNegativeFloat | None = Field(
+        default=None, description="In the camera's own units; see exposure_time_s."
+    )
+
+
+class UvcCamera(StreamingCamera):
+    """A USB video class camera, on Linux through V4L2.
+
+    The camera is found by USB id, product, serial or port. Exposure, gain, white balance and focus
+    that the profile gives are locked and read back. Timestamps are those of the driver, less half
+    of the exposure if it is locked.
+
+    Attributes
+    ----------
+    sysfs : Path
+        Where the kernel describes devices.
+    """
+
+    Options: ClassVar[type[BaseModel]] = UvcOptions
+    sysfs: ClassVar[Path] = SYSFS
+
+    def __init__(self, options: UvcOptions) -> None:
+        super().__init__(options)
+        self._settings = options
+        self._node: VideoNode | None = None
+        self._notes: tuple[str, ...] = ()
+
+    @property
+    def device_id(self) -> str:
+        """The serial number, else the USB port; empty before the camera is found."""
+        if self._node is None:
+            return ""
+        return self._node.serial or f"usb-{self._node.port}"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the camera chose, and what it changes by itself."""
+        return self._notes
+
+    @property
+    def _name(self) -> str:
+        return "the camera" if self._node is None else f"the camera {self._node}"
+
+    def _connect(self) -> ImageSource:
+        self._node, self._notes = None, ()
+        if sys.platform != "linux":
+            return self._connect_by_index()
+        options = self._settings
+        if options.index is not None:
+            raise InputError(
+                "an index is another camera after each restart; on Linux write 'serial', 'usb_id', "
+                "'product' or 'port' in 'camera' instead ('tactile devices' lists them)"
+            )
+        node = selected(
+            video_nodes(self.sysfs),
+            usb_id=options.usb_id,
+            product=options.product,
+            serial=options.serial,
+            port=options.port,
+        )
+        self._node = node
+        # another object of this process may have it; opening would disturb that one
+        self._refuse_a_second()
+        descriptor = opened_for_controls(node.path)
+        try:
+            return self._connect_to(node, DeviceControls(descriptor))
+        finally:
+            os.close(descriptor)
+
+    def _connect_to(self, node: VideoNode, controls: DeviceControls) -> VideoCapture:
+        try:
+            capture = VideoCapture(node.path, self._name, self._wanted(), node.entry.exists)
+        except DeviceError as error:
+            others = holders(node.path)
+            if others:
+                raise DeviceBusy(
+                    f"{self._name} is in use by {' and '.join(others)}; close that program"
+                ) from error
+            raise
+        try:
+            capture.await_first()  # before locking, because some cameras reset when they start
+            options = self._settings
+            locked = lock(
+                controls,
+                self._name,
+                exposure_time_s=options.exposure_time_s,
+                gain=options.gain,
+                white_balance_k=options.white_balance_k,
+                focus=options.focus,
+            )
+            self._apply(locked, capture)
+        except OSError as error:
+            capture.close()
+            raise DeviceError(f"{self._name} fails: {error.strerror}; unplug it once") from error
+        except BaseException:
+            capture.close()
+            raise
+        return capture
+
+    def _apply(self, locked: LockedSettings, capture: VideoCapture) -> None:
+        capture.exposure_time_s, capture.gain = locked.exposure_time_s, locked.gain
+        period_s = 1 / (self._settings.fps or _USUAL_FPS)
+        capture.valid_from_s = time.monotonic() + _SETTLING_FRAMES * period_s
+        self._notes = (f"{self._name} sends {capture.described}", *locked.notes)
+
+    def _connect_by_index(self) -> ImageSource:
+        options = self._settings
+        given = {"exposure_time_s", "gain", "white_balance_k", "focus", "serial", "port"}
+        unsupported = sorted(key for key in given if getattr(options, key) is not None)
+        if options.index is None or unsupported:
+            raise InputError(
+                "on this system a camera is opened by its index alone; write 'index: 0' in "
+                f"'camera', without {', '.join(unsupported) or 'other ways to find it'}"
+            )
+        capture = VideoCapture(options.index, f"the camera {options.index}", self._wanted())
+        self._notes = (
+            f"the camera was opened by its index {options.index}, so it may be another one than "
+            f"the profile's, and its exposure, gain and white balance are not locked",
+        )
+        return capture
+
+    def _wanted(self) -> Wanted:
+        options = self._settings
+        return Wanted(
+            options.width_px, options.height_px, options.fps, options.format, options.buffers
+        )

@@ -1,0 +1,149 @@
+"""USB cameras as Linux lists them: which device file belongs to which camera."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactile_core.errors import DeviceError
+
+SYSFS = Path("/sys")
+"""Where the kernel describes devices."""
+
+
+@dataclass(frozen=True)
+class VideoNode:
+    """The device file from which a USB camera's images are read.
+
+    Attributes
+    ----------
+    path : str
+        For example ``/dev/video2``; another one after each connection.
+    entry : Path
+        Its folder in sysfs, which exists as long as the camera is connected.
+    usb_id : str
+        Vendor and product id in the format of ``lsusb``.
+    product, serial : str
+        Empty if the camera has none.
+    port : str
+        Bus and ports, such as ``1-2.4``.
+    """
+
+    path: str
+    entry: Path
+    usb_id: str
+    product: str
+    serial: str
+    port: str
+
+    def __str__(self) -> str:
+        serial = f"serial {self.serial}" if self.serial else "no serial"
+        return f"{self.usb_id} {self.product!r} ({serial}, port {self.port})"
+
+
+def video_nodes(sysfs: Path = SYSFS) -> list[VideoNode]:
+    """Return the node of each connected USB camera that delivers images, sorted by port.
+
+    A camera also has nodes for other data; only the first, of index 0, delivers images.
+
+    Parameters
+    ----------
+    sysfs : Path
+        Root of the kernel's description.
+    """
+    return sorted(_found(sysfs), key=lambda node: (node.port, node.path))
+
+
+def _found(sysfs: Path) -> Iterator[VideoNode]:
+    folder = sysfs / "class" / "video4linux"
+    for entry in folder.iterdir() if folder.is_dir() else ():
+        # the link must be resolved first: its target's parent is the USB device
+        usb = (entry / "device").resolve().parent
+        if _text(entry / "index") != "0" or not _text(usb / "idVendor"):
+            continue
+        yield VideoNode(
+            f"/dev/{entry.name}",
+            entry,
+            f"{_text(usb / 'idVendor')}:{_text(usb / 'idProduct')}".lower(),
+            _text(usb / "product"),
+            _text(usb / "serial"),
+            usb.name,
+        )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("utf-8", "replace").strip()
+    except OSError:  # absent, or the camera is unplugged at this moment
+        return ""
+
+
+def selected(
+    nodes: Iterable[VideoNode],
+    *,
+    usb_id: str | None = None,
+    product: str | None = None,
+    serial: str | None = None,
+    port: str | None = None,
+) -> VideoNode:
+    """Return the one camera that has all given properties.
+
+    Parameters
+    ----------
+    nodes : iterable of VideoNode
+        The connected cameras.
+    product : str, optional
+        Part of the product's name, in any case; the others must be equal.
+
+    Raises
+    ------
+    DeviceError
+        No camera matches, or several do; the message lists what is connected.
+    """
+    nodes = list(nodes)
+    wanted = {"usb_id": usb_id, "product": product, "serial": serial, "port": port}
+    asked = ", ".join(f"{key} {value}" for key, value in wanted.items() if value is not None)
+    if not nodes:
+        raise DeviceError(
+            f"no USB camera is connected{f' (wanted: {asked})' if asked else ''}; check its cable, "
+            f"and 'lsusb'"
+        )
+    matching = [
+        node
+        for node in nodes
+        if usb_id in (None, node.usb_id)
+        and (product or "").casefold() in node.product.casefold()
+        and serial in (None, node.serial)
+        and port in (None, node.port)
+    ]
+    if not matching:
+        raise DeviceError(
+            f"no connected camera has {asked}; connected are {_listed(nodes)}; correct 'camera' in "
+            f"the profile, or connect that camera"
+        )
+    if len(matching) > 1:
+        key = "serial" if len({node.serial for node in matching}) == len(matching) else "port"
+        raise DeviceError(
+            f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_listed(matching)}; "
+            f"write '{key}' in 'camera' of the profile to choose one"
+        )
+    return matching[0]
+
+
+def _listed(nodes: Iterable[VideoNode]) -> str:
+    return ", ".join(map(str, nodes))
+
+
+def holders(path: str, proc: Path = Path("/proc")) -> list[str]:
+    """Return the other programs that have a device file open, as far as one may see them."""
+    found = []
+    for process in proc.glob("[0-9]*"):
+        if process.name == str(os.getpid()):
+            continue
+        with suppress(OSError):  # another user's process, or one that has ended
+            if any(str(link.readlink()) == path for link in (process / "fd").iterdir()):
+                found.append(f"{_text(process / 'comm') or 'a program'} (process {process.name})")
+    return sorted(found)

@@ -1,0 +1,1 @@
+"""Cameras that send images on their own: the reader thread, its queue and their base class."""

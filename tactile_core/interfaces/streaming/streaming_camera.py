@@ -1,0 +1,76 @@
+"""Base class of cameras that send images on their own."""
+
+from __future__ import annotations
+
+import weakref
+from abc import abstractmethod
+from typing import ClassVar
+
+from pydantic import BaseModel
+
+from tactile_core.interfaces.camera import Camera, Drop
+from tactile_core.interfaces.stream_statistics import StreamStatistics
+from tactile_core.interfaces.streaming.image_queue import ImageQueue
+from tactile_core.interfaces.streaming.image_reader import ImageReader, ImageSource
+from tactile_core.quantities import Image
+
+
+class StreamingCamera(Camera):
+    """A camera whose images one reader thread takes as they come.
+
+    Implement ``_connect``. Images are read in order, and each is read at most once. The thread
+    ends with :meth:`close`, or when the camera object is forgotten.
+
+    Attributes
+    ----------
+    default_drop : {"oldest", "never"}
+        What happens to unread images unless :meth:`set_drop` changes it.
+    """
+
+    default_drop: ClassVar[Drop] = "oldest"
+
+    def __init__(self, options: BaseModel) -> None:
+        super().__init__(options)
+        self._drop: Drop = self.default_drop
+        self._queue = ImageQueue(type(self).__name__)
+        self._reader: ImageReader | None = None
+
+    def set_drop(self, drop: Drop | None) -> None:
+        """Choose what happens to images that arrive before earlier ones are read."""
+        self._drop = self.default_drop if drop is None else drop
+        self._queue.drop = self._drop
+
+    @property
+    def statistics(self) -> StreamStatistics:
+        """Rate, and dropped, repeated and torn images, since the camera was opened."""
+        return self._queue.statistics
+
+    @abstractmethod
+    def _connect(self) -> ImageSource:
+        """Acquire the device; if that fails, leave nothing open."""
+
+    @property
+    def _name(self) -> str:
+        """The camera in messages, once it is connected."""
+        return f"the camera {self.device_id}" if self.device_id else type(self).__name__
+
+    def _open(self) -> None:
+        source = self._connect()
+        self._queue = ImageQueue(self._name, self._drop)
+        try:
+            self._reader = ImageReader(source, self._queue, self._name)
+        except BaseException:
+            source.close()
+            raise
+        weakref.finalize(self, self._reader.stop).atexit = False
+
+    def _close(self) -> None:
+        reader, self._reader = self._reader, None
+        if reader is not None:
+            reader.close()
+
+    def _read(self, timeout_s: float) -> Image | None:
+        return self._queue.next(timeout_s)
+
+    def _latest(self, max_age_s: float) -> Image | None:
+        return self._queue.latest(max_age_s)

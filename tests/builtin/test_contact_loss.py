@@ -37,12 +37,15 @@ def pressed_then(last: float) -> ContactLoss:
 def test_a_contact_that_stays_loses_nothing() -> None:
     found = pressed_then(0.4)
     assert found.measured
-    assert found.settled > 1
-    assert found.lost < 0.05
+    assert found.settled > 5
+    assert not found.slips
+    assert found.lost < 0.2
 
 
 def test_a_contact_that_leaves_is_lost() -> None:
-    assert pressed_then(0.0).lost > 0.9
+    found = pressed_then(0.0)
+    assert found.slips
+    assert found.lost > 0.9
 
 
 def test_scattered_markers_do_not_measure_it() -> None:

@@ -37,7 +37,8 @@ class ContactLossParameters(NamedTuple):
         Loss that counts as slip.
         Source: half of what held the object.
     weakest : float, ratio
-        Strength of the weakest contact that is distinguished from none.
+        Strength of the weakest contact that is distinguished from none, and the uncertainty of a
+        strength.
         Source: definition of the strength.
     """
 
@@ -94,9 +95,10 @@ class LossOfStrength(NamedTuple):
     settled : float
         Strength at which it settled in the last seconds.
     lost : float
-        0 while the contact is as strong as it settled, 1 when it is lost. A contact too weak to
-        be distinguished from none has nothing to lose; this is then its weakness, from 1 without
-        any contact, which is no evidence.
+        Share of the contact that may be lost: near 0 while a strong contact is as strong as it
+        settled, 1 when it is lost. A weak contact can hardly be distinguished from none, so this
+        is 0.5 for the weakest even if nothing is lost, and 1 if there never was any: then it is no
+        evidence.
     """
 
     strength: float
@@ -111,7 +113,7 @@ class LossOfStrength(NamedTuple):
     @property
     def slips(self) -> bool:
         """Whether so much of a settled contact is lost that the object slipped."""
-        return self.known and self.lost >= CONTACT_LOSS.lost_share
+        return self.known and self.strength <= (1 - CONTACT_LOSS.lost_share) * self.settled
 
 
 class ContactLossTracker:
@@ -153,7 +155,7 @@ class ContactLossTracker:
         fading = float(np.exp(-elapsed_s / CONTACT_LOSS.memory_s))
         settled = max(self._settled, kept)
         self._settled = kept + fading * (settled - kept)
-        lost = 1.0 - strength / max(settled, CONTACT_LOSS.weakest)
+        lost = 1.0 - strength / (settled + CONTACT_LOSS.weakest)
         return LossOfStrength(strength, settled, max(lost, 0.0))
 
 

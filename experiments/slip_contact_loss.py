@@ -1,8 +1,9 @@
 """Score the loss of contact on recorded grasps: nested, leave one object out.
 
 The levels of strain and relief without contact are the lower quartiles of the smallest values of
-the fingers that gripped other objects; no label is used. The control is the weakness of the first
-contact. Run ``python -m experiments.slip_contact_loss DATA``; it takes five minutes on one core.
+the fingers that gripped other objects; the uncertainty of a strength is its difference between both
+fingers at their own levels. No label is used. The control is the weakness of the first contact. Run
+``python -m experiments.slip_contact_loss DATA``; it takes five minutes on one core.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ import csv
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.slip_rows import GRIPPER
 from experiments.slip_trials import FOURTH, WINDOW, area, area_within, interval, taken
-from tactile_core import ImprintMotion, MarkerField, open_sensor
+from tactile_core import MarkerField, open_sensor
 from tactile_core.algorithms.slip.contact_loss import (
     CONTACT_LOSS,
     ContactLossTracker,
@@ -26,11 +28,20 @@ from tactile_core.algorithms.slip.contact_loss import (
     contact_strength,
 )
 from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
+from tactile_core.quantities import ImprintMotion
 
 CONTACT = GRIPPER.with_name("gripper_contact.yaml")
 REPLAY_HZ = 30.0
 """Rate at which a folder of images is replayed, whatever the rate of its recording."""
 _FREE_QUANTILE = 0.25
+
+
+class Levels(NamedTuple):
+    """Strain and relief of a gel without contact, and the uncertainty of a strength."""
+
+    strain: float
+    relief: float
+    uncertainty: float
 
 
 @dataclass(frozen=True)
@@ -47,16 +58,16 @@ class Finger:
     strain: NDArray[np.float64]
     relief: NDArray[np.float64]
 
-    def losses(self, free: tuple[float, float], period_s: float) -> list[LossOfStrength]:
+    def losses(self, free: Levels, period_s: float) -> list[LossOfStrength]:
         """Loss of contact in the frames of the window."""
-        tracker = ContactLossTracker()
+        tracker = ContactLossTracker(free.uncertainty)
         losses = []
         for number, (strain, relief) in enumerate(zip(self.strain, self.relief, strict=True)):
             strength = contact_strength(
                 None if np.isnan(strain) else strain,
                 relief,
-                free_strain=free[0],
-                free_relief=free[1],
+                free_strain=free.strain,
+                free_relief=free.relief,
             )
             losses.append(tracker.update(strength, number * period_s))
         scored = self.frames >= WINDOW.start
@@ -127,10 +138,11 @@ def outer(trials: list[Grasp], period_s: float) -> list[list[list[LossOfStrength
     ]
 
 
-def _free(trials: list[Grasp]) -> tuple[float, float]:
-    least = np.array([finger.least(trial.rate_hz) for trial in trials for finger in trial.fingers])
-    strain, relief = np.quantile(least, _FREE_QUANTILE, axis=0)
-    return float(strain), float(relief)
+def _free(trials: list[Grasp]) -> Levels:
+    least = np.array([[f.least(trial.rate_hz) for f in trial.fingers] for trial in trials])
+    both = np.quantile(least.reshape(-1, 2), _FREE_QUANTILE, axis=0)
+    squares = np.square(np.quantile(least, _FREE_QUANTILE, axis=0) / both).sum(axis=1)
+    return Levels(float(both[0]), float(both[1]), float(np.ptp(squares)))
 
 
 def report(trials: list[Grasp], period_s: float, title: str, *, table: bool = False) -> None:
@@ -145,7 +157,7 @@ def report(trials: list[Grasp], period_s: float, title: str, *, table: bool = Fa
     )
     weakness = np.array([max(finger.weakness for finger in trial.fingers) for trial in trials])
     print(title)
-    print("  free strain and relief of all:", np.round(_free(trials), 4))
+    print("  free strain and relief, uncertainty, of all:", np.round(_free(trials), 4))
     for name, score in (
         ("mean of both fingers", largest.mean(axis=1)),
         ("larger of both fingers", largest.max(axis=1)),

@@ -43,4 +43,4 @@ class LossOfContact(Estimator):
         if strain is None or imprint is None or not imprint.tracked:
             return ContactLoss(False, timestamp_s=time_s)
         loss = self._tracker.update(contact_strength(strain, imprint.strength), time_s)
-        return ContactLoss(True, loss.strength, loss.settled, loss.lost, loss.slips, time_s)
+        return ContactLoss(True, loss.strength, loss.settled, loss.lost, time_s)

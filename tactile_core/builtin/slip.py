@@ -157,7 +157,8 @@ class Slip(Estimator):
         field = 0.0 if shear is None else shear.degree
         warning = min(self._warning_only, 1.0 if evidence >= 1 else field)
         kind = imprint.kind if imprint is not None and evidence >= 1 else "translation"
-        self._machine.update(1.0 if loss.slips else warning, kind, loss.timestamp_s)
+        slips = loss.lost >= CONTACT_LOSS.lost_share
+        self._machine.update(1.0 if slips else warning, kind, loss.timestamp_s)
         return self._state(loss.lost, shear, imprint, loss.timestamp_s)
 
     def _evidence(self, imprint: ImprintMotion | None, released: float, *, alone: bool) -> float:

@@ -162,14 +162,11 @@ class ContactLoss(Quantity):
     lost : float
         Share of the contact that may be lost: near 0 while a strong contact is as strong as it
         settled, 1 when it is lost. A weak contact can hardly be distinguished from none, so this is
-        0.5 for one of strength 1 even if nothing is lost.
-    slips : bool
-        Whether so much of a settled contact is lost that the object slipped.
+        1/3 for one of strength 1 even if nothing is lost.
     """
 
     measured: bool
     strength: float = 0.0
     settled: float = 0.0
     lost: float = 0.0
-    slips: bool = False
     timestamp_s: TimestampS = 0.0

@@ -38,14 +38,11 @@ def test_a_contact_that_stays_loses_nothing() -> None:
     found = pressed_then(0.4)
     assert found.measured
     assert found.settled > 5
-    assert not found.slips
-    assert found.lost < 0.2
+    assert found.lost < 0.1
 
 
 def test_a_contact_that_leaves_is_lost() -> None:
-    found = pressed_then(0.0)
-    assert found.slips
-    assert found.lost > 0.9
+    assert pressed_then(0.0).lost > 0.9
 
 
 def test_scattered_markers_do_not_measure_it() -> None:

@@ -75,7 +75,7 @@ def test_a_known_contact_slips_when_shear_and_imprint_agree() -> None:
 
 
 def test_where_the_loss_of_contact_is_measured_only_it_proves_slip() -> None:
-    held, lost = ContactLoss(True, 4.0, 5.0, 0.3), ContactLoss(True, 1.0, 5.0, 0.8, slips=True)
+    held, lost = ContactLoss(True, 4.0, 5.0, 0.3), ContactLoss(True, 1.0, 5.0, 0.8)
     assert state(UNKNOWN_LOAD, HELD, STILL, loss=held).state == "stick"
     assert state(UNKNOWN_LOAD, HELD, SLID, loss=held).state == "incipient"
     assert state(UNKNOWN_LOAD, HELD, STILL, loss=lost).state == "slip"
@@ -88,7 +88,7 @@ def test_a_contact_that_never_settled_is_unknown() -> None:
 
 
 def test_the_loss_of_contact_does_not_count_where_the_load_is_known() -> None:
-    lost = ContactLoss(True, 0.0, 5.0, 1.0, slips=True)
+    lost = ContactLoss(True, 0.0, 5.0, 1.0)
     assert state(KNOWN, HELD, STILL, loss=lost).state == "stick"
     assert state(UNKNOWN_LOAD, HELD, STILL, loss=ContactLoss(False)).state == "stick"
 

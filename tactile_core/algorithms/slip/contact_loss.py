@@ -37,9 +37,12 @@ class ContactLossParameters(NamedTuple):
         Loss that counts as slip.
         Source: half of what held the object.
     weakest : float, ratio
-        Strength of the weakest contact that is distinguished from none, and the uncertainty of a
-        strength.
+        Strength of the weakest contact that is distinguished from none.
         Source: definition of the strength.
+    uncertainty : float, ratio
+        Uncertainty of a strength, because gels differ.
+        Source: difference of the strengths of two gels without contact, each from its own lower
+        quartiles of strain and relief (``experiments/slip_contact_loss.py``).
     """
 
     strain: float = 0.0115
@@ -48,6 +51,7 @@ class ContactLossParameters(NamedTuple):
     memory_s: float = 2.0
     lost_share: float = 0.5
     weakest: float = 1.0
+    uncertainty: float = 0.5
 
 
 CONTACT_LOSS = ContactLossParameters()
@@ -97,7 +101,7 @@ class LossOfStrength(NamedTuple):
     lost : float
         Share of the contact that may be lost: near 0 while a strong contact is as strong as it
         settled, 1 when it is lost. A weak contact can hardly be distinguished from none, so this
-        is 0.5 for the weakest even if nothing is lost, and 1 if there never was any: then it is no
+        is 1/3 for the weakest even if nothing is lost, and 1 if there never was any: then it is no
         evidence.
     """
 
@@ -113,13 +117,20 @@ class LossOfStrength(NamedTuple):
     @property
     def slips(self) -> bool:
         """Whether so much of a settled contact is lost that the object slipped."""
-        return self.known and self.strength <= (1 - CONTACT_LOSS.lost_share) * self.settled
+        return self.known and self.lost >= CONTACT_LOSS.lost_share
 
 
 class ContactLossTracker:
-    """Follow the strength of the contact of one sensor."""
+    """Follow the strength of the contact of one sensor.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    uncertainty : float
+        Uncertainty of a strength.
+    """
+
+    def __init__(self, uncertainty: float = CONTACT_LOSS.uncertainty) -> None:
+        self._uncertainty = uncertainty
         self.reset()
 
     def reset(self) -> None:
@@ -155,7 +166,7 @@ class ContactLossTracker:
         fading = float(np.exp(-elapsed_s / CONTACT_LOSS.memory_s))
         settled = max(self._settled, kept)
         self._settled = kept + fading * (settled - kept)
-        lost = 1.0 - strength / (settled + CONTACT_LOSS.weakest)
+        lost = 1.0 - strength / (settled + self._uncertainty)
         return LossOfStrength(strength, settled, max(lost, 0.0))
 
 

@@ -58,21 +58,24 @@ def test_levels_without_contact_are_those_of_the_sensor_at_hand() -> None:
 def test_nothing_is_lost_of_a_contact_that_stays_or_grows(strength: float, growth: float) -> None:
     losses = _followed(lambda time_s: strength + growth * time_s, 4.0)
     assert not _ever_slips(losses)
-    assert all(loss.lost <= 1 / (1 + loss.settled) + 1e-9 for loss in losses)
+    least = CONTACT_LOSS.uncertainty
+    assert all(loss.lost <= least / (least + loss.settled) + 1e-9 for loss in losses)
 
 
 @pytest.mark.parametrize("rate_hz", [6.25, 12.5, 25.0, 60.0])
 @pytest.mark.parametrize("left", [0.0, 0.2, 0.4])
 def test_an_object_that_slides_out_is_lost_at_any_frame_rate(rate_hz: float, left: float) -> None:
     losses = _followed(lambda time_s: 20.0 if time_s < 2 else 20.0 * left, 2.5, rate_hz)
-    assert max(loss.lost for loss in losses) == pytest.approx(1 - left * 20 / 21)
+    whole = 20 + CONTACT_LOSS.uncertainty
+    assert max(loss.lost for loss in losses) == pytest.approx(1 - left * 20 / whole)
     first = next(number for number, loss in enumerate(losses) if loss.slips)
     assert first == np.ceil(2 * rate_hz)
 
 
 def test_the_weaker_a_contact_is_the_more_of_it_may_be_lost() -> None:
-    last = [_followed(lambda _, held=held: held, 2.0)[-1] for held in (0.0, 1.0, 4.0, 50.0)]
-    assert [loss.lost for loss in last] == pytest.approx([1.0, 0.5, 0.2, 1 / 51])
+    least = CONTACT_LOSS.uncertainty
+    last = [_followed(lambda _, held=held: held * least, 2.0)[-1] for held in (0, 1, 4, 99)]
+    assert [loss.lost for loss in last] == pytest.approx([1.0, 0.5, 0.2, 0.01])
 
 
 @pytest.mark.parametrize(("left", "slips"), [(0.45, True), (0.6, False)])
@@ -107,7 +110,7 @@ def test_a_lost_object_is_forgotten_so_that_a_weaker_grasp_is_not_reported() -> 
     losses = _followed(strength, 16.0)
     again = [loss for number, loss in enumerate(losses) if number / 25 > 12.6]
     assert _ever_slips(losses)
-    assert all(loss.known and loss.lost == pytest.approx(0.25, abs=0.05) for loss in again)
+    assert all(loss.known and loss.lost < 0.2 for loss in again)
 
 
 @settings(max_examples=30, deadline=None)

@@ -23,6 +23,7 @@ from experiments import (
     slip_rows,
 )
 from experiments.press_sets import SETS
+from experiments.slip_trials import FOURTH
 from experiments.table_row import HEADER, Row
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -67,6 +68,7 @@ def measures(model: str | None) -> dict[str, Measure]:
         "markers": marker_rows.rows,
         "slip_lifts": slip_rows.lifts,
         "slip_gripper": slip_rows.gripper,
+        "slip_gripper_fourth": partial(slip_rows.gripper, every=FOURTH),
     }
     return known
 

@@ -1,27 +1,26 @@
 """Score the loss of contact on recorded grasps: nested, leave one object out.
 
 The levels of strain and relief without contact are the lower quartiles of the smallest values of
-the fingers that gripped other objects; no label is used. The control is the weakness of the first
-contact. Run ``python -m experiments.slip_contact_loss DATA``.
+the fingers that gripped other objects; the uncertainty of a strength is its difference between both
+fingers at their own levels. No label is used. The control is the weakness of the first contact. Run
+``python -m experiments.slip_contact_loss DATA``; it takes five minutes on one core.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-from dataclasses import dataclass
-from itertools import islice
+import sys
+from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.slip_rows import GRIPPER
-from experiments.slip_trials import WINDOW, area, area_within
+from experiments.slip_trials import FOURTH, WINDOW, area, area_within, interval, taken
 from tactile_core import MarkerField, open_sensor
-from tactile_core.algorithms.markers import find_marker_diameter
 from tactile_core.algorithms.slip.contact_loss import (
     CONTACT_LOSS,
     ContactLossTracker,
@@ -29,15 +28,20 @@ from tactile_core.algorithms.slip.contact_loss import (
     contact_strength,
 )
 from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
-from tactile_core.algorithms.slip.surface_view import SurfaceView
-from tactile_core.recordings.recording import open_recording
+from tactile_core.quantities import ImprintMotion
 
-FOURTH = 4
-"""Interval of the frames that a slower camera would record."""
+CONTACT = GRIPPER.with_name("gripper_contact.yaml")
 REPLAY_HZ = 30.0
 """Rate at which a folder of images is replayed, whatever the rate of its recording."""
 _FREE_QUANTILE = 0.25
-_RESAMPLES = 2000
+
+
+class Levels(NamedTuple):
+    """Strain and relief of a gel without contact, and the uncertainty of a strength."""
+
+    strain: float
+    relief: float
+    uncertainty: float
 
 
 @dataclass(frozen=True)
@@ -54,16 +58,16 @@ class Finger:
     strain: NDArray[np.float64]
     relief: NDArray[np.float64]
 
-    def losses(self, free: tuple[float, float], period_s: float) -> list[LossOfStrength]:
+    def losses(self, free: Levels, period_s: float) -> list[LossOfStrength]:
         """Loss of contact in the frames of the window."""
-        tracker = ContactLossTracker()
+        tracker = ContactLossTracker(free.uncertainty)
         losses = []
         for number, (strain, relief) in enumerate(zip(self.strain, self.relief, strict=True)):
             strength = contact_strength(
                 None if np.isnan(strain) else strain,
                 relief,
-                free_strain=free[0],
-                free_relief=free[1],
+                free_strain=free.strain,
+                free_relief=free.relief,
             )
             losses.append(tracker.update(strength, number * period_s))
         scored = self.frames >= WINDOW.start
@@ -74,6 +78,11 @@ class Finger:
         begun = self.frames >= CONTACT_LOSS.settle_s * rate_hz
         return float(np.nanmin(self.strain[begun])), float(self.relief[begun].min())
 
+    @property
+    def weakness(self) -> float:
+        """Negative relief in the first scored frame."""
+        return -float(self.relief[self.frames >= WINDOW.start][0])
+
 
 @dataclass(frozen=True)
 class Grasp:
@@ -83,7 +92,7 @@ class Grasp:
     name: str
     slipped: bool
     rate_hz: float
-    fingers: list[Finger]
+    fingers: list[Finger] = field(default_factory=list)
 
 
 def grasps(folder: Path, every: int) -> list[Grasp]:
@@ -91,60 +100,49 @@ def grasps(folder: Path, every: int) -> list[Grasp]:
     found: dict[tuple[str, str], Grasp] = {}
     with (folder / "labels.csv").open() as rows:
         labels = [row for row in csv.DictReader(rows) if int(row["n_frames"]) >= WINDOW.stop]
-    for row in labels:
+    for number, row in enumerate(labels):
         key = row["object"], row["trial"]
-        grasp = found.setdefault(key, Grasp(*key, row["slip"] == "1", float(row["fps"]), []))
+        grasp = found.setdefault(key, Grasp(*key, row["slip"] == "1", float(row["fps"])))
         grasp.fingers.append(_finger(folder.joinpath(*key, row["video"]), every, grasp.rate_hz))
+        print(f"\r{number + 1} of {len(labels)} videos", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
     return list(found.values())
 
 
 def _finger(video: Path, every: int, rate_hz: float) -> Finger:
-    numbers = np.arange(0, WINDOW.stop, every)
-    if every == 1:
-        return _measured(video, numbers, rate_hz)
-    with TemporaryDirectory() as folder:
-        for number, observation in enumerate(islice(open_recording(video), WINDOW.stop)):
-            if number % every == 0:
-                pixels = cv2.cvtColor(observation.images[0].pixels, cv2.COLOR_RGB2BGR)
-                cv2.imwrite(str(Path(folder) / f"{number:04d}.png"), pixels)
-        return _measured(Path(folder), numbers, rate_hz)
-
-
-def _measured(source: Path, numbers: NDArray[np.int_], rate_hz: float) -> Finger:
     strains, reliefs = [], []
     lattice: MarkerLattice | None = None
-    view: SurfaceView | None = None
-    with open_sensor(str(GRIPPER), input=source, reference="first") as sensor:
+    with (
+        taken(video, every) as source,
+        open_sensor(str(CONTACT), input=source, reference="first") as sensor,
+    ):
+        numbers = np.arange(0, WINDOW.stop, every)
         for number, reading in zip(numbers, sensor.stream(), strict=False):
-            pixels, markers = reading.frame.pixels, reading[MarkerField]
-            if lattice is None or view is None:
-                size = find_marker_diameter(pixels)
-                assert size is not None, source
-                lattice = MarkerLattice(markers.px)
-                view = SurfaceView(pixels, markers.px, size[0])
+            markers = reading[MarkerField]
+            lattice = lattice or MarkerLattice(markers.px)
             strain = lattice.strain(markers.px, markers.seen, number / rate_hz)
             strains.append(np.nan if strain is None else strain)
-            pattern, seen = view.imprint(pixels, markers.px)
-            count = max(float(seen.sum()) * pattern.shape[2], 1.0)
-            reliefs.append(float(np.sqrt(np.square(pattern).sum() / count)))
+            reliefs.append(reading[ImprintMotion].strength)
     return Finger(numbers[: len(strains)], np.array(strains), np.array(reliefs))
 
 
 def outer(trials: list[Grasp], period_s: float) -> list[list[list[LossOfStrength]]]:
     """Losses of each finger of each grasp, with levels from the grasps of other objects."""
+    levels = {
+        name: _free([trial for trial in trials if trial.object != name])
+        for name in {trial.object for trial in trials}
+    }
     return [
-        [
-            finger.losses(_free([t for t in trials if t.object != trial.object]), period_s)
-            for finger in trial.fingers
-        ]
+        [finger.losses(levels[trial.object], period_s) for finger in trial.fingers]
         for trial in trials
     ]
 
 
-def _free(trials: list[Grasp]) -> tuple[float, float]:
-    least = np.array([finger.least(trial.rate_hz) for trial in trials for finger in trial.fingers])
-    strain, relief = np.quantile(least, _FREE_QUANTILE, axis=0)
-    return float(strain), float(relief)
+def _free(trials: list[Grasp]) -> Levels:
+    least = np.array([[f.least(trial.rate_hz) for f in trial.fingers] for trial in trials])
+    both = np.quantile(least.reshape(-1, 2), _FREE_QUANTILE, axis=0)
+    squares = np.square(np.quantile(least, _FREE_QUANTILE, axis=0) / both).sum(axis=1)
+    return Levels(float(both[0]), float(both[1]), float(np.ptp(squares)))
 
 
 def report(trials: list[Grasp], period_s: float, title: str, *, table: bool = False) -> None:
@@ -157,15 +155,15 @@ def report(trials: list[Grasp], period_s: float, title: str, *, table: bool = Fa
     unknown = np.array(
         [[np.mean([not x.known for x in finger]) for finger in pair] for pair in losses]
     )
-    weakness = np.array([max(-finger.relief[1] for finger in trial.fingers) for trial in trials])
+    weakness = np.array([max(finger.weakness for finger in trial.fingers) for trial in trials])
     print(title)
-    print("  free strain and relief of the others:", np.round(_free(trials), 4))
+    print("  free strain and relief, uncertainty, of all:", np.round(_free(trials), 4))
     for name, score in (
         ("mean of both fingers", largest.mean(axis=1)),
         ("larger of both fingers", largest.max(axis=1)),
         ("control: weakness of the first contact", weakness),
     ):
-        low, high = _interval(slipped, score, objects)
+        low, high = interval(slipped, score, objects)
         within = area_within(slipped, score, objects)
         print(
             f"  {name}: area {area(slipped, score):.3f} ({low:.3f} to {high:.3f}), "
@@ -182,7 +180,8 @@ def report(trials: list[Grasp], period_s: float, title: str, *, table: bool = Fa
         f"  unknown: {share[slipped].mean():.0f} % of the frames of slips, "
         f"{share[~slipped].mean():.0f} % of those of held grasps; never known on either finger: "
         f"{(unknown.min(axis=1) == 1)[slipped].sum()} slips, "
-        f"{(unknown.min(axis=1) == 1)[~slipped].sum()} held grasps"
+        f"{(unknown.min(axis=1) == 1)[~slipped].sum()} held grasps",
+        flush=True,
     )
     if table:
         for number in np.argsort(largest.mean(axis=1)):
@@ -191,20 +190,6 @@ def report(trials: list[Grasp], period_s: float, title: str, *, table: bool = Fa
                 f"    {'slip' if trial.slipped else 'held'} {trial.object} {trial.name}: lost "
                 f"{np.round(largest[number], 2)}, unknown {np.round(unknown[number], 2)}"
             )
-
-
-def _interval(
-    slipped: NDArray[np.bool_], score: NDArray[np.float64], objects: NDArray[np.str_]
-) -> tuple[float, float]:
-    """95 % interval of the area over objects, by resampling them."""
-    names, random, areas = np.unique(objects), np.random.default_rng(0), []
-    for _ in range(_RESAMPLES):
-        drawn = random.choice(names, len(names))
-        chosen = np.concatenate([np.flatnonzero(objects == name) for name in drawn])
-        if 0 < slipped[chosen].sum() < len(chosen):
-            areas.append(area(slipped[chosen], score[chosen]))
-    low, high = np.quantile(areas, (0.025, 0.975))
-    return float(low), float(high)
 
 
 def main() -> None:

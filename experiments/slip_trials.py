@@ -7,9 +7,12 @@ slips, so a cue that only measures its strength would score well without detecti
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -24,6 +27,9 @@ LIFT_FRAME = 5
 """Last frame before the lift."""
 WINDOW = slice(6, 122)
 """Scored frames: videos of slips are shorter, and all start with frames before the grasp."""
+FOURTH = 4
+"""Interval of the frames that a slower camera would record."""
+_RESAMPLES = 2000
 
 
 @dataclass(frozen=True)
@@ -59,17 +65,33 @@ def lifts(folder: Path, profile: str) -> list[Trial]:
     return trials
 
 
-def grasps(folder: Path, profile: str) -> list[list[Trial]]:
-    """Measure both fingers of every grasp, in the same window of frames."""
+def grasps(folder: Path, profile: str, every: int = 1) -> list[list[Trial]]:
+    """Measure both fingers of every grasp, in the same window of frames or in every n-th of it."""
+    window = slice(-(-WINDOW.start // every), -(-WINDOW.stop // every))
     fingers: dict[tuple[str, str], list[Trial]] = {}
     for row in _labels(folder):
         if int(row["n_frames"]) < WINDOW.stop:
             continue
         key = row["object"], row["trial"]
         video = folder / row["object"] / row["trial"] / row["video"]
-        trial = _trial(row["object"], video, row["slip"] == "1", profile, WINDOW)
+        with taken(video, every) as source:
+            trial = _trial(row["object"], source, row["slip"] == "1", profile, window)
         fingers.setdefault(key, []).append(trial)
     return list(fingers.values())
+
+
+@contextmanager
+def taken(video: Path, every: int) -> Iterator[Path]:
+    """Every n-th frame of a video as a folder of images, which are replayed at 30 Hz."""
+    if every == 1:
+        yield video
+        return
+    with TemporaryDirectory() as folder:
+        for number, observation in enumerate(islice(open_recording(video), WINDOW.stop)):
+            if number % every == 0:
+                pixels = cv2.cvtColor(observation.images[0].pixels, cv2.COLOR_RGB2BGR)
+                cv2.imwrite(str(Path(folder) / f"{number:04d}.png"), pixels)
+        yield Path(folder)
 
 
 def area(slipped: NDArray[np.bool_], scores: NDArray[np.float64]) -> float:
@@ -90,6 +112,20 @@ def area_within(
             count = float(slipped[here].sum() * (~slipped[here]).sum())
             right, pairs = right + count * area(slipped[here], scores[here]), pairs + count
     return right / pairs
+
+
+def interval(
+    slipped: NDArray[np.bool_], scores: NDArray[np.float64], objects: NDArray[np.str_]
+) -> tuple[float, float]:
+    """95 % interval of the area, by resampling the objects."""
+    names, random, areas = np.unique(objects), np.random.default_rng(0), []
+    for _ in range(_RESAMPLES):
+        drawn = random.choice(names, len(names))
+        chosen = np.concatenate([np.flatnonzero(objects == name) for name in drawn])
+        if 0 < slipped[chosen].sum() < len(chosen):
+            areas.append(area(slipped[chosen], scores[chosen]))
+    low, high = np.quantile(areas, (0.025, 0.975))
+    return float(low), float(high)
 
 
 def _labels(folder: Path) -> list[dict[str, str]]:

@@ -149,19 +149,15 @@ class Slip(Estimator):
         *,
         touched: bool,
     ) -> SlipState:
-        """Return the state of a contact whose load is not known, from how much of it is lost.
-
-        Until it has been watched for long enough, nothing is lost.
-        """
-        unsettled = loss.lost > 0 and loss.settled < CONTACT_LOSS.weakest
-        if unsettled or not (touched or loss.lost > 0):
+        """Return the state of a contact whose load is not known, from how much of it is lost."""
+        if loss.settled < CONTACT_LOSS.weakest:
             self._machine.reset()
             name: SlipName = "unknown" if touched else "none"
             return SlipState(name, loss.lost, timestamp_s=loss.timestamp_s)
-        slips = loss.lost >= CONTACT_LOSS.lost_share
         field = 0.0 if shear is None else shear.degree
         warning = min(self._warning_only, 1.0 if evidence >= 1 else field)
         kind = imprint.kind if imprint is not None and evidence >= 1 else "translation"
+        slips = loss.lost >= CONTACT_LOSS.lost_share
         self._machine.update(1.0 if slips else warning, kind, loss.timestamp_s)
         return self._state(loss.lost, shear, imprint, loss.timestamp_s)
 

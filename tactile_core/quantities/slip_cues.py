@@ -160,8 +160,9 @@ class ContactLoss(Quantity):
     settled : float
         Strength at which the contact settled in the last seconds; below 1 no contact did.
     lost : float
-        0 while the contact is as strong as it settled, 1 when it is lost. Before any contact
-        settled it is its weakness.
+        Share of the contact that may be lost: near 0 while a strong contact is as strong as it
+        settled, 1 when it is lost. A weak contact can hardly be distinguished from none, so this is
+        1/3 for one of strength 1 even if nothing is lost.
     """
 
     measured: bool

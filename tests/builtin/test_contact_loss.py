@@ -37,8 +37,8 @@ def pressed_then(last: float) -> ContactLoss:
 def test_a_contact_that_stays_loses_nothing() -> None:
     found = pressed_then(0.4)
     assert found.measured
-    assert found.settled > 1
-    assert found.lost < 0.05
+    assert found.settled > 5
+    assert found.lost < 0.1
 
 
 def test_a_contact_that_leaves_is_lost() -> None:

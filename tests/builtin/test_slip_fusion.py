@@ -75,7 +75,7 @@ def test_a_known_contact_slips_when_shear_and_imprint_agree() -> None:
 
 
 def test_where_the_loss_of_contact_is_measured_only_it_proves_slip() -> None:
-    held, lost = ContactLoss(True, 4.0, 5.0, 0.2), ContactLoss(True, 1.0, 5.0, 0.8)
+    held, lost = ContactLoss(True, 4.0, 5.0, 0.3), ContactLoss(True, 1.0, 5.0, 0.8)
     assert state(UNKNOWN_LOAD, HELD, STILL, loss=held).state == "stick"
     assert state(UNKNOWN_LOAD, HELD, SLID, loss=held).state == "incipient"
     assert state(UNKNOWN_LOAD, HELD, STILL, loss=lost).state == "slip"

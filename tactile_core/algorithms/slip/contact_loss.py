@@ -39,6 +39,10 @@ class ContactLossParameters(NamedTuple):
     weakest : float, ratio
         Strength of the weakest contact that is distinguished from none.
         Source: definition of the strength.
+    uncertainty : float, ratio
+        Uncertainty of a strength, because gels differ.
+        Source: difference of the strengths of two gels without contact, each from its own lower
+        quartiles of strain and relief (``experiments/slip_contact_loss.py``).
     """
 
     strain: float = 0.0115
@@ -47,6 +51,7 @@ class ContactLossParameters(NamedTuple):
     memory_s: float = 2.0
     lost_share: float = 0.5
     weakest: float = 1.0
+    uncertainty: float = 0.5
 
 
 CONTACT_LOSS = ContactLossParameters()
@@ -94,9 +99,10 @@ class LossOfStrength(NamedTuple):
     settled : float
         Strength at which it settled in the last seconds.
     lost : float
-        0 while the contact is as strong as it settled, 1 when it is lost. A contact too weak to
-        be distinguished from none has nothing to lose; this is then its weakness, from 1 without
-        any contact, which is no evidence.
+        Share of the contact that may be lost: near 0 while a strong contact is as strong as it
+        settled, 1 when it is lost. A weak contact can hardly be distinguished from none, so this
+        is 1/3 for the weakest even if nothing is lost, and 1 if there never was any: then it is no
+        evidence.
     """
 
     strength: float
@@ -115,9 +121,16 @@ class LossOfStrength(NamedTuple):
 
 
 class ContactLossTracker:
-    """Follow the strength of the contact of one sensor."""
+    """Follow the strength of the contact of one sensor.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    uncertainty : float
+        Uncertainty of a strength.
+    """
+
+    def __init__(self, uncertainty: float = CONTACT_LOSS.uncertainty) -> None:
+        self._uncertainty = uncertainty
         self.reset()
 
     def reset(self) -> None:
@@ -153,7 +166,7 @@ class ContactLossTracker:
         fading = float(np.exp(-elapsed_s / CONTACT_LOSS.memory_s))
         settled = max(self._settled, kept)
         self._settled = kept + fading * (settled - kept)
-        lost = 1.0 - strength / max(settled, CONTACT_LOSS.weakest)
+        lost = 1.0 - strength / (settled + self._uncertainty)
         return LossOfStrength(strength, settled, max(lost, 0.0))
 
 

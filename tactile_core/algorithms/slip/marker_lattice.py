@@ -41,6 +41,12 @@ class MarkerLatticeParameters(NamedTuple):
         neighbours alike; markers that were printed less regularly hide its strain.
         Source: geometric mean of the limits of two recorded sensors: 0.006 to 0.02 where the
         markers form a lattice and 0.035 to 0.06 where they were placed one by one.
+    independent_share : float, share of the variance
+        A larger irregularity in the first frame is strain if it is at most this share of the
+        deviation from the polynomial, because a contact displaces neighbours alike. Of markers that
+        were placed one by one it is 1.25: the variance of the difference of a marker and the mean
+        of four others. In later frames a growing contact would hide them.
+        Source: half, so that neighbours explain most of the deviation.
     watched_frames : int, count
         The markers are on a lattice if one of these first frames is regular enough: a strong
         contact in the first one displaces them.
@@ -60,6 +66,7 @@ class MarkerLatticeParameters(NamedTuple):
     squareness: float = 0.5
     indexed_share: float = 0.6
     irregularity: float = 0.027
+    independent_share: float = 0.5
     watched_frames: int = 25
     spare_markers: int = 5
     hold_s: float = 0.5
@@ -93,7 +100,7 @@ class MarkerLattice:
         share = len(nodes) / max(len(px), 1)
         found = len(nodes) >= least and share >= MARKER_LATTICE.indexed_share
         self._undecided = MARKER_LATTICE.watched_frames if found else 0
-        self.regular = found and self._is_regular(px)
+        self.regular = found and (self._is_regular(px) or self._is_strained(px))
         self._square = np.full(len(nodes), np.nan)
         self._seen_s = np.full(len(nodes), -np.inf)
 
@@ -133,6 +140,15 @@ class MarkerLattice:
 
     def _is_regular(self, px: Array) -> bool:
         """Whether neighbours place the median marker where it is."""
+        return self._irregularity(px)[0] <= MARKER_LATTICE.irregularity
+
+    def _is_strained(self, px: Array) -> bool:
+        """Whether neighbours explain most of the deviation of the median marker."""
+        irregularity, deviation = self._irregularity(px)
+        return irregularity**2 <= MARKER_LATTICE.independent_share * deviation**2
+
+    def _irregularity(self, px: Array) -> tuple[float, float]:
+        """Median distances from where the neighbours place a marker, and the polynomial does."""
         from scipy.spatial import KDTree
 
         places = np.asarray(px, np.float64)[self._chosen]
@@ -140,7 +156,8 @@ class MarkerLattice:
         apart = (places - self._terms @ found) / self._pitch_px
         nearest = np.asarray(KDTree(places).query(places, k=_SQUARE_NEIGHBOURS + 1)[1])
         alone = apart - apart[nearest[:, 1:]].mean(axis=1)
-        return bool(np.median(np.linalg.norm(alone, axis=1)) <= MARKER_LATTICE.irregularity)
+        irregularity, deviation = (np.median(np.linalg.norm(d, axis=1)) for d in (alone, apart))
+        return float(irregularity), float(deviation)
 
 
 _SQUARE_NEIGHBOURS = 4

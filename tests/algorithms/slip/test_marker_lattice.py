@@ -73,6 +73,19 @@ def test_a_contact_in_the_first_frame_hides_no_strain() -> None:
     assert _strain(MIDDLE, dented) < 1e-9
 
 
+@pytest.mark.parametrize("depth_px", [0.0, 1.0, 2.0, 4.0])
+def test_a_lattice_is_recognised_under_an_object_with_bumps(depth_px: float) -> None:
+    """Bumps six pitches apart displace neighbours in the same direction."""
+    assert MarkerLattice(MIDDLE + depth_px * np.cos(MIDDLE * 2 * np.pi / (6 * PITCH_PX))).regular
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_markers_that_were_placed_one_by_one_have_no_strain(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    printed = MIDDLE + random.normal(0, 0.04 * PITCH_PX, MIDDLE.shape)
+    assert not MarkerLattice(printed).regular
+
+
 def test_the_order_of_the_markers_is_irrelevant() -> None:
     order = np.random.default_rng(1).permutation(len(MIDDLE))
     dented = _dented(3.0)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_baxter_fingertip.hue_correction import CORRECTION, HueCorrection, signed
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
@@ -16,6 +17,13 @@ from tactile_core.algorithms.normal_xy import planes_to_gradient
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 Bool = NDArray[np.bool_]
+Complex64 = NDArray[np.complex64]
+
+SURVEYED_ROWS = 60
+"""Rows of the sparse grid of pixels from which the share of slopes is estimated."""
+
+_SIGNED = signed(np.arange(ENTRIES)).astype(np.float32)
+"""Entries of the intensity, from −1 to 1."""
 
 
 class ReferenceLight:
@@ -74,13 +82,16 @@ class ReferenceLight:
 
 
 class HueField:
-    """Decodes entire images, plane by plane; equivalent to :class:`HueDecoder`."""
+    """Decodes entire images, plane by plane; equivalent to :func:`corrected`."""
 
-    def __init__(self, decoder: HueDecoder, light: ReferenceLight) -> None:
-        self._light = light
+    def __init__(
+        self, decoder: HueDecoder, correction: HueCorrection, light: ReferenceLight
+    ) -> None:
+        self._light, self._correction = light, correction
         factors, offsets = decoder.to_entries
         h, w = light.base.shape[:2]
-        terms = regression.terms(place((h, w)).reshape(-1, 2), 2).reshape(h, w, -1)
+        position = place((h, w)).reshape(-1, 2)
+        terms = regression.terms(position, 2).reshape(h, w, -1)
         floor = np.float32(LEVELS.least_divisor_share * light.full_scale)
         per_intensity = 1 / np.maximum(light.base, floor)
         self._weights: list[list[Float32]] = []
@@ -97,17 +108,55 @@ class HueField:
         self._by_intensity = decoder.by_intensity.T.ravel()
         angle = angle_of(np.arange(ENTRIES, dtype=np.uint8))
         self._direction = np.exp(1j * angle).astype(np.complex64)
+        powers = correction.by_chroma(decoder)
+        self._powers = [power.T.ravel() for power in powers]
+        by_place = correction.at(position).reshape(h, w, 4, 2).transpose(3, 2, 0, 1)
+        self._tilt = np.ascontiguousarray(by_place[:, 0])
+        self._by_colour = np.ascontiguousarray(by_place[:, 1:]) / factors[:, None, None]
+        self._level = -np.tensordot(self._by_colour, offsets, (1, 0)).astype(np.float32)
+        step = max(1, min(h, w) // SURVEYED_ROWS)
+        self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None) -> tuple[Float32, Float32]:
         """Return the slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
+        colour = self._colour(pixels, marker_mask)
+        normal_xy = self._decoded(colour)
+        strength = self._correction.strength(self._steep_share(normal_xy))
+        parts = []
+        for part, level, tilt, weights in zip(
+            (normal_xy.real, normal_xy.imag), self._level, self._tilt, self._by_colour, strict=True
+        ):
+            total = cv2.scaleAdd(tilt, float(strength), level)
+            total += part
+            for plane, weight in zip(colour, weights, strict=True):
+                cv2.accumulateProduct(plane, weight, total)
+            parts.append(total)
+        gx, gy = parts
+        planes_to_gradient(gx, gy, np.empty_like(gx))
+        return gx, gy
+
+    def steep_share(self, pixels: NDArray[Any], marker_mask: Bool | None) -> float:
+        """Return the share of sloped pixels of a frame (H, W, 3)."""
+        return self._steep_share(self._decoded(self._colour(pixels, marker_mask)))
+
+    def _steep_share(self, normal_xy: Complex64) -> float:
+        return float((np.abs(normal_xy[self._sparse]) > CORRECTION.steep_sine).mean())
+
+    def _colour(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[Float32]:
+        """Return chroma axes and intensity, in entries of the tables, as three (H, W) planes."""
         channels = cv2.split(self._light.smoothed(pixels, marker_mask))
-        bytes_ = []
-        nothing = np.zeros(1)
+        planes = []
         for weights, offset in zip(self._weights, self._offsets, strict=True):
             total = offset.copy()
             for channel, weight in zip(channels, weights, strict=True):
                 cv2.accumulateProduct(channel, weight, total)
-            bytes_.append(cv2.add(total, nothing, dtype=cv2.CV_8U))
+            planes.append(total)
+        return planes
+
+    def _decoded(self, colour: list[Float32]) -> Complex64:
+        """Return the mean of decoder and polynomial: normal_xy as complex numbers."""
+        nothing = np.zeros(1)
+        bytes_ = [cv2.add(plane, nothing, dtype=cv2.CV_8U) for plane in colour]
         first, second, intensity = bytes_
         chroma = _pair(first, second)
         yaw = self._yaw.take(chroma)
@@ -115,9 +164,14 @@ class HueField:
         weighted += self._by_intensity.take(_pair(yaw, intensity))
         normal_xy = self._direction.take(yaw)
         normal_xy *= weighted.real / weighted.imag
-        gx, gy = (np.ascontiguousarray(part) for part in (normal_xy.real, normal_xy.imag))
-        planes_to_gradient(gx, gy, np.empty_like(gx))
-        return gx, gy
+        signed = _SIGNED.take(intensity)
+        smooth = self._powers[-1].take(chroma)
+        for power in self._powers[-2::-1]:
+            smooth *= signed
+            smooth += power.take(chroma)
+        normal_xy += smooth
+        normal_xy *= np.float32(0.5)
+        return normal_xy
 
 
 def _pair(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.uint16]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, NamedTuple, Self
 
@@ -10,6 +11,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field
 
+from tactile_baxter_fingertip.hue_correction import HueCorrection, fit_correction
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_core.algorithms.levels import LEVELS
@@ -43,10 +45,19 @@ class SampleParameters(NamedTuple):
     most : int, count
         Training pixels of all presses together, at most. Dense tables need more than a regression.
         Source: chosen by hand; no script derives it.
+    surveyed : int, count
+        Calibration frames whose share of sloped pixels is averaged, about.
+        Source: chosen by hand; no script derives it.
+    sloped_share : float, share
+        A press with a smaller share of sloped training pixels has level gel around it.
+        Source: single presses have 0.8, by the share of undeformed pixels
+        (``calibration/presses.py``), and grids 1 but for the tops of balls.
     """
 
     fewest: int = 500
     most: int = 200_000
+    surveyed: int = 5
+    sloped_share: float = 0.95
 
 
 SAMPLES = SampleParameters()
@@ -77,18 +88,19 @@ class HueIntensityOptions(Options):
 
 
 class HueIntensity(Calibration):
-    """A fitted decoder with its smoothing; see ``hue_decoder``."""
+    """A fitted decoder and its correction; see ``hue_decoder`` and ``hue_correction``."""
 
     def __init__(
         self,
         decoder: HueDecoder,
+        correction: HueCorrection,
         shape: ImageShape,
         blur_px: float,
         light_blur_px: float,
     ) -> None:
-        self.decoder, self._shape = decoder, shape
+        self.decoder, self.correction, self._shape = decoder, correction, shape
         self._blur_px, self._light_blur_px = blur_px, light_blur_px
-        self._field = ForReference(self._prepared)
+        self._field = ForReference(self.field)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Return the slopes of one frame.
@@ -109,7 +121,7 @@ class HueIntensity(Calibration):
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
         blurs_px = np.array([self._blur_px, self._light_blur_px])
-        arrays = {"blurs_px": blurs_px, **arrays_of(self.decoder)}
+        arrays = {"blurs_px": blurs_px, **arrays_of(self.decoder), **self.correction.arrays()}
         write_model(directory, self._shape, arrays, compressed=True)
 
     @classmethod
@@ -124,10 +136,13 @@ class HueIntensity(Calibration):
         with stored_model(directory) as (shape, arrays):
             blur_px, light_blur_px = (float(b) for b in arrays["blurs_px"])
             decoder = HueDecoder.from_arrays(arrays)
-        return cls(decoder, shape, blur_px, light_blur_px)
+            correction = HueCorrection.from_arrays(arrays)
+        return cls(decoder, correction, shape, blur_px, light_blur_px)
 
-    def _prepared(self, reference: Reference) -> HueField:
-        return HueField(self.decoder, _light(reference, self._blur_px, self._light_blur_px))
+    def field(self, reference: Reference) -> HueField:
+        """Prepare the model for one reference."""
+        light = _light(reference, self._blur_px, self._light_blur_px)
+        return HueField(self.decoder, self.correction, light)
 
 
 class HueIntensityCalibrator(Calibrator):
@@ -173,7 +188,10 @@ class HueIntensityCalibrator(Calibrator):
         if np.count_nonzero(normal_xy.any(axis=1)) < SAMPLES.fewest:
             raise too_few(presses)
         decoder = fit_decoder(features, normal_xy, self.options.pitch_from)
-        return HueIntensity(decoder, shape, blur_px, light_blur_px)
+        correction = fit_correction(decoder, features, normal_xy, by_place=_crowded(presses))
+        field = HueIntensity(decoder, correction, shape, blur_px, light_blur_px).field(reference)
+        correction = replace(correction, steep_share=_steep_share(field, presses))
+        return HueIntensity(decoder, correction, shape, blur_px, light_blur_px)
 
     def smoothing_px(self, mm_per_px: float) -> float:
         """Return the smoothing of the options in px."""
@@ -188,6 +206,20 @@ def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Refere
         blur_px=blur_px,
         light_blur_px=light_blur_px,
     )
+
+
+def _crowded(presses: Sequence[Press]) -> bool:
+    """Whether the presses leave no level gel between them, as a grid of balls does."""
+    sloped = [press.gradients.any(axis=1).mean() for press in presses if press.gradients.any()]
+    return min(sloped) > SAMPLES.sloped_share
+
+
+def _steep_share(field: HueField, presses: Sequence[Press]) -> float:
+    """Return the mean share of sloped pixels over some calibration frames."""
+    pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
+    frames = list(pressed.values())
+    some = frames[:: max(1, len(frames) // SAMPLES.surveyed)]
+    return float(np.mean([field.steep_share(frame.pixels, frame.marker_mask) for frame in some]))
 
 
 def _valid(frame: Frame) -> Bool:

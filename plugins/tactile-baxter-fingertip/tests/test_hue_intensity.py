@@ -9,7 +9,8 @@ import pytest
 from support.four_lights import Ball, frame_of, presses, undeformed
 from support.gains import MOST, gains
 
-from tactile_baxter_fingertip.hue_decoder import HueDecoder
+from tactile_baxter_fingertip.hue_correction import HueCorrection, corrected, fit_correction
+from tactile_baxter_fingertip.hue_decoder import HueDecoder, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_baxter_fingertip.hue_intensity import (
     HueIntensity,
@@ -88,13 +89,21 @@ def test_a_brighter_illumination_does_not_change_the_hue(model: HueIntensity) ->
     assert errors_deg(model, gain=1.03).mean() < errors_deg(model).mean() + 1
 
 
+def tilted(correction: HueCorrection) -> HueCorrection:
+    """Give a correction some dependence on the position, at full strength in any frame."""
+    by_place = np.random.default_rng(0).normal(0, 0.02, correction.by_place.shape)
+    return replace(correction, by_place=by_place.astype(np.float32), steep_share=1e-3)
+
+
 def test_images_and_single_pixels_are_measured_equally(model: HueIntensity) -> None:
     frame, reference = frame_of(UNSEEN), undeformed()
     light = ReferenceLight(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
-    decoder = model.decoder
+    decoder, correction = model.decoder, tilted(model.correction)
     rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
-    one_by_one = to_gradient(decoder(light.features(frame.pixels, None, rows, columns)))
-    gx, gy = HueField(decoder, light).measure(frame.pixels, None)
+    features = light.features(frame.pixels, None, rows, columns)
+    one_by_one = to_gradient(corrected(decoder, correction, features))
+    field = HueField(decoder, correction, light)
+    gx, gy = field.measure(frame.pixels, None)
     distance = np.hypot(gx.ravel() - one_by_one[:, 0], gy.ravel() - one_by_one[:, 1])
     # A colour on the border between two entries may be rounded to either.
     assert np.mean(distance > 1e-4) < 0.01
@@ -164,3 +173,37 @@ def test_another_bit_depth_is_refused(model: HueIntensity) -> None:
     deep = replace(frame, pixels=frame.pixels.astype(np.uint16) * 257, full_scale=65535.0)
     with pytest.raises(CalibrationError, match="same bit depth"):
         model.measure(deep, undeformed())
+
+
+def test_a_tilt_that_presses_have_in_common_is_none_of_the_undeformed_gel() -> None:
+    # slopes of all presses seem to be larger by an amount that depends on the position
+    rng = np.random.default_rng(1)
+    normal_xy, position = rng.uniform(-0.5, 0.5, (2, 20_000, 2)).astype(np.float32)
+    level = np.arange(len(normal_xy)) % 5 == 0
+    normal_xy[level] = 0
+    apparent = normal_xy + ~level[:, None] * (0.02 + 0.04 * position)
+    colour = np.column_stack([apparent @ [[1, -0.5], [0, 0.9]], apparent @ [-0.5, -0.9]])
+    features = np.column_stack([colour, position]).astype(np.float32)
+    decoder = fit_decoder(features, normal_xy)
+    errors = []
+    for by_place in (False, True):
+        found = fit_correction(decoder, features, normal_xy, by_place=by_place)
+        pressed = corrected(decoder, found, features[~level])
+        errors.append(np.abs(pressed - normal_xy[~level]).mean())
+        undeformed = corrected(decoder, found, np.zeros((1, 5), np.float32), strength=0.0)
+        assert np.abs(undeformed).max() < 0.02
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_a_frame_with_fewer_slopes_than_the_calibration_is_tilted_less(model: HueIntensity) -> None:
+    correction = replace(model.correction, steep_share=0.2)
+    assert correction.strength(0.0) == 0
+    assert correction.strength(0.1) == pytest.approx(0.5)
+    assert correction.strength(0.4) == 1
+    assert model.correction.strength(0.0) == 0
+
+
+def test_a_misshapen_correction_is_refused(model: HueIntensity) -> None:
+    arrays = model.correction.arrays()
+    with pytest.raises(ValueError, match="by_place"):
+        HueCorrection.from_arrays({**arrays, "by_place": arrays["by_place"][:2]})

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from tactile_core.algorithms.photometric import around_markers, fill_markers
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -75,6 +77,13 @@ class StereoModel:
 class StereoOptions(SlopeOptions):
     """Options of ``desktop_six_led.photometric_stereo``."""
 
+    light_blur_mm: float = Field(
+        default=0.11,
+        ge=0,
+        le=10,
+        description="Additional smoothing of the reference, whose grain differs from that under a "
+        "press: standard deviation, mm.",
+    )
     lights: Literal["learned", "given"] = Field(
         default="learned",
         description="learned: fit the lights to presses. given: measure without a bundle, with the "
@@ -94,15 +103,22 @@ class PhotometricStereo(Calibration):
     compensation: ClassVar[Compensation] = "none"
 
     def __init__(
-        self, model: StereoModel, shape: ImageShape, blur_px: float, *, compiled: bool = False
+        self,
+        model: StereoModel,
+        shape: ImageShape,
+        blur_px: float,
+        light_blur_px: float,
+        *,
+        compiled: bool = False,
     ) -> None:
-        self._model, self._shape, self._blur_px = model, shape, blur_px
-        self._compiled = compiled
+        self._model, self._shape, self._compiled = model, shape, compiled
+        self._blur_px, self._light_blur_px = blur_px, light_blur_px
         self._field = ForReference(self.field)
 
     def prepared(self, *, compiled: bool) -> Self:
         """Return the model with or without compiled loops."""
-        return type(self)(self._model, self._shape, self._blur_px, compiled=compiled)
+        blurs_px = self._blur_px, self._light_blur_px
+        return type(self)(self._model, self._shape, *blurs_px, compiled=compiled)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Return the slopes of one frame.
@@ -126,7 +142,7 @@ class PhotometricStereo(Calibration):
             self._model.redundancy,
             self._model.drift,
             self._model.press_light,
-            reference.pixels,
+            without_grain(reference, self._light_blur_px).pixels,
             reference.marker_mask,
             full_scale=reference.full_scale,
             blur_px=self._blur_px,
@@ -135,9 +151,11 @@ class PhotometricStereo(Calibration):
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
-        write_model(
-            directory, self._shape, {"blur_px": np.array(self._blur_px), **self._model.arrays()}
-        )
+        blurs_px = {
+            "blur_px": np.array(self._blur_px),
+            "light_blur_px": np.array(self._light_blur_px),
+        }
+        write_model(directory, self._shape, {**blurs_px, **self._model.arrays()})
 
     @classmethod
     def load(cls, directory: Path) -> Self:
@@ -149,7 +167,7 @@ class PhotometricStereo(Calibration):
             The file is missing, damaged or of another model.
         """
         with stored_model(directory) as (shape, arrays):
-            blur_px = blur_from(arrays, shape)
+            blur_px, light_blur_px = blur_from(arrays, shape), float(arrays["light_blur_px"])
             model = StereoModel(
                 part_from(LightField, arrays),
                 part_from(Redundancy, arrays),
@@ -158,7 +176,9 @@ class PhotometricStereo(Calibration):
             )
             if not np.isfinite(model.field(np.zeros((1, shape[2] + 2), np.float32))).all():
                 raise ValueError("the model does not return finite numbers")
-        return cls(model, shape, blur_px)
+            if not 0 <= light_blur_px < np.inf:
+                raise ValueError("light_blur_px is no standard deviation")
+        return cls(model, shape, blur_px, light_blur_px)
 
 
 class PhotometricCalibrator(Calibrator):
@@ -188,19 +208,21 @@ class PhotometricCalibrator(Calibrator):
                 f"photometric stereo needs {FEWEST_LIGHTS} lights and there are {shape[2]}; choose "
                 f"another calibration"
             )
-        blur_px = self.smoothing_px(scale_of(presses))
-        features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
+        scale = scale_of(presses)
+        blur_px, light_blur_px = self.smoothing_px(scale), self.options.light_blur_mm / scale
+        light = without_grain(reference, light_blur_px)
+        features, normal_xy = samples_of(presses, light, blur_px=blur_px)
         field, tilt = fit_light_field(features, normal_xy)
         response = field.response(features[:, :-2]).T
         redundancy = fit_redundancy(response)
         drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
         model = StereoModel(field, redundancy, drift, PressLight(tilt, 0.0))
-        prepared = PhotometricStereo(model, shape, blur_px).field(reference)
+        prepared = PhotometricStereo(model, shape, blur_px, light_blur_px).field(reference)
         zero, steep_share = _zeros(prepared, presses, field.exponents)
         model = replace(
             model, drift=replace(drift, zero=zero), press_light=PressLight(tilt, steep_share)
         )
-        return PhotometricStereo(model, shape, blur_px)
+        return PhotometricStereo(model, shape, blur_px, light_blur_px)
 
     def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
         """Return a model with the profile's light directions, if ``lights: given``."""
@@ -212,6 +234,29 @@ class PhotometricCalibrator(Calibrator):
     def smoothing_px(self, mm_per_px: float) -> float:
         """Return the smoothing of the options in px."""
         return self.options.smoothing_px(mm_per_px)
+
+
+def without_grain(reference: Reference, blur_px: float) -> Reference:
+    """Return the illumination of a reference, without the grain of its coating.
+
+    The grain moves with the gel surface, so that the grain of the reference differs from that under
+    a press and would add to it.
+    """
+    if not blur_px:
+        return reference
+    pixels = np.asarray(reference.pixels, np.float32)
+    if reference.marker_mask is not None and reference.marker_mask.any():
+        pixels = fill_markers(pixels, reference.marker_mask, around_markers(reference.marker_mask))
+    # Reflection with the sign reversed continues a slope beyond the border, and smoothing twice
+    # keeps a curvature.
+    margin = min(round(3 * blur_px), *(side - 1 for side in pixels.shape[:2]))
+    planes = []
+    for plane in pixels.transpose(2, 0, 1):
+        wide = np.pad(plane, margin, mode="reflect", reflect_type="odd")
+        once = cv2.GaussianBlur(wide, (0, 0), blur_px)
+        twice = 2 * once - cv2.GaussianBlur(once, (0, 0), blur_px)
+        planes.append(twice[margin : -margin or None, margin : -margin or None])
+    return replace(reference, pixels=np.stack(planes, axis=2))
 
 
 def _zeros(

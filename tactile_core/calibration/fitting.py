@@ -126,6 +126,7 @@ def calibrate(
             ball_diameter_mm=ball_diameter_mm,
             labels=labels,
             target=target,
+            for_heights=calibrator.fits == "heights",
             progress=progress,
         )
     )

@@ -35,6 +35,8 @@ class PressedGrid:
         Radius of an undeformed domed gel; None for a flat one.
     thickness_mm : float
         Thickness of the gel.
+    for_heights : bool
+        As in :class:`~tactile_core.calibration.presses.FoundPress`.
     """
 
     file: str
@@ -44,6 +46,7 @@ class PressedGrid:
     ball_radius_px: float
     dome_radius_px: float | None = None
     thickness_mm: float = THICKNESS_MM
+    for_heights: bool = False
 
     def found(self) -> list[FoundPress]:
         """Refine all circles jointly."""
@@ -87,6 +90,7 @@ class PressedGrid:
                 in_grid=True,
                 dome_radius_px=self.dome_radius_px,
                 thickness_mm=self.thickness_mm,
+                for_heights=self.for_heights,
             )
             for circle in circles
         ]

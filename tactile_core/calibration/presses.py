@@ -51,6 +51,10 @@ class PressParameters(NamedTuple):
         less steep than the label says, so that the model would make the other slopes too steep.
         Source: chosen on each two of three sets of presses among 0.6 to 0.95; on the third it is
         within 0.02° of the best (ADR 46).
+    trusted_height_share : float, contact radii
+        The same for a calibration that is fitted to heights: a rim that is a pixel off changes the
+        height less than the slope, and without it the heights of the lower half are extrapolated.
+        Source: definition of the contact.
     scored_contact_share : float, contact radii (ball radii in a grid)
         Pixels within it count in a score.
         Source: definition of the held-out score (``docs/reference/accuracy.md``).
@@ -76,6 +80,7 @@ class PressParameters(NamedTuple):
     trusted_ball_share: float = 0.75
     trusted_grid_share: float = 0.85
     trusted_contact_share: float = 0.8
+    trusted_height_share: float = 1.0
     scored_contact_share: float = 0.8
     scored_ball_share: float = 0.9
     undeformed_distance_balls: float = 3.5
@@ -108,6 +113,8 @@ class FoundPress:
         Start of the circle search, from this press alone; None if the circle is given.
     thickness_mm : float
         Thickness of the gel, which determines the height of the contact's rim.
+    for_heights : bool
+        Its training pixels are for a calibration that is fitted to heights instead of slopes.
     """
 
     file: str
@@ -118,6 +125,7 @@ class FoundPress:
     dome_radius_px: float | None = None
     start: Start | None = None
     thickness_mm: float = THICKNESS_MM
+    for_heights: bool = False
 
     @property
     def used(self) -> bool:
@@ -232,10 +240,8 @@ class FoundPress:
         :func:`~tactile_core.calibration.undeformed.undeformed_press`.
         """
         trusted = PRESS.trusted_grid_share if self.in_grid else PRESS.trusted_ball_share
-        radius = min(
-            trusted * self.ball_radius_px,
-            PRESS.trusted_contact_share * self.circle.contact_radius_px,
-        )
+        share = PRESS.trusted_height_share if self.for_heights else PRESS.trusted_contact_share
+        radius = min(trusted * self.ball_radius_px, share * self.circle.contact_radius_px)
         rows, columns, slopes = self.true_gradients(self.surface(radius))
         distance_px = PRESS.undeformed_distance_balls * self.ball_radius_px
         undeformed = ~self.disc(np.inf if self.in_grid else distance_px)

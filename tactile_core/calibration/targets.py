@@ -141,9 +141,12 @@ def balls(
     ball_diameter_mm: float | None = None,
     labels: Path | None = None,
     target: Path | None = None,
+    for_heights: bool = False,
     progress: Progress,
 ) -> CalibrationTarget[FoundPress]:
     """Return presses of a ball, found in each frame or located by a target file.
+
+    ``for_heights`` chooses their training pixels for a calibration that is fitted to heights.
 
     Raises
     ------
@@ -162,13 +165,15 @@ def balls(
         sizes_mm = ball_diameters_mm(profile, presses, len(frames), ball_diameter_mm)
         for diameter_mm in sorted(set(sizes_mm)):
             check_ball(diameter_mm, profile)
-        found = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
+        circled = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
+        found = [replace(press, for_heights=for_heights) for press in circled]
         labelled = labels is not None
         without = SeparatePresses(found, condition.undeformed, labelled=labelled).without
     else:
         grid, diameter_mm = _on_target(
             profile, presses, files, frames, condition, ball_diameter_mm, target
         )
+        grid = replace(grid, for_heights=for_heights)
         sizes_mm = (diameter_mm,)
         found, without = grid.found(), grid.without
     good = used(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +50,14 @@ class Calibrator(ABC):
     compensation : {"channel", "none"}
         Illumination compensation of the frames that it fits, the same as that of the calibrations
         that it returns.
+    fits : {"slopes", "heights"}
+        Which ground truth of the pixels the fit uses. Slopes are known in the inner part of a
+        contact, heights in all of it: the press of a calibrator of heights reaches the rim.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
     compensation: ClassVar[Compensation] = "channel"
+    fits: ClassVar[Literal["slopes", "heights"]] = "slopes"
 
     def __init__(self, options: BaseModel) -> None:
         self.options = options

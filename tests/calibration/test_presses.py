@@ -51,6 +51,18 @@ def test_training_pixels_are_on_the_ball_or_far_from_it() -> None:
     np.testing.assert_allclose(samples.gradients[on], -offset[on] / down[:, None], atol=1e-5)
 
 
+def test_pixels_for_heights_reach_the_rim_and_those_for_slopes_do_not() -> None:
+    # the contact of a shallow press ends before the ball is too steep
+    shallow = replace(press(None), circle=Circle(CENTRE_PX, 18.0))
+    steepest = {}
+    for for_heights in (False, True):
+        samples = replace(shallow, for_heights=for_heights).training()
+        steepest[for_heights] = float(np.hypot(*samples.gradients.T).max())
+    rim = 18.0 / np.sqrt(BALL_PX**2 - 18.0**2)
+    assert steepest[True] == pytest.approx(rim, rel=0.06)
+    assert steepest[False] < 0.8 * rim
+
+
 def test_heights_are_those_of_the_ball_and_of_undeformed_gel() -> None:
     found = press(None)
     samples = found.training()

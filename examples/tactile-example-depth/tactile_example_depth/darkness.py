@@ -80,6 +80,8 @@ class Darkness(Calibration):
 class DarknessCalibrator(Calibrator):
     """Fits the polynomial to pixels of known height."""
 
+    fits = "heights"
+
     def fit(self, presses: Sequence[Press], reference: Reference) -> Darkness:
         """Fit the weights to presses with known heights."""
         known = [(press, press.heights_mm) for press in presses if press.heights_mm is not None]

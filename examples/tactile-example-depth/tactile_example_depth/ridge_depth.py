@@ -84,6 +84,7 @@ class RidgeDepthCalibrator(Calibrator):
 
     Options = RidgeOptions
     options: RidgeOptions
+    fits = "heights"
 
     def fit(self, presses: Sequence[Press], reference: Reference) -> RidgeDepth:
         """Fit the weights to presses with known heights."""

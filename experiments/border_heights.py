@@ -22,7 +22,8 @@ from experiments.press_sets import SETS, Presses
 from experiments.presses import calibrated
 from experiments.table_row import Row, command
 from experiments.virtual_unit import Pressed, VirtualUnit
-from tactile_core.calibration.presses import FoundPress, find_presses, light_of, relocated
+from tactile_core.calibration.press_search import find_presses, light_of, relocated
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import HeightMap

@@ -16,13 +16,8 @@ from scipy.stats import spearmanr
 from experiments.press_sets import SETS, Presses
 from experiments.virtual_presses import KINDS, VirtualUnit
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.presses import (
-    FoundPress,
-    find_presses,
-    light_of,
-    refound,
-    relocated,
-)
+from tactile_core.calibration.press_search import find_presses, light_of, refound, relocated
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.targets import undeformed_sensor
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.pipeline.playback import read_frames
@@ -79,10 +74,20 @@ def line(name: str, found: Iterable[Error], count: int) -> str:
         " / ".join(f"{np.quantile(centre, share):.2f}" for share in (0.5, 0.9, 1)),
         f"{np.mean(centre > 1.5):.1%}",
         f"{np.median(radius):+.2f} / {np.quantile(np.abs(radius), 0.9):.2f}",
-        f"{np.mean(centre < _COVERED * std):.0%} / {np.mean(np.abs(radius) < radius_std):.0%}",
+        coverage(centre / _COVERED, std),
+        coverage(np.abs(radius), radius_std),
         f"{spearmanr(centre, std)[0]:.2f} / {spearmanr(np.abs(radius), radius_std)[0]:.2f}",
+        f"{np.median(std) / np.sqrt(np.mean(centre**2) / 2):.2f}"
+        f" / {np.median(radius_std) / np.sqrt(np.mean(radius**2)):.2f}",
     )
     return f"| {' | '.join(cells)} |"
+
+
+def coverage(error: np.ndarray, std: np.ndarray) -> str:
+    """Share of errors below one standard deviation: all, and the fifths from small to large."""
+    below = (error < std)[np.argsort(std)]
+    fifths = ", ".join(f"{100 * part.mean():.0f}" for part in np.array_split(below, 5) if len(part))
+    return f"{below.mean():.0%} ({fifths})"
 
 
 def halves(data: Path, chosen: Presses) -> str:
@@ -116,17 +121,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kinds", nargs="*", metavar="KIND", help=", ".join(KINDS))
     parser.add_argument("--units", type=int, default=20)
+    parser.add_argument("--first", type=int, default=100, help="seed of the first unit")
     parser.add_argument("--data", type=Path, help="also compare halves of these recordings")
     given = parser.parse_args()
     print(
         "| presses | used | centre off, median / 90 % / largest, px | > 1.5 px | radius off, median"
-        " / 90 %, px | coverage, centre / radius | rank correlation |\n"
-        "| --- | --- | --- | --- | --- | --- | --- |"
+        " / 90 %, px | coverage, centre | coverage, radius | rank correlation, centre / radius |"
+        " median std / RMSE, centre / radius |\n|" + 9 * " --- |"
     )
     for kind in given.kinds or KINDS:
         found: list[Error] = []
         cut: list[bool] = []
-        for unit in KINDS[kind](given.units):
+        for seed in range(given.first, given.first + given.units):
+            unit = KINDS[kind](seed)
             found += errors(unit)
             cut += [press.cut for press in unit.presses]
         for at_border in (False, True):

@@ -15,13 +15,8 @@ from experiments.press_sets import Presses
 from experiments.sphere import radius_px
 from experiments.table_row import Row, command
 from tactile_core.calibration.fitting import calibrate
-from tactile_core.calibration.presses import (
-    FoundPress,
-    angles_deg,
-    find_presses,
-    light_of,
-    relocated,
-)
+from tactile_core.calibration.press_search import find_presses, light_of, relocated
+from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import Calibrated
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -48,7 +48,7 @@ class UnitParameters(NamedTuple):
     presses: int = 24
     depths: int = 5
     cut_share: float = 0.2
-    spacing_balls: float = 0.03
+    spacing_balls: float = 0.015
     fall_off: float = 10.0
 
 
@@ -300,12 +300,10 @@ def darkening(seed: int) -> VirtualUnit:
     return unit_of(f"darkening {seed}", profile, expose, (float(rng.uniform(3, 4.5)),), seed)
 
 
-KINDS: dict[str, Callable[[int], Iterator[VirtualUnit]]] = {
-    "fall_off": lambda seeds: (with_fall_off(seed) for seed in range(seeds)),
-    "two_balls": lambda seeds: (with_fall_off(seed, (2.0, 3.2)) for seed in range(seeds)),
-    "darkening": lambda seeds: (darkening(seed) for seed in range(seeds)),
-    "at_hand": lambda seeds: (
-        at_hand(name, seed) for seed, name in zip(range(seeds), [*AT_HAND] * seeds, strict=False)
-    ),
+KINDS: dict[str, Callable[[int], VirtualUnit]] = {
+    "fall_off": with_fall_off,
+    "two_balls": lambda seed: with_fall_off(seed, (2.0, 3.2)),
+    "darkening": darkening,
+    "at_hand": lambda seed: at_hand([*AT_HAND][seed % len(AT_HAND)], seed),
 }
-"""Units of each kind."""
+"""The unit of each kind with a seed."""

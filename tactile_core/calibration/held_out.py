@@ -6,7 +6,8 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from tactile_core.calibration.presses import FoundPress, light_of, refound, relocated
+from tactile_core.calibration.press_search import light_of, refound, relocated
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.target_surface import S
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference

@@ -1,33 +1,22 @@
-"""Presses of a ball: find the contact circles and derive pixels with ground-truth slopes."""
+"""Presses of a ball with their contact circles: pixels with ground-truth slopes and heights."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.circles import (
-    DIFFERS,
-    Circle,
-    Light,
-    PressImage,
-    Start,
-    find_circles,
-    fit_light,
-    locate,
-    working_scale,
-)
+from tactile_core.algorithms.circles import DIFFERS, Circle, Start
 from tactile_core.algorithms.contact_rim import rim_share
-from tactile_core.algorithms.dome import flat_equivalent, rest_height
+from tactile_core.algorithms.dome import rest_height
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.sphere import fit_sphere
 from tactile_core.calibration.ball_surface import BallSurface
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
-from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 
@@ -274,106 +263,6 @@ def angles_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     nb = np.column_stack([b, np.ones(len(b))])
     sine = np.linalg.norm(np.cross(na, nb), axis=1)
     return np.asarray(np.degrees(np.arctan2(sine, (na * nb).sum(1))))
-
-
-def find_presses(
-    files: Sequence[str],
-    frames: Sequence[Frame],
-    reference: Reference,
-    ball_radius_px: float | Sequence[float],
-    *,
-    dome_radius_px: float | None = None,
-    thickness_mm: float = THICKNESS_MM,
-    labels: Mapping[str, Circle] | None = None,
-    progress: Progress | None = None,
-) -> list[FoundPress]:
-    """Find the contact circle of the ball in each frame, or take it from labels.
-
-    Parameters
-    ----------
-    files : sequence of str
-        Name of each frame's file, for reports.
-    frames : sequence of Frame
-    reference : Reference
-    ball_radius_px : float or sequence of float
-        Radius of the ball, of all frames or of each.
-    dome_radius_px : float, optional
-        Radius of an undeformed domed gel.
-    thickness_mm : float
-        Thickness of the gel.
-    labels : mapping of str to Circle, optional
-        Circles by the frame's source. With labels nothing is searched.
-    progress : Progress, optional
-
-    Returns
-    -------
-    list of FoundPress
-        One per frame, unusable ones included.
-    """
-    balls_px = list(np.broadcast_to(ball_radius_px, len(frames)).astype(float))
-    if labels is not None:
-        missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
-        return [
-            FoundPress(
-                file,
-                frame,
-                labels.get(frame.source, missing),
-                ball_px,
-                dome_radius_px=dome_radius_px,
-                thickness_mm=thickness_mm,
-            )
-            for file, frame, ball_px in zip(files, frames, balls_px, strict=True)
-        ]
-    touching_px = [flat_equivalent(ball_px, dome_radius_px) for ball_px in balls_px]
-    scale = working_scale(max(touching_px))
-    starts = []
-    for number, (frame, radius_px) in enumerate(zip(frames, touching_px, strict=True), 1):
-        starts.append(Start.of(press_image(frame, reference), radius_px, scale))
-        if progress:
-            progress.fraction(0.3 * number / len(frames))
-    circles = find_circles(
-        starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
-    )
-    return [
-        FoundPress(file, frame, circle, ball_px, False, dome_radius_px, start, thickness_mm)
-        for file, frame, circle, ball_px, start in zip(
-            files, frames, circles, balls_px, starts, strict=True
-        )
-    ]
-
-
-def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
-    """Search the circles of some presses again, as if there were no others."""
-    circles = find_circles(_starts(presses))
-    return [replace(press, circle=circle) for press, circle in zip(presses, circles, strict=True)]
-
-
-def press_image(frame: Frame, reference: Reference) -> PressImage:
-    """Prepare a frame for circle finding."""
-    return PressImage.prepare(
-        frame.pixels,
-        reference.pixels,
-        full_scale=frame.full_scale,
-        marker_mask=frame.marker_mask,
-        reference_markers=reference.marker_mask,
-    )
-
-
-def light_of(presses: Sequence[FoundPress]) -> Light:
-    """Fit the forward light model of some presses."""
-    return fit_light(_starts(presses), [press.circle for press in presses])
-
-
-def relocated(press: FoundPress, light: Light) -> FoundPress:
-    """Locate the circle of a held-out press with a light model of other presses."""
-    (start,) = _starts([press])
-    return replace(press, circle=locate(start, light))
-
-
-def _starts(presses: Sequence[FoundPress]) -> list[Start]:
-    starts = [press.start for press in presses if press.start is not None]
-    assert len(starts) == len(presses), "the circle of a press with a given place is not searched"
-    return starts
 
 
 def used(presses: Sequence[FoundPress]) -> list[FoundPress]:

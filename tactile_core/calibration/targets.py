@@ -15,9 +15,10 @@ from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.calibration.height_target import HeightTarget, is_height_map
 from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.map_rows import MapBlock, blocks
+from tactile_core.calibration.press_search import find_presses
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
-from tactile_core.calibration.presses import FoundPress, find_presses, used
+from tactile_core.calibration.presses import FoundPress, used
 from tactile_core.calibration.target_surface import S
 from tactile_core.calibration.undeformed import undeformed_press
 from tactile_core.conditioning.conditioning import Conditioning

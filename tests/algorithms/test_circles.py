@@ -1,6 +1,6 @@
 """Circles of rendered presses against the ground truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -16,6 +16,9 @@ from tactile_core.algorithms.circles import (
     locate,
     refine_grid,
 )
+from tactile_core.algorithms.circles.border import BORDER
+from tactile_core.algorithms.circles.press import change_of
+from tactile_core.algorithms.circles.profile import radial_profile
 from tactile_core.sim.analytic_ball import BallPress, render
 
 
@@ -40,8 +43,8 @@ class Bench:
         return np.hypot(*(found - [ball.centre_px for ball in self.balls]).T)
 
     def radius_off_px(self, circles: list[Circle]) -> np.ndarray:
-        scale = self.lab.profile.image.mm_per_px
-        true = [ball.contact_radius_mm / scale for ball in self.balls]
+        """Distance from where the slope is the level of the border, relative to the ball's."""
+        true = [left_at_mm(ball) / self.lab.profile.image.mm_per_px for ball in self.balls]
         return np.abs(np.array([circle.contact_radius_px for circle in circles]) - true)
 
     def starts(self, images: list[PressImage]) -> list[Start]:
@@ -49,6 +52,16 @@ class Bench:
 
     def find(self, images: list[PressImage]) -> list[Circle]:
         return find_circles(self.starts(images))
+
+
+def left_at_mm(ball: BallPress) -> float:
+    """Distance from the centre at which the sine of the slope is below that of the ball."""
+    step_mm = 0.005
+    centred = replace(ball, centre_px=(0.0, 0.0))
+    fall = -np.diff(centred.height_mm((1, int(BALL_MM / 2 / step_mm)), step_mm)[0]) / step_mm
+    r_mm = (np.arange(len(fall)) + 0.5) * step_mm
+    ratio = fall / np.sqrt(1 + fall**2) / (2 * r_mm / BALL_MM)
+    return float(r_mm[np.argmax(ratio < BORDER.level)])
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +87,34 @@ def test_every_press_is_located_to_a_fraction_of_a_pixel(
     assert bench.off_px(circles).max() < 0.5
 
 
-def test_the_contact_radius_is_found_to_a_pixel(bench: Bench, circles: list[Circle]) -> None:
-    assert np.median(bench.radius_off_px(circles)) < 1.0
+def test_the_contact_ends_where_the_surface_has_left_the_ball(
+    bench: Bench, circles: list[Circle]
+) -> None:
+    assert np.median(bench.radius_off_px(circles)) < 0.8
+
+
+def test_inside_the_contact_the_measured_slope_is_that_of_the_ball(
+    bench: Bench, circles: list[Circle]
+) -> None:
+    starts = bench.starts(bench.presses())
+    light = fit_light(starts, circles)
+    start, ball = starts[-1], bench.balls[-1]
+    change, flat = start.shading.change, np.zeros_like(light.spread)
+    found = radial_profile(change, light, flat, np.array(ball.centre_px), start.ball)
+    assert found is not None
+    inside = found.r < 0.7 * ball.contact_radius_mm / (BALL_MM / 2)
+    assert found.sines[inside] == pytest.approx(found.r[inside], abs=0.03)
+
+
+def test_a_working_image_of_any_size_keeps_every_place() -> None:
+    x, y = np.meshgrid(np.arange(131.0), np.arange(97.0))
+    blob = 40 * np.exp(-((x - 101) ** 2 + (y - 83) ** 2) / 50)[..., None]
+    change = change_of(PressImage(100 + blob, np.full(blob.shape, 100.0)), 0.37)
+    values = change.values[..., 0] - change.values[0, 0, 0]
+    rows, columns = np.indices(values.shape)
+    centre = np.array([(columns * values).sum(), (rows * values).sum()]) / values.sum()
+    assert change.to_image(centre) == pytest.approx((101, 83), abs=0.05)
+    assert change.to_working(np.array([101.0, 83.0])) == pytest.approx(centre, abs=0.02)
 
 
 def test_the_order_of_presses_does_not_matter(bench: Bench, circles: list[Circle]) -> None:

@@ -14,7 +14,7 @@ from support.height_lab import HEIGHT, HeightLab, make_height_lab
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.builtin.polynomial import Polynomial, PolynomialCalibrator
-from tactile_core.calibration import presses
+from tactile_core.calibration import press_search
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.scoring import SCORING
 from tactile_core.interfaces.calibrator import Press
@@ -30,7 +30,7 @@ Pixels = np.ndarray
 def inputs_of_folds(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Folds]:
     """Calibrate, and return samples, frames, reference, model and light of each fold."""
     folds: Folds = []
-    fit, locate = PolynomialCalibrator.fit, presses.locate
+    fit, locate = PolynomialCalibrator.fit, press_search.locate
 
     def recorded(
         self: PolynomialCalibrator, samples: Sequence[Press], reference: Reference
@@ -49,7 +49,7 @@ def inputs_of_folds(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Folds]:
         return locate(press, light, *more)
 
     monkeypatch.setattr(PolynomialCalibrator, "fit", recorded)
-    monkeypatch.setattr(presses, "locate", located)
+    monkeypatch.setattr(press_search, "locate", located)
 
     def run(*given: Any, **more: Any) -> Folds:
         folds.clear()

@@ -6,16 +6,13 @@ centre, and to first order so is the change. The most negative peak of its self-
 the search (``symmetry``, ``start``). Where an image darkens with depth instead, its gradient is
 odd. On the ball the normal is (p − c) / R exactly, so for known centres the change is linear in the
 unknown light. Light and centres are fitted alternately over the given presses (``light``,
-``centre``, ``finder``). The contact ends where the slope departs from that of the ball (``border``,
-``shape``). The centres of a grid of balls are given and only refined (``grid``).
+``centre``, ``press_fit``, ``finder``). The contact ends where the slope, measured at each distance
+from the centre (``profile``), departs from that of the ball (``border``, ``shape``). The centres of
+a grid of balls are given and only refined (``grid``).
 """
 
-from tactile_core.algorithms.circles.finder import (
-    Circle,
-    find_circles,
-    fit_light,
-    locate,
-)
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.finder import find_circles, fit_light, locate
 from tactile_core.algorithms.circles.grid import GridLight, refine_grid
 from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import PressImage, working_scale

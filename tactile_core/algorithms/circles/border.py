@@ -10,75 +10,81 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import Change
+from tactile_core.algorithms.circles.profile import radial_profile
 from tactile_core.algorithms.circles.shape import BALL, Shape
-from tactile_core.algorithms.circles.symmetry import vertex
 
 
 class BorderParameters(NamedTuple):
     """Parameters of the search for the contact radius.
 
-    Nothing sets them from outside: they are relative to the radius of the ball.
+    Nothing sets them from outside: they are relative to the slope or the radius of the ball.
 
     Attributes
     ----------
-    smallest, largest, step : float, ball radii
-        Range and step of the search over contact radii.
+    level : float, ratio
+        Slope at the border, over that of the ball. Without smoothing it would be 1.
+        Source: the profile around a ball on a half-space [1]_, smoothed as the image is, has 0.83
+        for contacts of 0.6 ball radii; 0.8 to 0.84 on layers (``experiments/circle_finding.py``).
+    left : float, ratio
+        With a smaller slope relative to the ball's the surface has left the ball.
         Source: chosen by hand; no script derives it.
-    decays : tuple of float, ball radii
-        Decay lengths of the slope outside the contact that are tried.
-        Source: chosen by hand; no script derives it.
-    decays_after_drop : tuple of float, ball radii
-        The same after the drop of the slope around a ball on a half-space, which itself decays.
-        Source: chosen by hand; no script derives it.
-    reach : float, ball radii
-        Pixels up to this distance from the centre are compared.
-        Source: chosen by hand; no script derives it.
-    most_pixels, fewest_pixels : int, count
-        Pixels that are drawn at random, and below which no contact is found.
-        Source: chosen by hand; no script derives it.
-    steepest_sine : float, ratio
-        Upper bound of the sine of the slope.
-        Source: chosen by hand, just below 1; no script derives it.
-    least_residual : float, logarithm of the intensity
-        Lower bound of the residual scale.
-        Source: chosen by hand; no script derives it.
+    margin : float, ratio
+        The distance between the places where the slope is this much above and below the level
+        is the width of the border.
+        Source: chosen by hand: less than the difference between the level and 1.
+    blurred : float, ball radii
+        Next to the border, within this distance, the slope inside is smoothed, and measured
+        instead of that of the ball.
+        Source: chosen by hand: three standard deviations of the smoothing of the image.
+    largest : float, ball radii
+        Upper bound of the contact radius.
+        Source: chosen by hand, just below the equator; no script derives it.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985, section 4.2.
     """
 
-    smallest: float = 0.25
+    level: float = 0.82
+    left: float = 0.5
+    margin: float = 0.08
+    blurred: float = 0.1
     largest: float = 0.98
-    step: float = 0.03
-    decays: tuple[float, ...] = (0.2, 0.35, 0.7)
-    decays_after_drop: tuple[float, ...] = (0.4, 1.2, 4.0)
-    reach: float = 1.5
-    most_pixels: int = 1500
-    fewest_pixels: int = 30
-    steepest_sine: float = 0.999
-    least_residual: float = 0.005
 
 
 BORDER = BorderParameters()
 """The values in use."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Border:
-    """Border of a contact.
+    """Border of a contact, in working pixels.
 
     Attributes
     ----------
-    radius, std : float
-        Contact radius and its standard deviation, in working pixels. The radius is 0 and its
-        deviation infinite where too few pixels can be compared.
+    radius : float
+        Contact radius; 0 where too few pixels can be compared.
+    disagreement : float
+        Standard deviation of the radius by how much the sectors of the disc disagree: their
+        jackknife [1]_.
+    width : float
+        Distance over which the surface leaves the ball. Shadows and smoothing widen it.
     shape : Shape
         Shape of the gel surface with this border.
+
+    References
+    ----------
+    .. [1] B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9(3),
+       1981.
     """
 
     radius: float
-    std: float
+    disagreement: float
+    width: float
     shape: Shape
 
 
-NO_BORDER = Border(0.0, np.inf, BALL)
+NO_BORDER = Border(0.0, np.inf, np.inf, BALL)
 """Of a press whose contact is not searched yet."""
 
 
@@ -87,8 +93,8 @@ def find_border(
 ) -> Border:
     """Find the radius at which the slope departs from that of the ball.
 
-    Contact radius and decay length are those of the :class:`Shape` whose predicted change fits
-    best, with soft-L1 weights.
+    How sharply it does depends on the gel, so the slope is measured at every distance from the
+    centre, and compared with that of the ball.
 
     Parameters
     ----------
@@ -103,44 +109,29 @@ def find_border(
     ball_radius : float
         In working pixels.
     """
-    x, y = change.disc(centre, BORDER.reach * ball_radius)
-    visible = len(x)
-    keep = np.random.default_rng(0).permutation(visible)[: BORDER.most_pixels]
-    x, y = x[keep], y[keep]
-    xy = np.stack([x, y], 1).astype(np.float64)
-    if len(xy) < BORDER.fewest_pixels:
+    found = radial_profile(change, light, deviation, centre, ball_radius)
+    if found is None:
         return NO_BORDER
-    offset = xy - centre
-    r = np.hypot(*offset.T)
-    direction = offset / np.maximum(r, 1e-6)[:, None]
-    seen, saturated = change.values[y, x], change.saturated[y, x]
-    precision = change.precision[y, x]
-    # Along its direction the light of each pixel is a polynomial in the sine of the slope.
-    powers = light.at(change.place(xy)).plus(deviation).along(direction)
-    inside = r / ball_radius
-    unit = max(light.residual, BORDER.least_residual) ** 2
+    radius, inner, outer = (
+        _radius(found.r, found.sines, BORDER.level + margin)
+        for margin in (0.0, BORDER.margin, -BORDER.margin)
+    )
+    others = np.array([_radius(found.r, sines, BORDER.level) for sines in found.without])
+    disagreement = float(np.sqrt((len(others) - 1) * others.var()))
+    on_ball = found.r < radius - BORDER.blurred
+    shape = Shape(found.r, np.where(on_ball, found.r, found.sines))
+    width = outer - inner
+    return Border(radius * ball_radius, disagreement * ball_radius, width * ball_radius, shape)
 
-    def cost(shape: Shape) -> float:
-        sine = np.minimum(shape.sine(inside), BORDER.steepest_sine)[:, None]
-        predicted = powers[-1] * sine
-        for coefficients in powers[-2::-1]:
-            predicted = (predicted + coefficients) * sine
-        error = predicted - seen
-        error[saturated & (error > 0)] = 0
-        square = np.einsum("nk,nk,nk->n", precision, error, error)
-        return float(np.mean(np.sqrt(1 + square / unit)))
 
-    borders = np.arange(BORDER.smallest, BORDER.largest + 1e-9, BORDER.step)
-    skirts = [(decay, True) for decay in BORDER.decays_after_drop]
-    skirts += [(decay, False) for decay in BORDER.decays]
-    table = np.array([[cost(Shape(border, *skirt)) for skirt in skirts] for border in borders])
-    best, kind = np.unravel_index(int(np.argmin(table)), table.shape)
-    costs, border, curvature = table.min(1), borders[best], 0.0
-    if 0 < best < len(borders) - 1:
-        three = costs[best - 1 : best + 2]
-        border += vertex(-three) * BORDER.step
-        curvature = float(three[0] - 2 * three[1] + three[2]) / BORDER.step**2
-    sharpness = visible / change.grain_px2 * curvature
-    std = min(1 / np.sqrt(sharpness), 1.0) if sharpness > 0 else 1.0
-    shape = Shape(float(border), *skirts[kind])
-    return Border(shape.border * ball_radius, float(std * ball_radius), shape)
+def _radius(r: Float64, sines: Float64, level: float) -> float:
+    """Distance at which the slope falls below a level of that of the ball, interpolated."""
+    ratio = sines / r
+    left = np.flatnonzero(ratio < BORDER.left)
+    end = left[0] if len(left) else len(r) - 1
+    above = np.flatnonzero(ratio[:end] >= level)
+    if not len(above):
+        return float(r[0])
+    i = above[-1]
+    share = (ratio[i] - level) / (ratio[i] - ratio[i + 1])
+    return min(float(r[i] + share * (r[i + 1] - r[i])), BORDER.largest)

@@ -10,8 +10,9 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
-from tactile_core.algorithms.circles.finder import FINDER, Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.press import PressImage, disc
+from tactile_core.algorithms.circles.press_fit import FIT
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 
@@ -125,7 +126,7 @@ class GridLight:
                 reason = "it is outside the image"
             elif residual > GRID.largest_residual * self.residual:
                 reason = "its colours are not those of the other balls"
-            elif self.contact < FINDER.smallest_contact:
+            elif self.contact < FIT.smallest_contact:
                 reason = "the contact is too small to calibrate on; press deeper"
             radius_px = self.contact * ball_radius_px
             used = not reason
@@ -162,7 +163,7 @@ def refine_grid(
     steps = []
     residuals = np.full(len(balls.centres), np.inf)
     for planned in GRID.reaches:
-        reach = min(planned, max(contact, FINDER.smallest_contact))
+        reach = min(planned, max(contact, FIT.smallest_contact))
         light = balls.fitted(reach, many)
         residuals = balls.move(light, reach)
         contact = balls.contact(light, reach)
@@ -250,9 +251,9 @@ class _Balls:
         along = (normal_xy * offsets).sum(1) / np.maximum(place_, 1e-6)
         inside = place_ < reach
         slope = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
-        last = FINDER.smallest_contact - GRID.ring_step
+        last = FIT.smallest_contact - GRID.ring_step
         width = max(GRID.ring_step / 2, GRID.least_ring_px / self._radius)
-        for ring in np.arange(FINDER.smallest_contact, 1.0, GRID.ring_step):
+        for ring in np.arange(FIT.smallest_contact, 1.0, GRID.ring_step):
             near = np.abs(place_ - ring) < width
             if near.any() and np.median(along[near]) < GRID.least_slope_ratio * slope * ring:
                 break

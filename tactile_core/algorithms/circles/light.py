@@ -43,7 +43,7 @@ class LightParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     """
 
-    ridge: float = 1e-4
+    ridge: float = 1e-5
     rounds: int = 4
     cauchy_residuals: float = 3
     few_presses: int = 4

@@ -125,8 +125,9 @@ class Change:
         Median intensity of the reference, grey levels of 8 bits.
     grain_px2 : float
         Area over which the noise is correlated, working px².
-    scale : float
-        Working pixels per pixel.
+    scale_xy : (2,) float64
+        Working pixels per pixel along x and y. They differ a little, as both sides of the working
+        image are whole numbers of pixels.
     """
 
     values: Float64
@@ -135,7 +136,12 @@ class Change:
     saturated: Bool
     level: float
     grain_px2: float
-    scale: float
+    scale_xy: Float64
+
+    @property
+    def scale(self) -> float:
+        """Working pixels per pixel, mean of x and y."""
+        return float(self.scale_xy.mean())
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -187,11 +193,11 @@ class Change:
 
     def to_working(self, xy: Float64) -> Float64:
         """Convert image coordinates to working pixels."""
-        return (xy + 0.5) * self.scale - 0.5
+        return (xy + 0.5) * self.scale_xy - 0.5
 
     def to_image(self, xy: Float64) -> Float64:
         """Convert working pixels to image coordinates."""
-        return (xy + 0.5) / self.scale - 0.5
+        return (xy + 0.5) / self.scale_xy - 0.5
 
     def place(self, xy: Float64) -> Float64:
         """Convert working pixels to positions from the middle, in half widths of the image."""
@@ -248,7 +254,7 @@ def change_of(press: PressImage, scale: float) -> Change:
         saturated,
         float(np.median(reference)),
         _grain_px2(PRESS.blur_px),
-        scale,
+        np.divide(weight.shape[::-1], press.reference.shape[1::-1]),
     )
 
 

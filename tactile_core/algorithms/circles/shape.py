@@ -1,11 +1,7 @@
 """Shape of the gel surface under and around a ball: the component of its normals along the radius.
 
-Inside the contact it is that of the ball. Outside it decays exponentially, after a drop as sharp as
-around a ball on a half-space [1]_ or without one, as where a stiff coating spreads the load.
-
-References
-----------
-.. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985, section 4.2.
+Inside the contact it is that of the ball. How it leaves the ball depends on thickness, stiffness
+and coating of the gel, so its profile is measured (``profile``).
 """
 
 from __future__ import annotations
@@ -17,40 +13,34 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
     """Shape of an indentation; all lengths are in ball radii.
 
     Attributes
     ----------
-    border : float
-        Radius of the contact; infinite for the ball itself, without a border.
-    decay : float
-        Decay length of the slope outside the contact.
-    drops : bool
-        Whether the slope drops as around a ball on a half-space.
+    r : (J,) float64
+        Distances from the centre, increasing. Nearer to the centre the shape is that of the ball.
+    sines : (J,) float64
+        Sine of the slope there.
     """
 
-    border: float = np.inf
-    decay: float = np.inf
-    drops: bool = True
+    r: Float64
+    sines: Float64
 
     def sine(self, r: Float64) -> Float64:
         """Sine of the slope at these distances from the centre."""
-        if not np.isfinite(self.border):
+        if not len(self.r):
             return r
-        t = np.maximum(r / self.border, 1.0)
-        drop = 2 / np.pi * (t * np.arcsin(1 / t) - np.sqrt(1 - 1 / t**2)) if self.drops else 1.0
-        fade = np.exp(-np.maximum(r - self.border, 0) / self.decay)
-        return np.where(r < self.border, r, self.border * drop * fade)
+        return np.where(r < self.r[0], r, np.interp(r, self.r, self.sines))
 
     def normal(self, offset: Float64) -> Float64:
         """x and y components (N, 2) of the unit normals at offsets (N, 2) from the centre."""
-        if not np.isfinite(self.border):
+        if not len(self.r):
             return offset
         r = np.maximum(np.hypot(*offset.T), 1e-9)
         return np.asarray(offset * (self.sine(r) / r)[:, None])
 
 
-BALL = Shape()
-"""The ball itself."""
+BALL = Shape(np.zeros(0), np.zeros(0))
+"""The ball itself, without a border."""

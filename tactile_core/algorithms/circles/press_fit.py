@@ -1,0 +1,186 @@
+"""Fit of a single press: its centre, the contact, and how certain both are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.algorithms.circles.border import NO_BORDER, Border, find_border
+from tactile_core.algorithms.circles.centre import FittedCentre, fit_centre
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.light import LIGHT, Light, Samples, samples_on
+from tactile_core.algorithms.circles.press import disc
+from tactile_core.algorithms.circles.shape import BALL
+from tactile_core.algorithms.circles.start import Sighting, Start
+
+
+class FitParameters(NamedTuple):
+    """Parameters of the fit of single presses.
+
+    Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
+
+    Attributes
+    ----------
+    smallest_contact : float, ball radii
+        Smaller contacts are excluded. The light is always fitted at least this far.
+        Source: chosen by hand; no script derives it.
+    first_reach : float, ball radii
+        Distance from the centre within which the light is fitted, before contacts are known.
+        Source: chosen by hand; no script derives it.
+    contact_share : float, contact radii
+        The same once the contact radius is known.
+        Source: chosen by hand; no script derives it.
+    largest_reach : float, ball radii
+        Upper bound of that distance.
+        Source: chosen by hand; no script derives it.
+    largest_shift : float, ball radii
+        Upper bound of the move of a centre in one round.
+        Source: chosen by hand; no script derives it.
+    newton_rounds : int, count
+        Most Gauss–Newton steps of a centre per round; the next round continues.
+        Source: chosen by hand; no script derives it.
+    shape_margin : float, ball radii
+        Distance from the contact within which the centre is fitted once the contact is known. The
+        slope changes most there; farther out there are cast shadows.
+        Source: virtual units (``experiments/circle_finding.py``).
+    most_pixels : int, count
+        Pixels that are drawn at random for that.
+        Source: chosen by hand; no script derives it.
+    std_factor : float, ratio
+        Standard deviation of a centre over that by the disagreement of its sectors.
+        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    model_std : float, ball radii
+        Standard deviation of a coordinate by errors that all sectors share.
+        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    radius_factor : float, ratio
+        Standard deviation of a contact radius over that by the disagreement of its sectors.
+        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    radius_width_share : float, ratio
+        Standard deviation of a contact radius over the width of its border, by errors that all
+        sectors share.
+        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    """
+
+    smallest_contact: float = 0.3
+    first_reach: float = 0.5
+    contact_share: float = 0.95
+    largest_reach: float = 0.9
+    largest_shift: float = 0.25
+    newton_rounds: int = 2
+    shape_margin: float = 0.15
+    most_pixels: int = 800
+    std_factor: float = 2.4
+    model_std: float = 0.0009
+    radius_factor: float = 4.1
+    radius_width_share: float = 0.17
+
+
+FIT = FitParameters()
+"""The values in use."""
+
+
+@dataclass
+class PressFit:
+    """State of a press during the fit, in working pixels."""
+
+    sighting: Sighting
+    ball: float
+    centre: Float64
+    reach: float
+    fitted: FittedCentre | None = None
+    border: Border = NO_BORDER
+
+    @classmethod
+    def of(cls, start: Start, *, darkens: bool) -> Self:
+        """Start from the press alone."""
+        sighting = start.seen(darkens=darkens)
+        return cls(sighting, start.ball, sighting.centre, FIT.first_reach * start.ball)
+
+    @property
+    def residual(self) -> float:
+        """Median residual of the last fit."""
+        return np.inf if self.fitted is None else self.fitted.residual
+
+    def samples(self) -> Samples:
+        """Pixels to fit the light and the centre to."""
+        most = LIGHT.most_pixels
+        return samples_on(self.sighting.change, self.centre, self.reach, self.ball, most)
+
+    def refit(self, light: Light) -> FittedCentre:
+        """Fit the centre to a light, without moving."""
+        change, shape = self.sighting.change, self.border.shape
+        samples = self.samples()
+        if shape is not BALL:
+            # Around a contact the slope changes most, which determines the centre best.
+            reach, most = self.border.radius + FIT.shape_margin * self.ball, FIT.most_pixels
+            samples = samples_on(change, self.centre, reach, self.ball, most)
+        return fit_centre(
+            samples,
+            light,
+            self.centre,
+            self.ball,
+            shape,
+            change.grain_px2,
+            FIT.newton_rounds,
+        )
+
+    def move(self, light: Light) -> float:
+        """Move to the fitted centre, and return the distance before it is bounded."""
+        self.fitted = self.refit(light)
+        step = self.fitted.at - self.centre
+        length = float(np.hypot(*step))
+        shift = FIT.largest_shift * self.ball
+        self.centre = self.centre + step * min(1.0, shift / max(length, 1e-9))
+        return length
+
+    def find_contact(self, light: Light) -> None:
+        """Update the border of the contact."""
+        assert self.fitted is not None
+        change, deviation = self.sighting.change, self.fitted.deviation
+        self.border = find_border(change, light, deviation, self.centre, self.ball)
+
+    @property
+    def visible_share(self) -> float:
+        """Share of the contact that is inside the image."""
+        h, w = self.sighting.change.shape
+        columns, _ = disc(np.ones((h, w)), self.centre, self.border.radius)
+        return len(columns) / max(np.pi * self.border.radius**2, 1.0)
+
+    @property
+    def centre_std(self) -> float:
+        """Standard deviation of a coordinate of the centre."""
+        if self.fitted is None:
+            return np.inf
+        noise = FIT.std_factor**2 * float(np.trace(self.fitted.covariance)) / 2
+        return float(np.sqrt(noise + (FIT.model_std * self.ball) ** 2))
+
+    @property
+    def radius_std(self) -> float:
+        """Standard deviation of the contact radius."""
+        return float(
+            np.hypot(
+                FIT.radius_factor * self.border.disagreement,
+                FIT.radius_width_share * self.border.width,
+            )
+        )
+
+    def circle(self) -> Circle:
+        """Return the circle in image coordinates."""
+        scale = self.sighting.change.scale
+        x, y = self.sighting.change.to_image(self.centre)
+        return Circle(
+            (float(x), float(y)),
+            self.border.radius / scale,
+            confidence=float(np.clip(self.sighting.oddness, 0, 1)),
+            centre_std_px=self.centre_std / scale,
+            radius_std_px=self.radius_std / scale,
+        )
+
+
+def trusted(contact: float, ball: float) -> float:
+    """Distance from the centre within which the light is fitted to a contact."""
+    bounds = FIT.smallest_contact * ball, FIT.largest_reach * ball
+    return float(np.clip(FIT.contact_share * contact, *bounds))

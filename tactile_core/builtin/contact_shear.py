@@ -41,6 +41,8 @@ class _Observation(NamedTuple):
     mask: Bool
     load: Load
     blurred: bool
+    std_mm: float | None
+    markers: int | None
     time_s: float
 
 
@@ -102,8 +104,8 @@ class ShearOfContact(Estimator):
         self, contact: SlipContact, displacement: DisplacementField, markers: MarkerField | None
     ) -> ContactShear:
         """Return the shear; without contact only whether the field is usable."""
-        seen = markers is None or np.count_nonzero(markers.seen) >= VIEW.min_markers
-        if not seen or not displacement.valid.any():
+        seen = None if markers is None else int(np.count_nonzero(markers.seen))
+        if (seen is not None and seen < VIEW.min_markers) or not displacement.valid.any():
             self.reset()
             return ContactShear(False, timestamp_s=displacement.timestamp_s)
         mask = picked(contact.mask, self._stride)
@@ -111,17 +113,28 @@ class ShearOfContact(Estimator):
             self.reset()
             return ContactShear(True, timestamp_s=displacement.timestamp_s)
         valid = mask & picked(displacement.valid, self._stride)
+        chosen = valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask
+        std_mm = displacement.std_mm
         self._last = _Observation(
             coarse(displacement.mm, self._stride),
-            valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask,
+            chosen,
             Load(contact.area, contact.depth),
             contact.source == "image",
+            None if std_mm is None else float(np.median(picked(std_mm, self._stride)[chosen])),
+            seen,
             displacement.timestamp_s,
         )
         return self._measured(self._last)
 
     def _measured(self, now: _Observation) -> ContactShear:
-        cues = self._contact.update(now.field, now.mask, now.load, blurred=now.blurred)
+        cues = self._contact.update(
+            now.field,
+            now.mask,
+            now.load,
+            blurred=now.blurred,
+            std_mm=now.std_mm,
+            markers=now.markers,
+        )
         return ContactShear(
             True,
             cues.degree,

@@ -17,10 +17,15 @@ class DegreeParameters(NamedTuple):
     deceleration_weight : float, ratio
         Weight of the deceleration relative to that of the share that slips.
         Source: chosen on virtual turns: AUC of gross slip 0.86, 0.81 with a weight of 1 (ADR 31).
+    turned_weight : float, ratio
+        The same where the surface rather turns: the stick region of a twisted contact decelerates
+        long before it vanishes.
+        Source: virtual turns then reach the degrees of virtual drags (ADR 52).
     """
 
     share_power: float = 1.5
     deceleration_weight: float = 2.0
+    turned_weight: float = 1.0
 
 
 DEGREE = DegreeParameters()
@@ -73,5 +78,7 @@ class Cues:
         """
         stick = max(0.0, self.stick_share - self.stick_share_drop)
         lost = 1 - float(stick**DEGREE.share_power)
-        weight = DEGREE.deceleration_weight
-        return lost * (1 + weight * lost * self.deceleration) / (1 + weight)
+        turned = 2 * self.rotation_mm**2 > self.motion_mm**2
+        weight = DEGREE.turned_weight if turned else DEGREE.deceleration_weight
+        whole = 1 + DEGREE.deceleration_weight
+        return lost * (1 + weight * lost * self.deceleration) / whole

@@ -12,6 +12,7 @@ from tactile_core.algorithms.slip.plane import coarse, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW
+from tactile_core.algorithms.slip.wide_contact import fills_view
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactShear, DisplacementField, MarkerField, SlipContact
@@ -41,6 +42,7 @@ class _Observation(NamedTuple):
     mask: Bool
     load: Load
     blurred: bool
+    wide: bool
     std_mm: float | None
     markers: int | None
     time_s: float
@@ -120,6 +122,7 @@ class ShearOfContact(Estimator):
             chosen,
             Load(contact.area, contact.depth),
             contact.source == "image",
+            fills_view(mask),
             None if std_mm is None else float(np.median(picked(std_mm, self._stride)[chosen])),
             seen,
             displacement.timestamp_s,
@@ -132,6 +135,7 @@ class ShearOfContact(Estimator):
             now.mask,
             now.load,
             blurred=now.blurred,
+            wide=now.wide,
             std_mm=now.std_mm,
             markers=now.markers,
         )
@@ -144,5 +148,6 @@ class ShearOfContact(Estimator):
             float(np.degrees(cues.rotation_rad)),
             cues.entropy_bits,
             self._contact.restarted,
+            cues.degree_std,
             now.time_s,
         )

@@ -21,7 +21,6 @@ from tactile_core.algorithms.slip.stick_region import (
 )
 from tactile_core.algorithms.slip.wide_contact import (
     WIDE_CONTACT,
-    fills_view,
     smoothed,
     smoothed_std_mm,
 )
@@ -157,6 +156,7 @@ class ShearedContact:
         load: Load,
         *,
         blurred: bool = False,
+        wide: bool = False,
         std_mm: float | None = None,
         markers: int | None = None,
     ) -> Cues:
@@ -171,6 +171,8 @@ class ShearedContact:
         load : Load
         blurred : bool
             The field was estimated without the contact area, so it is smooth across its border.
+        wide : bool
+            The contact is wider than the view.
         std_mm : float, optional
             Standard deviation of the field in the contact, typically.
         markers : int, optional
@@ -199,7 +201,7 @@ class ShearedContact:
             tolerance *= 1 + SHEARED_CONTACT.blurred_tolerance * rotation_share**2
         wide_std_mm = None
         turned = whole.rotation_mm**2 > WIDE_CONTACT.turned_share * whole.motion_mm**2
-        if fills_view(mask) and not turned:
+        if wide and not turned:
             of_field_mm = self.noise_mm / WIDE_CONTACT.noise_share if std_mm is None else std_mm
             wide_std_mm = smoothed_std_mm(of_field_mm, markers)
         self._measure(field, chosen, whole, tolerance, wide_std_mm)
@@ -212,6 +214,7 @@ class ShearedContact:
             whole.rotation_mm,
             whole.rotation_rad,
             displacement_entropy(np.abs(moved), mask),
+            wide_std_mm is not None,
         )
 
     def _restart(self) -> None:

@@ -22,6 +22,7 @@ from tactile_core.pipeline.chain import Chain
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     ContactMask,
+    ContactShear,
     DisplacementField,
     HeightMap,
     MarkerField,
@@ -94,6 +95,7 @@ class Look:
         Sticking share of the visible contact.
     """
 
+    markers: MarkerField
     displacement: DisplacementField
     height: HeightMap
     contact: ContactMask
@@ -104,11 +106,14 @@ class Look:
 
 def plans(count: int, seed: int, *, turned: bool) -> list[Plan]:
     """Draw objects, frictions, depths, positions, directions and speeds at random."""
-    return [_plan(np.random.default_rng([seed, i, turned]), i, turned) for i in range(count)]
+    return [
+        plan_of(np.random.default_rng([seed, i, turned]), KINDS[i % len(KINDS)], turned=turned)
+        for i in range(count)
+    ]
 
 
-def _plan(rng: np.random.Generator, number: int, turned: bool) -> Plan:
-    kind = KINDS[number % len(KINDS)]
+def plan_of(rng: np.random.Generator, kind: str, *, turned: bool) -> Plan:
+    """Draw an object of a kind and its motion."""
     shape, options, depth = {
         "sphere": ("sphere", {"diameter_mm": rng.uniform(8, 30)}, rng.uniform(0.25, 0.8)),
         "cylinder": (
@@ -187,12 +192,12 @@ def looks(plan: Plan) -> Iterator[Look]:
 class SlipWatch:
     """Observes a virtual gel surface by noisy markers, true height and true contact."""
 
-    def __init__(self, profile: Profile, seed: int) -> None:
+    def __init__(self, profile: Profile, seed: int, pitch_mm: float = 1.1) -> None:
         self.context = SensorContext(profile.image, profile.gel)
         self._displacement = Displacement(Displacement.Options(), self.context)
         self._rng = np.random.default_rng(seed)
         image = profile.image
-        pitch_px = 1.1 / image.mm_per_px
+        pitch_px = pitch_mm / image.mm_per_px
         columns = np.arange(pitch_px / 2, image.width_px - 1, pitch_px)
         rows = np.arange(pitch_px / 2, image.height_px - 1, pitch_px)
         self._markers_px = np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2)
@@ -215,6 +220,7 @@ class SlipWatch:
         contact = ContactMask(truth.contact, scale, surface.time_s)
         touched = int(truth.contact.sum())
         return Look(
+            markers,
             self._displacement.estimate(markers, contact),
             HeightMap(truth.height_mm, np.ones_like(truth.contact), scale, surface.time_s),
             contact,
@@ -257,9 +263,16 @@ class Judged:
 
 
 class SlipSteps:
-    """The steps from a displacement field to the slip state, with their default options."""
+    """The steps from a displacement field to the slip state, with their default options.
+
+    Attributes
+    ----------
+    shear : Quantity or None
+        Evidence of the field in the last frame.
+    """
 
     def __init__(self, context: SensorContext) -> None:
+        self.shear: Quantity | None = None
         self._chain = Chain(
             {
                 "slip_contact": SlipContactFinder(Options(), context),
@@ -273,6 +286,7 @@ class SlipSteps:
     def state(self, *given: Quantity, tare: bool = False) -> SlipState:
         """Run the steps on what came with one frame."""
         found = self._chain.run({type(one): one for one in given}, tare=tare)
+        self.shear = found.by_type.get(ContactShear)
         state = found.by_type[SlipState]
         assert isinstance(state, SlipState)
         return state

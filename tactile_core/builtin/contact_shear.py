@@ -12,6 +12,7 @@ from tactile_core.algorithms.slip.plane import coarse, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW
+from tactile_core.algorithms.slip.wide_contact import fills_view
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactShear, DisplacementField, MarkerField, SlipContact
@@ -41,6 +42,9 @@ class _Observation(NamedTuple):
     mask: Bool
     load: Load
     blurred: bool
+    wide: bool
+    std_mm: float | None
+    markers: int | None
     time_s: float
 
 
@@ -102,8 +106,8 @@ class ShearOfContact(Estimator):
         self, contact: SlipContact, displacement: DisplacementField, markers: MarkerField | None
     ) -> ContactShear:
         """Return the shear; without contact only whether the field is usable."""
-        seen = markers is None or np.count_nonzero(markers.seen) >= VIEW.min_markers
-        if not seen or not displacement.valid.any():
+        seen = None if markers is None else int(np.count_nonzero(markers.seen))
+        if (seen is not None and seen < VIEW.min_markers) or not displacement.valid.any():
             self.reset()
             return ContactShear(False, timestamp_s=displacement.timestamp_s)
         mask = picked(contact.mask, self._stride)
@@ -111,17 +115,30 @@ class ShearOfContact(Estimator):
             self.reset()
             return ContactShear(True, timestamp_s=displacement.timestamp_s)
         valid = mask & picked(displacement.valid, self._stride)
+        chosen = valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask
+        std_mm = displacement.std_mm
         self._last = _Observation(
             coarse(displacement.mm, self._stride),
-            valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask,
+            chosen,
             Load(contact.area, contact.depth),
             contact.source == "image",
+            fills_view(mask),
+            None if std_mm is None else float(np.median(picked(std_mm, self._stride)[chosen])),
+            seen,
             displacement.timestamp_s,
         )
         return self._measured(self._last)
 
     def _measured(self, now: _Observation) -> ContactShear:
-        cues = self._contact.update(now.field, now.mask, now.load, blurred=now.blurred)
+        cues = self._contact.update(
+            now.field,
+            now.mask,
+            now.load,
+            blurred=now.blurred,
+            wide=now.wide,
+            std_mm=now.std_mm,
+            markers=now.markers,
+        )
         return ContactShear(
             True,
             cues.degree,
@@ -131,5 +148,6 @@ class ShearOfContact(Estimator):
             float(np.degrees(cues.rotation_rad)),
             cues.entropy_bits,
             self._contact.restarted,
+            cues.degree_std,
             now.time_s,
         )

@@ -53,16 +53,16 @@ class Slip(Estimator):
         """
 
         incipient: float = Field(
-            default=0.28, ge=0, le=1, description="Degree at which incipient slip begins."
+            default=0.5, ge=0, le=1, description="Degree at which incipient slip begins."
         )
         incipient_ends: float = Field(
-            default=0.19, ge=0, le=1, description="Degree below which the contact sticks again."
+            default=0.25, ge=0, le=1, description="Degree below which the contact sticks again."
         )
         slip: float = Field(
-            default=0.43, ge=0, le=1, description="Degree at which gross slip begins."
+            default=0.9, ge=0, le=1, description="Degree at which gross slip begins."
         )
         slip_ends: float = Field(
-            default=0.35, ge=0, le=1, description="Degree below which gross slip ends."
+            default=0.75, ge=0, le=1, description="Degree below which gross slip ends."
         )
         imprint_changed: PositiveFloat = Field(
             default=FUSION.imprint_changed,
@@ -119,7 +119,9 @@ class Slip(Estimator):
         if imprint is not None and (imprint.moved >= 1 or shear is None):
             kind = imprint.kind
         self._machine.update(decisive, kind, time_s)
-        return self._state(degree, shear, imprint, time_s)
+        share = shear if contact.known or imprint is None else None
+        degree_std = None if share is None else share.degree_std
+        return self._state(degree, shear, imprint, time_s, degree_std)
 
     def _state(
         self,
@@ -127,6 +129,7 @@ class Slip(Estimator):
         shear: ContactShear | None,
         imprint: ImprintMotion | None,
         time_s: float,
+        degree_std: float | None = None,
     ) -> SlipState:
         return SlipState(
             self._machine.name,
@@ -137,6 +140,7 @@ class Slip(Estimator):
             self._machine.onset_s,
             None if imprint is None else imprint.distance_mm,
             None if imprint is None else imprint.distance_std_mm,
+            degree_std,
             time_s,
         )
 

@@ -40,6 +40,10 @@ class SlipState(Quantity):
         Distance by which the object moved over the gel surface since the contact settled, and its
         standard deviation; None if no imprint is tracked.
 
+    degree_std : float or None
+        Standard deviation of the degree; None if the degree is not the share of the contact that
+        slips, measured in the field of displacement.
+
     References
     ----------
     .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of Shear and Slip with a
@@ -60,6 +64,9 @@ class SlipState(Quantity):
     distance_std_mm: Annotated[
         float | None, FieldSpec("mm", saved_as="slip_distance_std_mm", std_of="distance_mm")
     ] = None
+    degree_std: Annotated[float | None, FieldSpec(saved_as="slip_degree_std", std_of="degree")] = (
+        None
+    )
     timestamp_s: TimestampS = 0.0
 
     def summary(self) -> Mapping[str, Any]:
@@ -74,5 +81,6 @@ class SlipState(Quantity):
                 "onset_s": self.onset_s,
                 "distance_mm": self.distance_mm,
                 "distance_std_mm": self.distance_std_mm,
+                "degree_std": self.degree_std,
             }
         }

@@ -56,9 +56,9 @@ class ContactShear(Quantity):
     ----------
     usable : bool
         Whether the displacement field was measured; if not, the other values say nothing.
-    degree : float
-        Degree of slip of the field: 0 if the whole contact sticks, 1 if none of it does and its
-        motion stopped.
+    degree, degree_std : float
+        Degree of slip of the field, the share of the contact that slips, and its standard
+        deviation.
     stick_share : float
         Share of the contact that moved with its stick region recently.
     motion_mm, rotation_mm : float
@@ -83,6 +83,7 @@ class ContactShear(Quantity):
     rotation_deg: Annotated[float | None, FieldSpec("deg")] = None
     entropy_bits: Annotated[float | None, FieldSpec("bit")] = None
     restarted: bool = False
+    degree_std: Annotated[float, FieldSpec(std_of="degree")] = 0.0
     timestamp_s: TimestampS = 0.0
 
     @property

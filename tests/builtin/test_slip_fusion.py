@@ -31,7 +31,7 @@ from tactile_core.sim import VirtualStage
 SHAPE = 48, 64
 CONTEXT = SensorContext(load_profile("hex_fingertip").image, load_profile("hex_fingertip").gel)
 HELD = ContactShear(True, 0.05, entropy_bits=1.0, rotation_deg=0.0)
-WARNS = replace(HELD, degree=0.35)
+WARNS = replace(HELD, degree=0.6, degree_std=0.15)
 SLID = ImprintMotion(True, 0.5, 0.2, 0.8, 0.1)
 STILL = ImprintMotion(True, 0.0, 0.1, 0.01, 0.005)
 BLIND = ContactShear(False), ImprintMotion(False)
@@ -132,6 +132,15 @@ def test_the_distance_is_that_of_the_imprint() -> None:
     found = state(UNKNOWN_LOAD, HELD, SLID)
     assert (found.distance_mm, found.distance_std_mm) == (0.8, 0.1)
     assert found.summary()["slip"]["distance_mm"] == 0.8
+
+
+def test_the_degree_has_a_standard_deviation_where_it_is_the_share_that_slips() -> None:
+    found = state(KNOWN, WARNS, STILL)
+    assert (found.degree, found.degree_std) == (0.6, 0.15)
+    assert found.summary()["slip"]["degree_std"] == 0.15
+    assert state(UNKNOWN_LOAD, HELD, SLID).degree_std is None
+    held = ContactLoss(True, 4.0, 5.0, HELD.degree)
+    assert state(UNKNOWN_LOAD, HELD, STILL, loss=held).degree_std is None
 
 
 def markers(shift_px: float, seen: int = 20, time_s: float = 0.0) -> MarkerField:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from tactile_core.algorithms.slip.slipped_share import slipped_share, slipped_share_std
+
 
 class DegreeParameters(NamedTuple):
     """Parameters of the degree of slip.
@@ -14,13 +16,23 @@ class DegreeParameters(NamedTuple):
     share_power : float, exponent
         Exponent of the share of the contact that sticks.
         Source: chosen by hand on virtual sequences (ADR 29); no script derives it.
+    wide_share_power : float, exponent
+        The same for a contact wider than the view. The middle of an object, which alone is visible,
+        sticks longest.
+        Source: virtual plates warn at the share at which other objects do (ADR 52).
     deceleration_weight : float, ratio
         Weight of the deceleration relative to that of the share that slips.
         Source: chosen on virtual turns: AUC of gross slip 0.86, 0.81 with a weight of 1 (ADR 31).
+    turned_weight : float, ratio
+        The same where the surface rather turns: the stick region of a twisted contact decelerates
+        long before it vanishes.
+        Source: virtual turns then reach the degrees of virtual drags (ADR 52).
     """
 
     share_power: float = 1.5
+    wide_share_power: float = 2.5
     deceleration_weight: float = 2.0
+    turned_weight: float = 1.0
 
 
 DEGREE = DegreeParameters()
@@ -46,6 +58,8 @@ class Cues:
         Rotation of the stick region since then, positive from x towards y.
     entropy_bits : float
         Entropy of the magnitude of the displacement since then [1]_.
+    wide : bool
+        Whether the contact is wider than the view.
 
     References
     ----------
@@ -60,10 +74,26 @@ class Cues:
     rotation_mm: float = 0.0
     rotation_rad: float = 0.0
     entropy_bits: float = 0.0
+    wide: bool = False
+
+    @property
+    def turned(self) -> bool:
+        """Whether the surface rather turned than shifted."""
+        return 2 * self.rotation_mm**2 > self.motion_mm**2
 
     @property
     def degree(self) -> float:
-        """Degree of slip: 0 if the whole contact sticks, 1 if none of it does and motion stopped.
+        """Degree of slip: the share of the contact that slips."""
+        return slipped_share(self.evidence, turned=self.turned)
+
+    @property
+    def degree_std(self) -> float:
+        """Standard deviation of the degree."""
+        return slipped_share_std(self.degree, turned=self.turned)
+
+    @property
+    def evidence(self) -> float:
+        """Evidence of slip: 0 if the whole contact sticks, 1 if none of it does and motion stopped.
 
         The stick share is an average over a recent motion, so a decrease is extrapolated to the
         next frame. Once most of the contact slips, the shape of the field hardly changes, but the
@@ -73,5 +103,6 @@ class Cues:
         """
         stick = max(0.0, self.stick_share - self.stick_share_drop)
         lost = 1 - float(stick**DEGREE.share_power)
-        weight = DEGREE.deceleration_weight
-        return lost * (1 + weight * lost * self.deceleration) / (1 + weight)
+        shown = 1 - float(stick**DEGREE.wide_share_power) if self.wide else lost
+        weight = DEGREE.turned_weight if self.turned else DEGREE.deceleration_weight
+        return (shown + weight * lost**2 * self.deceleration) / (1 + DEGREE.deceleration_weight)

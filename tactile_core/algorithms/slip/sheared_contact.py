@@ -19,6 +19,11 @@ from tactile_core.algorithms.slip.stick_region import (
     far_weights,
     stick_region,
 )
+from tactile_core.algorithms.slip.wide_contact import (
+    WIDE_CONTACT,
+    smoothed,
+    smoothed_std_mm,
+)
 
 
 class ShearedContactParameters(NamedTuple):
@@ -54,17 +59,21 @@ class ShearedContactParameters(NamedTuple):
         The stick share is not updated by smaller motions.
         Source: chosen by hand; no script derives it.
     decelerated : float, share of the peak speed
-        Deceleration above which the stick share is kept.
+        Deceleration above which the stick share no longer grows.
         Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
     blurred_tolerance : float, ratio
         Growth of the tolerance with the share of the rotation, where the field is blurred at the
         border of the contact.
         Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
+    rest_noises : float, noise sigmas
+        A surface that did not move further from where it was an earlier frame before, by more than
+        this, rested or turned back; only its motion since then counts.
+        Source: one standard deviation; a slower motion is not measured over 16 frames either.
     far_quantile : float, share of the contact
         Quantile of the displacement that represents the motion of the object.
         Source: chosen by hand; robust against a few outliers.
     min_window : float, windows
-        The stick share is not measured before the contact has moved this far.
+        The stick share is not measured over a shorter motion.
         Source: chosen by hand; no script derives it.
     """
 
@@ -80,6 +89,7 @@ class ShearedContactParameters(NamedTuple):
     moved_noises: float = 10.0
     decelerated: float = 0.4
     blurred_tolerance: float = 1.5
+    rest_noises: float = 1.0
     far_quantile: float = 0.95
     min_window: float = 0.7
 
@@ -139,7 +149,17 @@ class ShearedContact:
         self._load = Load(0.0, 0.0)
         self._restart()
 
-    def update(self, field: Complex64, mask: Bool, load: Load, *, blurred: bool = False) -> Cues:
+    def update(
+        self,
+        field: Complex64,
+        mask: Bool,
+        load: Load,
+        *,
+        blurred: bool = False,
+        wide: bool = False,
+        std_mm: float | None = None,
+        markers: int | None = None,
+    ) -> Cues:
         """Return the cues of the next field.
 
         Parameters
@@ -151,6 +171,12 @@ class ShearedContact:
         load : Load
         blurred : bool
             The field was estimated without the contact area, so it is smooth across its border.
+        wide : bool
+            The contact is wider than the view.
+        std_mm : float, optional
+            Standard deviation of the field in the contact, typically.
+        markers : int, optional
+            Number of markers that the field was estimated from.
 
         Returns
         -------
@@ -173,7 +199,12 @@ class ShearedContact:
             # such a field underestimates a rotation near the border, but not a shift
             rotation_share = whole.rotation_mm / max(whole.motion_mm, 1e-9)
             tolerance *= 1 + SHEARED_CONTACT.blurred_tolerance * rotation_share**2
-        self._measure(field, chosen, whole, tolerance)
+        wide_std_mm = None
+        turned = whole.rotation_mm**2 > WIDE_CONTACT.turned_share * whole.motion_mm**2
+        if wide and not turned:
+            of_field_mm = self.noise_mm / WIDE_CONTACT.noise_share if std_mm is None else std_mm
+            wide_std_mm = smoothed_std_mm(of_field_mm, markers)
+        self._measure(field, chosen, whole, tolerance, wide_std_mm)
         self._before.append(field)
         return Cues(
             self._stick_share,
@@ -183,11 +214,12 @@ class ShearedContact:
             whole.rotation_mm,
             whole.rotation_rad,
             displacement_entropy(np.abs(moved), mask),
+            wide_std_mm is not None,
         )
 
     def _restart(self) -> None:
         self._before: deque[Complex64] = deque(maxlen=SHEARED_CONTACT.history_frames)
-        self._stick_share, self._span = 1.0, 1
+        self._stick_share = 1.0
         self._measured = False
         self._peak_mm = self._deceleration = self._sheared_mm = 0.0
 
@@ -215,36 +247,60 @@ class ShearedContact:
         return quantile(moved, SHEARED_CONTACT.far_quantile)
 
     def _measure(
-        self, field: Complex64, chosen: Intp, whole: StickRegion, tolerance: float
+        self,
+        field: Complex64,
+        chosen: Intp,
+        whole: StickRegion,
+        tolerance: float,
+        wide_std_mm: float | None,
     ) -> None:
         """Update the stick share over the recent motion, and the speed of the stick region.
 
         Speed is per frame, not per second, because quasi-static motions have no time.
         """
-        earlier = len(self._before)
-        if not earlier:
+        if not self._before:
             return
-        # the speed changes slowly: start the search at the span of the previous frame
-        span = min(max(1, self._span - 1), earlier)
-        moved_mm = self._far(field, self._before[-span], chosen)
-        while moved_mm < self.window_mm and span < earlier:
-            span += 1
-            moved_mm = self._far(field, self._before[-span], chosen)
-        self._span = span
-        if whole.motion_mm < SHEARED_CONTACT.min_window * self.window_mm:
+        span, moved_mm = self._recent(field, chosen)
+        shortest_mm = SHEARED_CONTACT.min_window * self.window_mm
+        if whole.motion_mm < shortest_mm:
             return
         if moved_mm <= SHEARED_CONTACT.moved_noises * self.noise_mm:
             self._update_speed(moved_mm / span)
             return
         recent = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
-        start = whole.weight * far_weights(recent)
-        region = self._region(recent, chosen, start, field.shape)
-        noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
-        stick_share = region.stick_share(tolerance, noise_mm)
+        if wide_std_mm is None:
+            start = whole.weight * far_weights(recent)
+            region = self._region(recent, chosen, start, field.shape)
+            noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
+            stick_share = region.stick_share(tolerance, noise_mm)
+        else:
+            position = positions_mm(field.shape, self.spacing_mm).ravel()[chosen]
+            recent = smoothed(recent, position)
+            start = whole.weight * far_weights(recent)
+            region = stick_region(
+                recent, position, start, wide_std_mm, lag_tolerance=WIDE_CONTACT.tolerance
+            )
+            noise_mm = WIDE_CONTACT.sigmas * wide_std_mm
+            stick_share = region.stick_share(WIDE_CONTACT.tolerance, noise_mm)
         self._update_speed(region.motion_mm / span)
         # a surface that stops creeps uniformly, whether the object sticks or slides over it
-        if self._deceleration < SHEARED_CONTACT.decelerated:
+        kept = self._deceleration >= SHEARED_CONTACT.decelerated and stick_share > self._stick_share
+        if moved_mm >= shortest_mm and not kept:
             self._stick_share, self._measured = stick_share, True
+
+    def _recent(self, field: Complex64, chosen: Intp) -> tuple[int, float]:
+        """Number of frames in which the surface moved by the window, and how far it moved.
+
+        Fewer if it rested or turned back in between: the sum of such motions is none of an object.
+        """
+        span, moved_mm = 1, self._far(field, self._before[-1], chosen)
+        rest_mm = SHEARED_CONTACT.rest_noises * self.noise_mm
+        while moved_mm < self.window_mm and span < len(self._before):
+            longer_mm = self._far(field, self._before[-span - 1], chosen)
+            if longer_mm < moved_mm + rest_mm:
+                break
+            span, moved_mm = span + 1, longer_mm
+        return span, moved_mm
 
     def _update_speed(self, rate_mm: float) -> None:
         self._peak_mm = max(self._peak_mm, rate_mm)

@@ -123,6 +123,8 @@ def stick_region(
     position: Complex64,
     start: NDArray[Any],
     noise_mm: float = STICK_REGION.noise_mm,
+    *,
+    lag_tolerance: float = STICK_REGION.lag_tolerance,
 ) -> StickRegion:
     """Fit the rigid motion of the stick region, by iteratively reweighted least squares.
 
@@ -136,6 +138,8 @@ def stick_region(
         Initial weights: :func:`calm_weights`, or the stick region of a longer motion.
     noise_mm : float
         Noise of a displacement.
+    lag_tolerance : float
+        Lag at which the weight of a point falls to a quarter, relative to the motion.
 
     Returns
     -------
@@ -146,7 +150,7 @@ def stick_region(
         shift, rate = contact.rigid(weight)
         lag = np.abs(displacement - (shift + rate * contact.offset))
         motion = contact.motion(shift, rate)
-        scale = max(STICK_REGION.lag_tolerance * motion, noise_mm)
+        scale = max(lag_tolerance * motion, noise_mm)
         weight = 1 / (1 + (lag / scale) ** 2) ** 2
     return StickRegion(
         shift,

@@ -1,0 +1,71 @@
+"""The share of a contact that slips, with its standard deviation, from the evidence of a field."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class SlippedShareParameters(NamedTuple):
+    """Parameters of the slipped share. The evidence of a shift and of a turn differ.
+
+    Attributes
+    ----------
+    scale, turned_scale : float, evidence
+        Evidence at which a share of 1 - 1/e slips of a contact that shifts, and of one that turns.
+        Source: least squares to the true share of virtual contacts
+        (``benchmarks/slip_speed.py --fit``).
+    shape, turned_shape : float, exponent
+        Exponent of the evidence.
+        Source: as ``scale``.
+    knots : tuple of float, share
+        Shares at which the standard deviations are given.
+        Source: means of thirteen classes of virtual frames (``benchmarks/slip_speed.py --fit``).
+    std, turned_std : tuple of float, share
+        Standard deviation at the knots, for a contact that shifts and that turns: 68 % of the
+        errors in the class are smaller.
+        Source: virtual frames, validated on others (``benchmarks/slip_speed.py --fit``).
+    """
+
+    scale: float = 0.296
+    shape: float = 2.29
+    turned_scale: float = 0.308
+    turned_shape: float = 1.51
+    knots: tuple[float, ...] = (
+        *(0.0, 0.01, 0.03, 0.07, 0.15, 0.25, 0.4),
+        *(0.55, 0.7, 0.85, 0.93, 0.97, 1.0),
+    )
+    std: tuple[float, ...] = (
+        *(0.004, 0.015, 0.041, 0.09, 0.15, 0.193, 0.19),
+        *(0.167, 0.162, 0.151, 0.073, 0.036, 0.004),
+    )
+    turned_std: tuple[float, ...] = (
+        *(0.044, 0.017, 0.037, 0.079, 0.113, 0.138, 0.088),
+        *(0.102, 0.117, 0.094, 0.053, 0.047, 0.047),
+    )
+
+
+SLIPPED_SHARE = SlippedShareParameters()
+"""The values in use."""
+
+
+def slipped_share(evidence: float, *, turned: bool) -> float:
+    """Return the share of the contact that slips.
+
+    Parameters
+    ----------
+    evidence : float
+        0 while the whole contact sticks; more than about 0.4 when none of it does.
+    turned : bool
+        Whether the surface rather turns than shifts.
+    """
+    use = SLIPPED_SHARE
+    scale, shape = (use.turned_scale, use.turned_shape) if turned else (use.scale, use.shape)
+    return float(-np.expm1(-((evidence / scale) ** shape)))
+
+
+def slipped_share_std(share: float, *, turned: bool) -> float:
+    """Return the standard deviation of a slipped share."""
+    use = SLIPPED_SHARE
+    return float(np.interp(share, use.knots, use.turned_std if turned else use.std))

@@ -1,0 +1,95 @@
+"""A contact that is wider than the view: its border, where slip begins, is not visible.
+
+Under such an object the whole view moves alike, so lags of a few percent decide. There is no rim
+across which a field is blurred, and the surface bends slowly: a polynomial of low order describes
+the field and averages the noise of all markers.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.arrays.types import Bool, Complex64
+
+
+class WideContactParameters(NamedTuple):
+    """Parameters of contacts wider than the view.
+
+    Attributes
+    ----------
+    border_share : float, share of the view's border
+        A contact that covers more of the border is wider than the view.
+        Source: half, as for the contact area (ADR 31).
+    order : int, exponent
+        Order of the polynomial.
+        Source: virtual plates in shear: 2 and 3 warn alike, and a slip zone along one side needs 3
+        (ADR 52).
+    turned_share : float, ratio
+        The squared share of rotation above which a motion is not smoothed: the swirl around a stick
+        region is not a polynomial of this order.
+        Source: half, where rotation outweighs translation.
+    tolerance : float, share of the motion
+        Lag of a point that sticks. There is no blurred border, which needs the larger tolerance of
+        other contacts.
+        Source: 95 % of the points of a virtual plate that sticks lag by less (ADR 52).
+    noise_share : float, ratio
+        Noise of one marker relative to the standard deviation that its field reports, which also
+        covers what lies between the markers.
+        Source: 0.44 and 0.41 for virtual markers 1.1 and 2.2 mm apart (ADR 52).
+    markers : int, count
+        Markers of a field whose number is not known.
+        Source: a view of 18 mm × 13 mm with markers 1.1 mm apart.
+    sigmas : float, standard deviations
+        Minimum tolerance of the lag.
+        Source: 95 % quantile of a Rayleigh distribution.
+    """
+
+    border_share: float = 0.5
+    order: int = 3
+    turned_share: float = 0.5
+    tolerance: float = 0.02
+    noise_share: float = 0.43
+    markers: int = 192
+    sigmas: float = 2.45
+
+
+WIDE_CONTACT = WideContactParameters()
+"""The values in use."""
+
+
+def fills_view(mask: Bool) -> bool:
+    """Return whether a contact (h, w) covers most of the border of the view."""
+    rim = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
+    return bool(rim.mean() >= WIDE_CONTACT.border_share)
+
+
+def smoothed_std_mm(std_mm: float, markers: int | None) -> float:
+    """Return the standard deviation of a smoothed motion between two frames.
+
+    Parameters
+    ----------
+    std_mm : float
+        Reported standard deviation of the field.
+    markers : int or None
+        Number of markers that are seen; None if it is not known.
+    """
+    order = WIDE_CONTACT.order
+    terms = (order + 1) * (order + 2) / 2
+    count = max(WIDE_CONTACT.markers if markers is None else markers, terms)
+    return WIDE_CONTACT.noise_share * std_mm * float(np.sqrt(2 * terms / count))
+
+
+def smoothed(displacement: Complex64, position: Complex64) -> Complex64:
+    """Return displacements (n,) as a polynomial of the positions (n,), both x + iy in mm."""
+    scale = max(float(np.abs(position).max()), 1e-9)
+    x, y = position.real / scale, position.imag / scale
+    order = WIDE_CONTACT.order
+    terms: NDArray[Any] = np.stack(
+        [x**i * y**j for i in range(order + 1) for j in range(order + 1 - i)], axis=1
+    ).astype(np.float64)
+    parts = np.stack([displacement.real, displacement.imag], axis=1).astype(np.float64)
+    fitted = terms @ np.linalg.lstsq(terms, parts, rcond=None)[0]
+    return np.asarray(fitted[:, 0] + 1j * fitted[:, 1], np.complex64)

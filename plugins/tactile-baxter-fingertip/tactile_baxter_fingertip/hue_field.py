@@ -166,10 +166,12 @@ class HueField:
         normal_xy: Complex64 = self._direction.take(yaw)
         normal_xy *= weighted.real / weighted.imag
         strength = _SIGNED.take(intensity)
-        smooth = self._powers[-1].take(chroma)
+        index, found = chroma.astype(np.intp), np.empty_like(normal_xy)
+        smooth = self._powers[-1].take(index)
         for power in self._powers[-2::-1]:
             smooth *= strength
-            smooth += power.take(chroma)
+            # with a mode other than "raise", values are written without a buffer
+            smooth += power.take(index, out=found, mode="clip")
         normal_xy += smooth
         normal_xy *= np.float32(0.5)
         return normal_xy

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, normalised
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
-from tactile_core.algorithms.arrays.regression import PolynomialFit
-from tactile_core.builtin.polynomial import fit_curve
+from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 
 
 class CorrectionParameters(NamedTuple):
@@ -32,6 +31,9 @@ class CorrectionParameters(NamedTuple):
     colour_order : int, order
         Order of the polynomial of the colour.
         Source: as good as 5 on held-out balls of the same frame; no script derives it.
+    curvature_ridge : float, weight per sample
+        Penalty of the curvature of that polynomial.
+        Source: that of ``core.polynomial``.
     place_order : int, order
         Order of the polynomials of the position.
         Source: that of the decoder's normalisation.
@@ -45,6 +47,7 @@ class CorrectionParameters(NamedTuple):
     """
 
     colour_order: int = 4
+    curvature_ridge: float = 0.01
     place_order: int = 2
     ridge: float = 1e-3
     steep_sine: float = 0.1
@@ -152,10 +155,16 @@ def fit_correction(
         from a dozen single ones it would be extrapolated, and tilt the level gel around them.
     """
     colour = normalised(features, decoder.evening)
-    polynomial = fit_curve(colour, normal_xy, order=CORRECTION.colour_order)
+    polynomial = fit_polynomial(
+        colour,
+        normal_xy,
+        order=CORRECTION.colour_order,
+        ridge=CORRECTION.curvature_ridge,
+        curvature_only=True,
+    )
     if not by_place:
-        terms = comb(2 + CORRECTION.place_order, 2)
-        return HueCorrection(polynomial, np.zeros((terms, 4, 2), np.float32))
+        count = comb(2 + CORRECTION.place_order, 2)
+        return HueCorrection(polynomial, np.zeros((count, 4, 2), np.float32))
     missing = normal_xy - (decoder(features) + _smooth(decoder, polynomial, colour)) / 2
     pressed = normal_xy.any(axis=1)
     scale = np.array([1, *np.maximum(colour.std(axis=0), 1e-6)])

@@ -156,19 +156,22 @@ class HueField:
     def _decoded(self, colour: list[Float32]) -> Complex64:
         """Return the mean of decoder and polynomial: normal_xy as complex numbers."""
         nothing = np.zeros(1)
-        bytes_ = [cv2.add(plane, nothing, dtype=cv2.CV_8U) for plane in colour]
-        first, second, intensity = bytes_
+        first, second, intensity = (
+            np.asarray(cv2.add(plane, nothing, dtype=cv2.CV_8U), np.uint8) for plane in colour
+        )
         chroma = _pair(first, second)
         yaw = self._yaw.take(chroma)
         weighted = self._by_chroma.take(chroma)
         weighted += self._by_intensity.take(_pair(yaw, intensity))
-        normal_xy = self._direction.take(yaw)
+        normal_xy: Complex64 = self._direction.take(yaw)
         normal_xy *= weighted.real / weighted.imag
-        signed = _SIGNED.take(intensity)
-        smooth = self._powers[-1].take(chroma)
+        strength = _SIGNED.take(intensity)
+        index, found = chroma.astype(np.intp), np.empty_like(normal_xy)
+        smooth = self._powers[-1].take(index)
         for power in self._powers[-2::-1]:
-            smooth *= signed
-            smooth += power.take(chroma)
+            smooth *= strength
+            # with a mode other than "raise", values are written without a buffer
+            smooth += power.take(index, out=found, mode="clip")
         normal_xy += smooth
         normal_xy *= np.float32(0.5)
         return normal_xy

@@ -211,7 +211,7 @@ def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Refere
 def _crowded(presses: Sequence[Press]) -> bool:
     """Whether the presses leave no level gel between them, as a grid of balls does."""
     sloped = [press.gradients.any(axis=1).mean() for press in presses if press.gradients.any()]
-    return min(sloped) > SAMPLES.sloped_share
+    return bool(min(sloped) > SAMPLES.sloped_share)
 
 
 def _steep_share(field: HueField, presses: Sequence[Press]) -> float:

@@ -78,7 +78,7 @@ def fit_light_field(
     The fit minimises the error of the normal with Huber's loss [1]_. Errors of intensities would
     weight all slopes equally and leave a bias in each. It starts from a field that is linear in the
     relative change. Shadows and wrong labels are outliers, and those that are only a few times the
-    noise bend the field, too. So the loss turns where the noise ends, which a first fit tells.
+    noise bend the field, too. So a first fit estimates the noise.
 
     Parameters
     ----------

@@ -61,13 +61,13 @@ class Drag:
 
 @dataclass(frozen=True)
 class Passage:
-    """Frames in which an object moved: the true stick share, the state, and whether it turned."""
+    """Frames in which an object moved: the true stick share, the state, and its shear."""
 
     drag: Drag
     held: bool
     stick_share: np.ndarray
     states: tuple[SlipState, ...]
-    turned: tuple[bool, ...]
+    shears: tuple[ContactShear, ...]
 
     @property
     def degree(self) -> np.ndarray:
@@ -117,14 +117,15 @@ def passages(seed: int) -> list[Passage]:
 def _passage(drawn: Drag, stop: int | None) -> Passage:
     profile = small_profile(drawn.plan)
     steps = SlipSteps(SensorContext(profile.image, profile.gel))
-    shares, states, turned = [], [], []
+    shares, states, shears = [], [], []
     for look in _looks(drawn, stop):
         state = steps.state(look.markers, look.displacement, look.height, look.contact)
         if look.moving:
             shares.append(look.stick_share)
             states.append(state)
-            turned.append(isinstance(steps.shear, ContactShear) and steps.shear.kind == "rotation")
-    return Passage(drawn, stop is not None, np.array(shares), tuple(states), tuple(turned))
+            assert isinstance(steps.shear, ContactShear)
+            shears.append(steps.shear)
+    return Passage(drawn, stop is not None, np.array(shares), tuple(states), tuple(shears))
 
 
 def _looks(drawn: Drag, stop: int | None) -> Iterator[Look]:

@@ -89,7 +89,7 @@ class Cues:
     @property
     def degree_std(self) -> float:
         """Standard deviation of the degree."""
-        return slipped_share_std(self.degree, turned=self.turned)
+        return slipped_share_std(self.degree, turned=self.turned, deceleration=self.deceleration)
 
     @property
     def evidence(self) -> float:

@@ -3,9 +3,9 @@
     python benchmarks/slip_speed.py                     # seeds 3000 to 3047, about 10 minutes
     python benchmarks/slip_speed.py --seeds 0 72 --fit  # constants of ``slipped_share.py``
 
-Virtual drags and turns (``experiments/slip_at_speed.py``) through the steps of slip, with the true
-height and contact area. *Warned*: before the first frame of gross slip, where there is a frame
-between half and gross slip. *False*: frames before gross slip in which half or more sticks.
+Virtual objects, sheared or turned (``experiments/slip_at_speed.py``), through the steps of slip, with
+the true height and contact area. *Warned*: before the first frame of gross slip, where there is a
+frame between half and gross slip. *False*: frames before gross slip in which half or more sticks.
 """
 
 from __future__ import annotations
@@ -149,16 +149,16 @@ def main() -> None:
     if given.fit:
         fit(found)
         return
-    plans = [one.drag.plan for one in found]
+    plans = [one.case.plan for one in found]
     groups = {
-        "dragged": [not plan.turned for plan in plans],
-        "dragged, border in view": [not p.turned and p.kind != "plate" for p in plans],
-        "dragged, wider than view": [not p.turned and p.kind == "plate" for p in plans],
-        "dragged, 0.3 to 1 mm/s": [
-            not one.drag.plan.turned and not one.drag.at_camera_rate for one in found
+        "sheared": [not plan.turned for plan in plans],
+        "sheared, border in view": [not p.turned and p.kind != "plate" for p in plans],
+        "sheared, wider than view": [not p.turned and p.kind == "plate" for p in plans],
+        "sheared, 0.3 to 1 mm/s": [
+            not one.case.plan.turned and not one.case.at_camera_rate for one in found
         ],
-        "dragged, 4 to 12 frames": [
-            not one.drag.plan.turned and one.drag.at_camera_rate for one in found
+        "sheared, 4 to 12 frames": [
+            not one.case.plan.turned and one.case.at_camera_rate for one in found
         ],
         "turned": [plan.turned for plan in plans],
     }

@@ -24,8 +24,9 @@ class SlipState(Quantity):
         (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
         motion of the surface, or the load is not known and no contact has settled yet).
     degree : float
-        0 if the entire contact sticks, 1 if all of it slips. Where the state is unknown it is 0, or
-        from 0 to 1 how little shows a grip.
+        Share of the contact that slips, or the evidence of it from the imprint or from the loss of
+        contact: 0 if the entire contact sticks, 1 if all of it slips. Where the state is unknown it
+        is 0, or from 0 to 1 how little shows a grip.
     kind : str or None
         ``translation`` or ``rotation`` during slip; None otherwise.
     entropy_bits : float or None

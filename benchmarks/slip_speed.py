@@ -3,9 +3,9 @@
     python benchmarks/slip_speed.py                     # seeds 3000 to 3047, about 10 minutes
     python benchmarks/slip_speed.py --seeds 0 72 --fit  # constants of ``slipped_share.py``
 
-Virtual objects, sheared or turned (``experiments/slip_at_speed.py``), through the steps of slip, with
-the true height and contact area. *Warned*: before the first frame of gross slip, where there is a
-frame between half and gross slip. *False*: frames before gross slip in which half or more sticks.
+Virtual objects, sheared or turned (``experiments/slip_at_speed.py``), with the true height and
+contact area. *Warned*: before the first frame of gross slip, where there is a frame between half and
+gross slip. *False*: frames before gross slip in which half or more sticks.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
     python benchmarks/slip_speed.py --seeds 0 72 --fit  # constants of ``slipped_share.py``
 
 Virtual objects, sheared or turned (``experiments/slip_at_speed.py``), with the true height and
-contact area. *Warned*: before the first frame of gross slip, where there is a frame between half and
-gross slip. *False*: frames before gross slip in which half or more sticks.
+contact area. *Warned*: before the first frame of gross slip, where there is a frame between half
+and gross slip. *False*: frames before gross slip in which half or more sticks.
 """
 
 from __future__ import annotations

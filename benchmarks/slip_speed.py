@@ -3,9 +3,9 @@
     python benchmarks/slip_speed.py                     # seeds 3000 to 3047, about 10 minutes
     python benchmarks/slip_speed.py --seeds 0 72 --fit  # constants of ``slipped_share.py``
 
-Virtual drags and turns (``experiments/slip_at_speed.py``) through the steps of slip, with the true
-height and contact area. *Warned*: before the first frame of gross slip, where there is a frame
-between half and gross slip. *False*: frames before gross slip in which half or more sticks.
+Virtual objects, sheared or turned (``experiments/slip_at_speed.py``), with the true height and
+contact area. *Warned*: before the first frame of gross slip, where there is a frame between half
+and gross slip. *False*: frames before gross slip in which half or more sticks.
 """
 
 from __future__ import annotations
@@ -103,27 +103,27 @@ def fit(some: Sequence[Passage]) -> None:
     from scipy.optimize import minimize
 
     use = SLIPPED_SHARE
-    states = [
-        (state, turned)
-        for one in some
-        for state, turned in zip(one.states, one.turned, strict=True)
-    ]
+    shears = [shear for one in some for shear in one.shears]
     true = 1 - np.concatenate([one.stick_share for one in some])
-    for turned in (False, True):
-        chosen = np.array([which == turned for _, which in states])
-        degree = np.array([state.degree for state, _ in states])[chosen]
-        scale, shape = (use.turned_scale, use.turned_shape) if turned else (use.scale, use.shape)
-        evidence = scale * (-np.log1p(-np.minimum(degree, 1 - 1e-16))) ** (1 / shape)
-        truth, start = true[chosen], (scale, shape)
-        best = minimize(_loss, start, (evidence, truth), method="Nelder-Mead").x
-        found, knots = _share(best, evidence), np.array(use.knots)
-        error, classes = np.abs(found - truth), np.digitize(found, (knots[1:] + knots[:-1]) / 2)
-        spread = [
-            np.quantile(error[classes == k], 0.68)
-            for k in range(len(knots))
-            if (classes == k).any()
-        ]
-        print(f"turned {turned}: scale, shape {np.round(best, 3)}, std {np.round(spread, 3)}")
+    degree = np.array([shear.degree for shear in shears])
+    turned = np.array([shear.kind == "rotation" for shear in shears])
+    slowing = np.array([shear.deceleration >= use.slowing for shear in shears])
+    knots, error = np.array(use.knots), np.abs(degree - true)
+    classes = np.digitize(degree, (knots[1:] + knots[:-1]) / 2)
+    for which, scale, shape in (
+        (~turned, use.scale, use.shape),
+        (turned, use.turned_scale, use.turned_shape),
+    ):
+        evidence = scale * (-np.log1p(-np.minimum(degree[which], 1 - 1e-16))) ** (1 / shape)
+        best = minimize(_loss, (scale, shape), (evidence, true[which]), method="Nelder-Mead").x
+        print("scale, shape", np.round(best, 3))
+    for name, which in (
+        ("std", ~turned & ~slowing),
+        ("slowing_std", ~turned & slowing),
+        ("turned_std", turned),
+    ):
+        inside = [error[which & (classes == knot)] for knot in range(len(knots))]
+        print(name, [round(float(np.quantile(e, 0.68)), 3) if e.size else None for e in inside])
 
 
 def _share(constants: np.ndarray, evidence: np.ndarray) -> np.ndarray:
@@ -149,16 +149,16 @@ def main() -> None:
     if given.fit:
         fit(found)
         return
-    plans = [one.drag.plan for one in found]
+    plans = [one.case.plan for one in found]
     groups = {
-        "dragged": [not plan.turned for plan in plans],
-        "dragged, border in view": [not p.turned and p.kind != "plate" for p in plans],
-        "dragged, wider than view": [not p.turned and p.kind == "plate" for p in plans],
-        "dragged, 0.3 to 1 mm/s": [
-            not one.drag.plan.turned and not one.drag.at_camera_rate for one in found
+        "sheared": [not plan.turned for plan in plans],
+        "sheared, border in view": [not p.turned and p.kind != "plate" for p in plans],
+        "sheared, wider than view": [not p.turned and p.kind == "plate" for p in plans],
+        "sheared, 0.3 to 1 mm/s": [
+            not one.case.plan.turned and not one.case.at_camera_rate for one in found
         ],
-        "dragged, 4 to 12 frames": [
-            not one.drag.plan.turned and one.drag.at_camera_rate for one in found
+        "sheared, 4 to 12 frames": [
+            not one.case.plan.turned and one.case.at_camera_rate for one in found
         ],
         "turned": [plan.turned for plan in plans],
     }

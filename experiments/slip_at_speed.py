@@ -1,8 +1,8 @@
-"""Virtual drags and turns at speed, and controls that are held, with ground truth.
+"""Virtual objects sheared or turned at speed, and controls that are held, with ground truth.
 
 Half of the objects move at 0.3 to 1 mm/s; the others slip within 4 to 12 frames of a camera with
 30 Hz. Three in eight are plates wider than the view. Friction, friction law and gel differ. A
-control moves like its drag until a fifth of the contact slips, rests for eight frames, and moves
+control moves like its object until a fifth of the contact slips, rests for eight frames, and moves
 back.
 """
 
@@ -42,7 +42,7 @@ _MARGIN = 1.5
 
 
 @dataclass(frozen=True)
-class Drag:
+class Case:
     """One object that is moved at speed.
 
     Attributes
@@ -61,13 +61,13 @@ class Drag:
 
 @dataclass(frozen=True)
 class Passage:
-    """Frames in which an object moved: the true stick share, the state, and whether it turned."""
+    """Frames in which an object moved: the true stick share, the state, and its shear."""
 
-    drag: Drag
+    case: Case
     held: bool
     stick_share: np.ndarray
     states: tuple[SlipState, ...]
-    turned: tuple[bool, ...]
+    shears: tuple[ContactShear, ...]
 
     @property
     def degree(self) -> np.ndarray:
@@ -86,7 +86,7 @@ class Passage:
         return int(np.argmax(gross)) if gross.any() else len(gross)
 
 
-def drag(seed: int) -> Drag:
+def case(seed: int) -> Case:
     """Draw an object; a third of them is turned."""
     rng = np.random.default_rng([seed, 99])
     kind, turned = KINDS[seed % len(KINDS)], (seed // len(KINDS)) % 3 == 2
@@ -102,32 +102,33 @@ def drag(seed: int) -> Drag:
         }
         profile = str(MINI) if rng.random() < 0.4 else plan.profile
         plan = replace(plan, overrides=gel, profile=profile)
-    return Drag(plan, fast, float(rng.uniform(4, 12)))
+    return Case(plan, fast, float(rng.uniform(4, 12)))
 
 
 def passages(seed: int) -> list[Passage]:
-    """Measure a drag, and its control unless it slips from the beginning."""
-    drawn = drag(seed)
+    """Measure an object, and its control unless it slips from the beginning."""
+    drawn = case(seed)
     moved = _passage(drawn, None)
     loosens = moved.stick_share < _HELD_SHARE
     stop = int(np.argmax(loosens)) if loosens.any() else len(loosens) // 2
     return [moved] if stop < 2 else [moved, _passage(drawn, min(stop, _MOST_HELD))]
 
 
-def _passage(drawn: Drag, stop: int | None) -> Passage:
+def _passage(drawn: Case, stop: int | None) -> Passage:
     profile = small_profile(drawn.plan)
     steps = SlipSteps(SensorContext(profile.image, profile.gel))
-    shares, states, turned = [], [], []
+    shares, states, shears = [], [], []
     for look in _looks(drawn, stop):
         state = steps.state(look.markers, look.displacement, look.height, look.contact)
         if look.moving:
             shares.append(look.stick_share)
             states.append(state)
-            turned.append(isinstance(steps.shear, ContactShear) and steps.shear.kind == "rotation")
-    return Passage(drawn, stop is not None, np.array(shares), tuple(states), tuple(turned))
+            assert isinstance(steps.shear, ContactShear)
+            shears.append(steps.shear)
+    return Passage(drawn, stop is not None, np.array(shares), tuple(states), tuple(shears))
 
 
-def _looks(drawn: Drag, stop: int | None) -> Iterator[Look]:
+def _looks(drawn: Case, stop: int | None) -> Iterator[Look]:
     """Press, then move until after gross slip, or until a stop, rest and move back."""
     plan, profile = drawn.plan, small_profile(drawn.plan)
     pitch_mm = profile.gel.markers.pitch_mm if "mini" in plan.profile else 1.1
@@ -170,7 +171,7 @@ def _along(plan: Plan, step: float) -> tuple[float, float]:
     return step * np.cos(plan.direction_rad), step * np.sin(plan.direction_rad)
 
 
-def _pace(drawn: Drag, surface: GelSurface) -> tuple[float, float]:
+def _pace(drawn: Case, surface: GelSurface) -> tuple[float, float]:
     """Motion per frame, mm or degrees, and its duration, s."""
     plan = drawn.plan
     if not drawn.at_camera_rate:

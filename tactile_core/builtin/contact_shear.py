@@ -149,5 +149,6 @@ class ShearOfContact(Estimator):
             cues.entropy_bits,
             self._contact.restarted,
             cues.degree_std,
+            cues.deceleration,
             now.time_s,
         )

@@ -49,7 +49,8 @@ class Slip(Estimator):
     class Options(device.Options):
         """Options of the step.
 
-        The degrees are derived by ``benchmarks/slip_thresholds.py``.
+        The degrees are shares of the contact that slips: half of it, and nearly all. Both end at
+        lower shares against noise; ``benchmarks/slip_thresholds.py`` scores them.
         """
 
         incipient: float = Field(

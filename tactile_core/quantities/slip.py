@@ -24,9 +24,9 @@ class SlipState(Quantity):
         (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
         motion of the surface, or the load is not known and no contact has settled yet).
     degree : float
-        0 if the entire contact sticks, 1 if all of it slips. Where the load is not known and the
-        loss of contact is measured, the share of the contact that may be lost. 0 where nothing is
-        measured.
+        Share of the contact that slips, or the evidence of it from the imprint: 0 if the entire
+        contact sticks, 1 if all of it slips. Where the load is not known and the loss of contact is
+        measured, the share of the contact that may be lost. 0 where nothing is measured.
     kind : str or None
         ``translation`` or ``rotation`` during slip; None otherwise.
     entropy_bits : float or None

@@ -68,6 +68,8 @@ class ContactShear(Quantity):
         displacement [1]_; None without contact.
     restarted : bool
         The load grew with this frame, so that the shear is measured from here.
+    deceleration : float
+        0 while the stick region moves at its peak speed, 1 when it has stopped.
 
     References
     ----------
@@ -84,6 +86,7 @@ class ContactShear(Quantity):
     entropy_bits: Annotated[float | None, FieldSpec("bit")] = None
     restarted: bool = False
     degree_std: Annotated[float, FieldSpec(std_of="degree")] = 0.0
+    deceleration: float = 0.0
     timestamp_s: TimestampS = 0.0
 
     @property

@@ -292,4 +292,4 @@ def test_the_imprint_does_not_depend_on_the_tare_of_the_markers() -> None:
 def test_thresholds_out_of_order_are_refused() -> None:
     profile = small_profile(DISC)
     with pytest.raises(InputError, match="ordered"):
-        Slip(Slip.Options(incipient=0.9), SensorContext(profile.image, profile.gel))
+        Slip(Slip.Options(incipient=0.95), SensorContext(profile.image, profile.gel))

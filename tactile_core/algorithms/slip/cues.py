@@ -26,7 +26,7 @@ class DegreeParameters(NamedTuple):
     turned_weight : float, ratio
         The same where the surface rather turns: the stick region of a twisted contact decelerates
         long before it vanishes.
-        Source: virtual turns then reach the degrees of virtual drags (ADR 52).
+        Source: virtual turns then reach the degrees of virtual shear (ADR 52).
     """
 
     share_power: float = 1.5
@@ -89,7 +89,7 @@ class Cues:
     @property
     def degree_std(self) -> float:
         """Standard deviation of the degree."""
-        return slipped_share_std(self.degree, turned=self.turned)
+        return slipped_share_std(self.degree, turned=self.turned, deceleration=self.deceleration)
 
     @property
     def evidence(self) -> float:

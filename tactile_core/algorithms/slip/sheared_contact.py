@@ -280,8 +280,9 @@ class ShearedContact:
             region = stick_region(
                 recent, position, start, wide_std_mm, lag_tolerance=WIDE_CONTACT.tolerance
             )
-            noise_mm = WIDE_CONTACT.sigmas * wide_std_mm
-            stick_share = region.stick_share(WIDE_CONTACT.tolerance, noise_mm)
+            largest_mm = quantile(region.lag_mm, SHEARED_CONTACT.far_quantile)
+            least_mm = max(WIDE_CONTACT.sigmas * wide_std_mm, WIDE_CONTACT.ringing * largest_mm)
+            stick_share = region.stick_share(WIDE_CONTACT.tolerance, least_mm)
         self._update_speed(region.motion_mm / span)
         # a surface that stops creeps uniformly, whether the object sticks or slides over it
         kept = self._deceleration >= SHEARED_CONTACT.decelerated and stick_share > self._stick_share

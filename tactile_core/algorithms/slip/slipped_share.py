@@ -22,9 +22,13 @@ class SlippedShareParameters(NamedTuple):
     knots : tuple of float, share
         Shares at which the standard deviations are given.
         Source: means of thirteen classes of virtual frames (``benchmarks/slip_speed.py --fit``).
-    std, turned_std : tuple of float, share
-        Standard deviation at the knots, for a contact that shifts and that turns: 68 % of the
-        errors in the class are smaller.
+    slowing : float, share of the peak speed
+        Deceleration above which a contact that shifts is slowing. It either slips as a whole or
+        stops with its object, so that all degrees but the ends are uncertain.
+        Source: as the deceleration above which the stick share no longer grows.
+    std, slowing_std, turned_std : tuple of float, share
+        Standard deviation at the knots, for a contact that shifts, that is slowing and that turns:
+        68 % of the errors in the class are smaller.
         Source: virtual frames, validated on others (``benchmarks/slip_speed.py --fit``).
     """
 
@@ -36,13 +40,18 @@ class SlippedShareParameters(NamedTuple):
         *(0.0, 0.01, 0.03, 0.07, 0.15, 0.25, 0.4),
         *(0.55, 0.7, 0.85, 0.93, 0.97, 1.0),
     )
+    slowing: float = 0.4
     std: tuple[float, ...] = (
-        *(0.004, 0.015, 0.041, 0.09, 0.15, 0.193, 0.19),
-        *(0.167, 0.162, 0.151, 0.073, 0.036, 0.004),
+        *(0.012, 0.018, 0.046, 0.106, 0.163, 0.195, 0.161),
+        *(0.147, 0.16, 0.15, 0.081, 0.035, 0.012),
+    )
+    slowing_std: tuple[float, ...] = (
+        *(0.004, 0.018, 0.043, 0.068, 0.134, 0.237, 0.456),
+        *(0.582, 0.713, 0.843, 0.894, 0.858, 0.002),
     )
     turned_std: tuple[float, ...] = (
-        *(0.044, 0.017, 0.037, 0.079, 0.113, 0.138, 0.088),
-        *(0.102, 0.117, 0.094, 0.053, 0.047, 0.047),
+        *(0.038, 0.015, 0.043, 0.08, 0.121, 0.15, 0.09),
+        *(0.088, 0.127, 0.101, 0.054, 0.047, 0.047),
     )
 
 
@@ -65,7 +74,16 @@ def slipped_share(evidence: float, *, turned: bool) -> float:
     return float(-np.expm1(-((evidence / scale) ** shape)))
 
 
-def slipped_share_std(share: float, *, turned: bool) -> float:
-    """Return the standard deviation of a slipped share."""
+def slipped_share_std(share: float, *, turned: bool, deceleration: float) -> float:
+    """Return the standard deviation of a slipped share.
+
+    Parameters
+    ----------
+    share : float
+    turned : bool
+    deceleration : float
+        0 while the stick region moves at its peak speed, 1 when it has stopped.
+    """
     use = SLIPPED_SHARE
-    return float(np.interp(share, use.knots, use.turned_std if turned else use.std))
+    std = use.slowing_std if deceleration >= use.slowing else use.std
+    return float(np.interp(share, use.knots, use.turned_std if turned else std))

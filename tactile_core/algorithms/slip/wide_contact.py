@@ -35,6 +35,9 @@ class WideContactParameters(NamedTuple):
         Lag of a point that sticks. There is no blurred border, which needs the larger tolerance of
         other contacts.
         Source: 95 % of the points of a virtual plate that sticks lag by less (ADR 52).
+    ringing : float, share of the largest lag
+        Minimum tolerance of the lag: a polynomial rings where the surface lags abruptly.
+        Source: chosen on virtual plates that slip quasi-statically (ADR 52).
     noise_share : float, ratio
         Noise of one marker relative to the standard deviation that its field reports, which also
         covers what lies between the markers.
@@ -51,6 +54,7 @@ class WideContactParameters(NamedTuple):
     order: int = 3
     turned_share: float = 0.5
     tolerance: float = 0.02
+    ringing: float = 0.1
     noise_share: float = 0.43
     markers: int = 192
     sigmas: float = 2.45

@@ -24,11 +24,22 @@ def test_the_share_grows_with_the_evidence_from_nothing_to_all(turned: bool) -> 
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_contact_that_partly_slips_is_least_certain(turned: bool) -> None:
-    ends = [slipped_share_std(share, turned=turned) for share in (0.0, 1.0)]
-    assert slipped_share_std(0.25, turned=turned) > 2 * max(ends)
-    assert all(0 < slipped_share_std(share, turned=turned) < 0.5 for share in np.linspace(0, 1, 50))
+    def std(share: float) -> float:
+        return slipped_share_std(share, turned=turned, deceleration=0.0)
+
+    assert std(0.25) > 2 * max(std(0.0), std(1.0))
+    assert all(0 < std(share) < 0.5 for share in np.linspace(0, 1, 50))
+
+
+def test_an_object_that_stops_may_have_slipped_or_not() -> None:
+    moving, stopped = (
+        slipped_share_std(0.6, turned=False, deceleration=slower) for slower in (0.0, 1.0)
+    )
+    assert stopped > 0.5 > moving
 
 
 def test_each_knot_has_a_standard_deviation() -> None:
-    assert len(SLIPPED_SHARE.knots) == len(SLIPPED_SHARE.std) == len(SLIPPED_SHARE.turned_std)
-    assert all(np.diff(SLIPPED_SHARE.knots) > 0)
+    use = SLIPPED_SHARE
+    stds = use.std, use.slowing_std, use.turned_std
+    assert {len(std) for std in stds} == {len(use.knots)}
+    assert all(np.diff(use.knots) > 0)

@@ -16,7 +16,7 @@ VIEW = np.ones(SHAPE, np.bool_)
 HALF_WIDTH_MM = float(PLACE.real.max())
 
 
-def dragged(lag: float, frames: int = 12, *, wide: bool = True) -> Cues:
+def sheared(lag: float, frames: int = 12, *, wide: bool = True) -> Cues:
     """A plate whose surface sticks in the middle and lags by this share at both sides."""
     contact = ShearedContact(SPACING_MM)
     beyond = np.clip(np.abs(PLACE.real) / HALF_WIDTH_MM - 0.3, 0, None) / 0.7
@@ -29,9 +29,9 @@ def dragged(lag: float, frames: int = 12, *, wide: bool = True) -> Cues:
 
 
 def test_a_small_lag_is_slip_only_where_no_border_is_in_view() -> None:
-    assert dragged(0.0).degree < 0.1
-    assert dragged(0.12).degree > 0.5
-    assert dragged(0.12, wide=False).degree < 0.1
+    assert sheared(0.0).degree < 0.1
+    assert sheared(0.12).degree > 0.5
+    assert sheared(0.12, wide=False).degree < 0.1
 
 
 def test_an_object_that_stops_and_returns_does_not_slip() -> None:

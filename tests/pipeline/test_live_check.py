@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 
 import pytest
+from support.height_lab import make_height_lab
 from support.virtual_bench import (
     IMAGE,
     SixLights,
@@ -15,7 +18,9 @@ from support.virtual_bench import (
     VirtualTime,
 )
 
+from tactile_core import open_sensor
 from tactile_core.acquisition.acquisition import Acquisition, average
+from tactile_core.builtin.replay import ReplayCamera
 from tactile_core.conditioning.sequence_check import pattern_of, verify
 from tactile_core.errors import SequenceError
 from tactile_core.interfaces.reading import Reading
@@ -75,3 +80,21 @@ def test_lights_that_stay_wrong_are_an_error() -> None:
     good = partial(verify, expected=pattern_of(average([first])), what="an observation")
     with pytest.raises(SequenceError, match=r"5 observations in succession .* as they are wired"):
         LiveCheck(acquisition).observe(good, 1.0)
+
+
+def test_a_live_sensor_skips_a_spoilt_observation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lab").mkdir()
+    lab = make_height_lab(tmp_path / "lab")
+    for name in ("1", "2", "3"):
+        shutil.copytree(lab.press, tmp_path / "played" / name)
+    second = tmp_path / "played" / "2"
+    first, other, *_ = sorted(second.iterdir())
+    shutil.copy(other, first)
+    monkeypatch.setattr(ReplayCamera, "live", True)
+    with open_sensor(lab.profile, input=tmp_path / "played", reference=lab.undeformed) as sensor:
+        readings = list(sensor.stream())
+    assert [reading.source for reading in readings] == ["1", "3"]
+    assert not any("dropped" in warning for warning in readings[0].warnings)
+    assert "observation 2: the exposure of light" in readings[1].warnings[-1]

@@ -18,7 +18,8 @@ class SerialParameters(NamedTuple):
     Attributes
     ----------
     baud : int, bit/s
-        Speed of the port. Source: the protocol.
+        Speed of the port. Source: the protocol; an Arduino divides its clock to it exactly, and
+        setting six lights takes less than 3 ms.
     hello_s : float, s
         Longest wait for the first hello. Source: the bootloader of an Arduino runs for 1 s
         (Optiboot) or 2 s (older ones) after its port is opened.
@@ -34,7 +35,7 @@ class SerialParameters(NamedTuple):
         Received bytes without an end of line that are kept. Source: twice the protocol's line.
     """
 
-    baud: int = 115200
+    baud: int = 500000
     hello_s: float = 4.0
     ask_s: float = 0.5
     slice_s: float = 0.02

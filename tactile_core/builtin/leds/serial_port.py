@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
 from pydantic import Field
@@ -87,7 +88,7 @@ def open_port(name: str, timeout_s: float) -> Any:
     import serial
 
     try:
-        return serial.Serial(
+        port = serial.Serial(
             name,
             SERIAL.baud,
             timeout=SERIAL.slice_s,
@@ -96,6 +97,9 @@ def open_port(name: str, timeout_s: float) -> Any:
         )
     except (OSError, ValueError) as error:  # SerialException is an OSError
         raise _explained(name, error) from error
+    with suppress(AttributeError, NotImplementedError, OSError, ValueError):
+        port.set_low_latency_mode(True)  # else an FTDI adapter waits 16 ms for more to come
+    return port
 
 
 def _explained(name: str, error: OSError | ValueError) -> DeviceError:

@@ -1,6 +1,6 @@
 // An Arduino with its firmware in simavr: board ELF UART_FD REPORT_FD.
 //
-// The UART is a file descriptor, at 115200 baud. Each change of a PWM output is reported as
+// The UART is a file descriptor, at 500000 baud. Each change of a PWM output is reported as
 // "TIME_US TIMER CHANNEL LEVEL", and the time every tenth of a second. Simulated time does not run ahead
 // of the clock.
 // The few declarations of libsimavr that are needed; Debian has the library without its headers.
@@ -29,7 +29,7 @@ void avr_cycle_timer_register(avr_t *, uint64_t, timer_t_, void *);
 #define CTL(a, b, c, d) ((uint32_t)(a) << 24 | (uint32_t)(b) << 16 | (uint32_t)(c) << 8 | (d))
 #define HZ 16000000u
 #define TICK (HZ / 1000)
-#define BYTES_PER_TICK 11  // 115200 baud
+#define BYTES_PER_TICK 50  // 500000 baud
 
 static int uart, report;
 static avr_irq_t *input;

@@ -195,7 +195,7 @@ void setup() {
     TCCR2A = _BV(WGM21) | _BV(WGM20);
     TCCR2B = _BV(CS20);
     darken();
-    UBRR0 = 16;  // 115200 baud with double speed, as Arduino does
+    UBRR0 = 3;  // 500000 baud with double speed, without an error of the clock's division
     UCSR0A = _BV(U2X0);
     UCSR0B = _BV(RXEN0) | _BV(TXEN0);
     UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);

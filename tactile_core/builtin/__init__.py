@@ -16,6 +16,7 @@ def tactile_cameras() -> Mapping[str, str]:
     return {
         "folder": "tactile_core.builtin.folder_camera:FolderCamera",
         "stream": "tactile_core.builtin.stream_camera:StreamCamera",
+        "genicam": "tactile_core.builtin.genicam_camera:GenicamCamera",
         "replay": "tactile_core.builtin.replay:ReplayCamera",
         "uvc": "tactile_core.builtin.uvc_camera:UvcCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",

@@ -40,6 +40,7 @@ def _server() -> Iterator[None]:
 class TestCore(PluginConformance):
     plugin = "core"
     options = {  # noqa: RUF012
+        "core.genicam": {"serial": "of no camera"},
         "core.folder": {"path": FOLDER.name, "existing": True},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
@@ -47,5 +48,6 @@ class TestCore(PluginConformance):
         "core.uvc": {"serial": "of no camera"},
     }
     expected_failures = {  # noqa: RUF012
-        "opening[camera core.uvc]": "there is no webcam here; see tests/hardware",
+        "opening[camera core.genicam]": "there is no such camera; see test_genicam_camera.py",
+        "opening[camera core.uvc]": "there is no such webcam; see tests/hardware",
     }

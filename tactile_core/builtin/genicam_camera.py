@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from tactile_core.builtin.genicam_source import PIXEL_FORMATS, GenicamSource, library, library_error
-from tactile_core.errors import CameraTimeout, DeviceError
+from tactile_core.errors import DeviceError
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
@@ -114,17 +113,9 @@ class GenicamCamera(StreamingCamera):
         index = self._next % max(1, len(self._exposures))
         if self._exposures:
             self._expose_as(self._exposures[index], source)
-        until_s = time.monotonic() + timeout_s
-        triggered_s = time.monotonic()
-        source.trigger()
-        while True:
-            image = super()._read(max(0.0, until_s - time.monotonic()))
-            # an image of an earlier trigger may have come too late for its own read
-            if image is None or image.timestamp_s + (image.exposure_time_s or 0) / 2 > triggered_s:
-                self._next += 1
-                return image
-            if time.monotonic() > until_s:
-                raise CameraTimeout(f"{self._name} sent only old images")
+        image = self._read_triggered(source.trigger, timeout_s)
+        self._next += 1
+        return image
 
     def _latest(self, max_age_s: float) -> Image | None:
         if self._settings.trigger == "software":

@@ -40,6 +40,7 @@ def _server() -> Iterator[None]:
 class TestCore(PluginConformance):
     plugin = "core"
     options = {  # noqa: RUF012
+        "core.dslr": {"model": "of no camera"},
         "core.genicam": {"serial": "of no camera"},
         "core.folder": {"path": FOLDER.name, "existing": True},
         "core.replay": {"path": PICTURE, "loop": True},
@@ -48,6 +49,7 @@ class TestCore(PluginConformance):
         "core.uvc": {"serial": "of no camera"},
     }
     expected_failures = {  # noqa: RUF012
+        "opening[camera core.dslr]": "there is no such camera; see test_dslr_camera.py",
         "opening[camera core.genicam]": "there is no such camera; see test_genicam_camera.py",
         "opening[camera core.uvc]": "there is no such webcam; see tests/hardware",
     }

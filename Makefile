@@ -6,7 +6,7 @@ FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell p
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-oldest test-pythons headline lint soak fuzz mutants bench docs reference wheels try-wheels clean
+.PHONY: demo test test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs reference wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -14,6 +14,11 @@ demo: .venv/installed
 # On all cores; what has compiled kernels runs with them and without (tests/support/kernel_paths.py).
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
+
+# Real drivers in a virtual machine, with emulated devices; skips with a reason what cannot run here.
+test-hardware: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[hardware-tests]'
+	$(ONE_CORE) $(BIN)/python -m pytest -m hardware -rs tests/hardware
 
 # The same with the oldest versions that pyproject.toml admits.
 test-oldest: .venv-oldest/installed

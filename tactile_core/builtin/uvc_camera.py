@@ -53,8 +53,11 @@ class UvcOptions(Options):
     format: Literal["MJPG", "YUYV"] = Field(
         default="MJPG", description="MJPG is compressed by the camera; YUYV needs more bandwidth."
     )
-    buffers: PositiveInt | None = Field(
-        default=None, description="Images that the driver holds. Default: that of OpenCV."
+    buffers: PositiveInt = Field(
+        default=10,
+        le=10,
+        description="Images that the driver holds while the computer is busy. They make no image "
+        "older, because the reader thread takes them at once.",
     )
     exposure_time_s: PositiveFloat | None = Field(
         default=None, description="Default: the camera's, which may change by itself."

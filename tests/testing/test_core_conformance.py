@@ -40,7 +40,9 @@ SERVER = MjpegServer(stream)
 class TestCore(PluginConformance):
     plugin = "core"
     options: ClassVar[dict[str, dict[str, Any]]] = {
+        "core.dslr": {"model": "of no camera"},
         "core.folder": {"path": FOLDER.name, "existing": True},
+        "core.genicam": {"serial": "of no camera"},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.serial_leds": {"lights": BOX_LIGHTS},
@@ -50,7 +52,9 @@ class TestCore(PluginConformance):
         "core.uvc_leds": {"lights": BOX_LIGHTS},
     }
     expected_failures = {  # noqa: RUF012
-        "opening[camera core.uvc]": "there is no webcam here; see tests/hardware",
+        "opening[camera core.dslr]": "there is no such camera; see test_dslr_camera.py",
+        "opening[camera core.genicam]": "there is no such camera; see test_genicam_camera.py",
+        "opening[camera core.uvc]": "there is no such webcam; see tests/hardware",
     }
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 import weakref
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import ClassVar
 
 from pydantic import BaseModel
@@ -71,6 +73,23 @@ class StreamingCamera(Camera):
 
     def _read(self, timeout_s: float) -> Image | None:
         return self._queue.next(timeout_s)
+
+    def _read_triggered(self, trigger: Callable[[], None], timeout_s: float) -> Image | None:
+        """Trigger an exposure and return its image; one of an earlier trigger is left out.
+
+        Raises
+        ------
+        CameraTimeout
+            It does not come within ``timeout_s``.
+        """
+        triggered_s = time.monotonic()
+        trigger()
+        while True:
+            left_s = max(0.0, triggered_s + timeout_s - time.monotonic())
+            image = self._queue.next(left_s)
+            # the exposure's end, because its middle may be estimated from it
+            if image is None or image.timestamp_s + (image.exposure_time_s or 0) / 2 > triggered_s:
+                return image
 
     def _latest(self, max_age_s: float) -> Image | None:
         return self._queue.latest(max_age_s)

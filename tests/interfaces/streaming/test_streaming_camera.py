@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
+import time
 
 import pytest
 from hypothesis import given, settings
@@ -114,6 +115,17 @@ def test_images_that_can_wait_are_not_grabbed_before_there_is_room() -> None:
     assert [image.sequence for image in images if image] == list(range(count))
     assert queue.next(PATIENCE_S) is None
     reader.close()
+
+
+def test_a_triggered_read_returns_no_image_of_an_earlier_trigger() -> None:
+    with ScriptedCamera(numbered(0, time.monotonic() - 1)) as camera:
+        source = camera.sources[0]
+        fresh = numbered(1, time.monotonic() + 100)
+        image = camera._read_triggered(lambda: source.give(fresh), PATIENCE_S)
+        assert image is not None
+        assert image.timestamp_s == fresh.timestamp_s
+        with pytest.raises(CameraTimeout):
+            camera._read_triggered(lambda: None, 0.01)
 
 
 def test_a_closed_camera_has_no_latest_image() -> None:

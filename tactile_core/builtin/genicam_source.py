@@ -1,0 +1,218 @@
+"""A GenICam camera through Aravis, as a camera's reader thread sees it."""
+
+from __future__ import annotations
+
+import sys
+import time
+import warnings
+from dataclasses import dataclass
+from threading import Event
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
+from tactile_core.interfaces.streaming.image_reader import ImageSource, TornImage, wall_time_at
+from tactile_core.quantities import Image, Pixels
+
+_DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
+"""Where Debian's packages install Python modules, which a virtual environment does not search."""
+
+
+class SourceParameters(NamedTuple):
+    """Sizes of a GenICam stream.
+
+    Attributes
+    ----------
+    buffers : int, images
+        Images that the library holds while the computer is busy. Source: a third of a second at
+        30 Hz, as for webcams.
+    poll_s : float, s
+        Longest wait of one read. Source: bounds the time that closing takes while a camera stalls.
+    """
+
+    buffers: int = 10
+    poll_s: float = 0.2
+
+
+_PARAMETERS = SourceParameters()
+
+
+@dataclass(frozen=True)
+class PixelFormat:
+    """How the pixels of an image are stored.
+
+    Attributes
+    ----------
+    dtype : numpy.dtype
+    channels : int
+    is_reversed : bool
+        Whether blue comes first.
+    """
+
+    dtype: str
+    channels: int = 1
+    is_reversed: bool = False
+
+
+PIXEL_FORMATS = {
+    "Mono8": PixelFormat("<u1"),
+    "Mono10": PixelFormat("<u2"),
+    "Mono12": PixelFormat("<u2"),
+    "Mono16": PixelFormat("<u2"),
+    "RGB8": PixelFormat("<u1", 3),
+    "BGR8": PixelFormat("<u1", 3, True),
+}
+"""Formats by their names in the standard (PFNC) that can be read; none of them is packed."""
+
+
+class GenicamSource(ImageSource):
+    """A camera that has been configured and acquires images.
+
+    Parameters
+    ----------
+    camera : Aravis.Camera
+        Belongs to the source from now on.
+    name : str
+        In messages.
+    pixel_format : str
+        A key of :data:`PIXEL_FORMATS`.
+
+    Attributes
+    ----------
+    exposure_time_s, gain : float
+        What the images carry.
+    """
+
+    def __init__(self, camera: Any, name: str, pixel_format: str) -> None:
+        self.exposure_time_s: float | None = None
+        self.gain: float | None = None
+        self._camera, self._name = camera, name
+        self._form = PIXEL_FORMATS[pixel_format]
+        self._last_s = float("-inf")
+        # the handler must not hold the camera, or that would never be released
+        lost = self._lost = Event()
+        self._device = camera.get_device()
+        self._handler = self._device.connect("control-lost", lambda *_: lost.set())
+        aravis = library()
+        self._stream = camera.create_stream(None, None)
+        size = camera.get_payload()
+        for _ in range(_PARAMETERS.buffers):
+            self._stream.push_buffer(aravis.Buffer.new_allocate(size))
+        self._success = aravis.BufferStatus.SUCCESS
+        camera.start_acquisition()
+
+    def grab(self) -> Image | None:
+        """Return the next image."""
+        buffer = self._stream.timeout_pop_buffer(round(1e6 * _PARAMETERS.poll_s))
+        if buffer is None:
+            if self._lost.is_set():
+                raise CameraLost(
+                    f"{self._name} does not answer any more; check its cable and power, and open "
+                    f"it again"
+                )
+            raise CameraTimeout(f"{self._name} sends nothing")
+        try:
+            if buffer.get_status() != self._success:
+                raise TornImage(f"{self._name} sent an incomplete image")
+            pixels = self._pixels(
+                buffer.get_data(), buffer.get_image_height(), buffer.get_image_width()
+            )
+            arrived_s = self._arrived_s(buffer.get_system_timestamp())
+        finally:
+            self._stream.push_buffer(buffer)
+        timestamp_s = arrived_s - (self.exposure_time_s or 0.0) / 2
+        return Image(
+            pixels,
+            timestamp_s=timestamp_s,
+            wall_time_s=wall_time_at(timestamp_s),
+            exposure_time_s=self.exposure_time_s,
+            gain=self.gain,
+        )
+
+    def trigger(self) -> None:
+        """Begin an exposure.
+
+        Raises
+        ------
+        CameraLost
+            The camera does not answer.
+        """
+        try:
+            self._camera.software_trigger()
+        except library_error() as error:
+            raise CameraLost(f"{self._name} does not answer: {error.message}") from error
+
+    def close(self) -> None:
+        """Stop the camera and release it."""
+        try:
+            if not self._lost.is_set():  # the library would ask a lost camera for seconds
+                self._camera.stop_acquisition()
+        except library_error():
+            pass  # it is lost just now
+        finally:
+            self._device.disconnect(self._handler)
+            # the library releases what nothing refers to
+            del self._stream, self._device, self._camera
+
+    def _pixels(self, data: bytes, rows: int, columns: int) -> Pixels:
+        form = self._form
+        shape = (rows, columns) if form.channels == 1 else (rows, columns, form.channels)
+        dtype = np.dtype(form.dtype)
+        size = int(np.prod(shape)) * dtype.itemsize
+        if len(data) < size:
+            raise TornImage(f"{self._name} sent {len(data)} bytes instead of {size}")
+        # get_data copies, so the buffer may be reused
+        pixels = np.frombuffer(data, dtype, count=size // dtype.itemsize).reshape(shape)
+        return np.ascontiguousarray(pixels[..., ::-1]) if form.is_reversed else pixels
+
+    def _arrived_s(self, system_ns: int) -> float:
+        """Return when the first bytes came, on the monotonic clock."""
+        now_s = time.monotonic()
+        arrived_s = now_s - max(0.0, time.time() - system_ns / 1e9)
+        # the wall clock may be set back; exposures still follow one another
+        self._last_s = max(arrived_s, self._last_s + 1e-6)
+        return self._last_s
+
+
+def library() -> Any:
+    """Return the Aravis module.
+
+    Raises
+    ------
+    DeviceError
+        It is not installed.
+    """
+    try:
+        with warnings.catch_warnings():
+            # PyGObject's importer lacks a method that Python has asked for since 3.6
+            warnings.simplefilter("ignore", ImportWarning)
+            return _imported()
+    except (ImportError, ValueError) as error:
+        raise DeviceError(
+            f"core.genicam needs the library Aravis ({error}); on Debian and Ubuntu 'sudo apt "
+            f"install gir1.2-aravis-0.8 python3-gi', elsewhere 'pip install PyGObject' and "
+            f"https://aravisproject.github.io"
+        ) from error
+
+
+def _imported() -> Any:
+    try:
+        import gi
+    except ImportError:
+        sys.path.append(_DEBIAN_PACKAGES)
+        try:
+            import gi
+        finally:
+            sys.path.remove(_DEBIAN_PACKAGES)
+    gi.require_version("Aravis", "0.8")
+    from gi.repository import Aravis
+
+    return Aravis
+
+
+def library_error() -> Any:
+    """Return the class of the errors that :func:`library` raises."""
+    from gi.repository import GLib
+
+    return GLib.Error

@@ -1,0 +1,59 @@
+"""core.uvc against real kernel drivers, in a guest; with ``make test-hardware``."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hardware.guest import Unavailable, run_in_guest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+pytestmark = [pytest.mark.hardware, pytest.mark.timeout(900)]
+
+
+def free_port() -> int:
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        return int(unused.getsockname()[1])
+
+
+@pytest.fixture
+def rig() -> Iterator[str]:
+    """The ports of emulated webcams."""
+    pytest.importorskip("usbip", reason="'pip install usbip' emulates USB devices")
+    ports = [str(free_port()), str(free_port())]
+    path = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
+    server = subprocess.Popen(
+        [sys.executable, str(ROOT / "tests" / "hardware" / "usb_rig.py"), *ports],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": path},
+    )
+    assert server.stdin is not None
+    assert server.stdout is not None
+    with server:
+        assert server.stdout.readline() == b"serving\n"
+        yield " ".join(ports)
+        server.stdin.close()
+
+
+def test_webcams_in_a_guest(rig: str, tmp_path: Path) -> None:
+    command = (
+        f"TACTILE_FAST=0 TACTILE_RIG='{rig}' {sys.executable} -m pytest -p no:cacheprovider "
+        f"-p no:benchmark -rA --tb=short --color=no -o addopts=--import-mode=importlib "
+        f"tests/hardware/webcam_in_guest.py"
+    )
+    try:
+        status, printed = run_in_guest(
+            command, ROOT, tmp_path, modules=("vhci_hcd", "uvcvideo"), timeout_s=800
+        )
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+    print(printed)
+    assert status == 0, printed

@@ -26,9 +26,9 @@ class PlausibilityParameters(NamedTuple):
     ----------
     widest_contact : float, ball radii
         A wider contact indicates that the ball is larger than said, or the scale smaller.
-        Source: the gel would have to rise to 72° around the ball; 0.90 is the largest on recordings
-        of four real sensors, and with diameters a fifth to a half too small the widest is 0.97
-        (ADR 45).
+        Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on recordings
+        of four real sensors. With diameters a fifth to a half too small the widest was 0.97 when
+        the border was that of a shape (ADR 45).
     fewest_used : float, ratio
         A smaller share of usable presses is reported.
         Source: chosen by hand; the majority should be presses of the given ball.

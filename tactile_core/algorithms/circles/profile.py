@@ -36,7 +36,7 @@ class ProfileParameters(NamedTuple):
         Gauss–Newton steps.
         Source: chosen by hand; no script derives it.
     sectors : int, count
-        Sectors of the disc that are left out in turn.
+        Sectors of the disc; each is left out once.
         Source: chosen by hand: an attached shadow is about as wide.
     smoothness : float, ratio
         Weight of the bend of the profile, over the mean weight of a node. It bridges nodes whose

@@ -20,7 +20,7 @@ class TestCore(PluginConformance):
     options: ClassVar[dict[str, dict[str, Any]]] = {
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
-        "core.serial_leds": {"lights": BOX_LIGHTS},
+        "core.serial_leds": {"lights": BOX_LIGHTS, "timeout_s": 2.0},
         "core.usb_leds": {"lights": BOX_LIGHTS},
         "core.uvc_leds": {"lights": BOX_LIGHTS},
     }

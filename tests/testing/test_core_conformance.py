@@ -45,7 +45,7 @@ class TestCore(PluginConformance):
         "core.genicam": {"serial": "of no camera"},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
-        "core.serial_leds": {"lights": BOX_LIGHTS},
+        "core.serial_leds": {"lights": BOX_LIGHTS, "timeout_s": 2.0},
         "core.stream": {"url": SERVER.url},
         "core.usb_leds": {"lights": BOX_LIGHTS},
         "core.uvc": {"serial": "of no camera"},

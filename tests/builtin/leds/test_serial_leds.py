@@ -41,7 +41,9 @@ def box() -> Iterator[LightBox]:
 
 
 def leds(box: LightBox, **options: Any) -> SerialLeds:
-    return SerialLeds(SerialLeds.Options(lights=LIGHTS, port=box.port, **options))
+    return SerialLeds(
+        SerialLeds.Options(lights=LIGHTS, port=box.port, **{"timeout_s": 2.0} | options)
+    )
 
 
 def once(box: LightBox, fault: Callable[[Words], bytes], command: str = "SET") -> None:
@@ -129,7 +131,7 @@ def test_a_closed_driver_leaves_no_thread_and_no_open_file(box: LightBox) -> Non
 def test_one_damaged_or_lost_line_is_sent_again(
     box: LightBox, fault: Callable[[Words], bytes]
 ) -> None:
-    with leds(box, timeout_s=1.0) as driver:
+    with leds(box) as driver:
         once(box, fault)
         driver.set({"led3": 1.0})
         driver.check()
@@ -149,26 +151,26 @@ def test_half_a_line_is_completed_by_the_other_half(box: LightBox) -> None:
 
 
 def test_a_slow_acknowledgement_of_the_first_request_counts(box: LightBox) -> None:
-    with leds(box, timeout_s=0.5) as driver:
-        once(box, lambda words: after(0.3, box.proper(words)))
+    with leds(box, timeout_s=1.0) as driver:
+        once(box, lambda words: after(0.6, box.proper(words)))
         driver.set({"led3": 1.0})
         driver.set({"led4": 1.0})
         assert box.levels[-1] == [0, 0, 0, 255, 0, 0]
 
 
 def test_a_silent_box_is_an_error_within_the_timeout(box: LightBox) -> None:
-    driver = leds(box, timeout_s=0.1).open()
+    driver = leds(box, timeout_s=0.3).open()
     box.answer = lambda words: b""
-    with pytest.raises(DeviceError, match=r"does not answer within 0\.1 s; check its cable"):
+    with pytest.raises(DeviceError, match=r"does not answer within 0\.3 s; check its cable"):
         driver.set({"led1": 1.0})
     driver.close()  # known to be silent: nothing more to say
     assert not driver.is_open
 
 
 def test_a_box_that_garbles_everything_is_an_error_that_quotes_it(box: LightBox) -> None:
-    driver = leds(box, timeout_s=0.1).open()
+    driver = leds(box, timeout_s=0.3).open()
     box.answer = lambda words: b"OK 1*FF\n"
-    with pytest.raises(DeviceError, match=r"within 0\.1 s \(.*'OK 1\*FF' has the wrong checksum"):
+    with pytest.raises(DeviceError, match=r"within 0\.3 s \(.*'OK 1\*FF' has the wrong checksum"):
         driver.set({"led1": 1.0})
     driver.close()
 
@@ -189,7 +191,7 @@ def test_a_box_that_restarts_meanwhile_is_an_error(box: LightBox) -> None:
 
 
 def test_a_box_that_falls_silent_between_settings_is_noticed_once(box: LightBox) -> None:
-    with leds(box, timeout_s=0.1) as driver:
+    with leds(box, timeout_s=0.3) as driver:
         driver.set({"led1": 1.0})
         box.answer = lambda words: b""
         assert "does not answer" in noticed(driver)

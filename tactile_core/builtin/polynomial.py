@@ -67,12 +67,14 @@ class PolynomialCalibrator(Calibrator):
         blur_px = self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         options = self.options
+        # within a single press the position and the slope are the same
+        variation = options.variation / len(presses) if len(presses) > 1 else 0.0
         function = fit_curve(
             features,
             normal_xy,
             order=options.order,
             ridge=options.ridge,
-            variation=options.variation / len(presses),
+            variation=variation,
         )
         table = baked(function, features, presses, reference, blur_px)
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))

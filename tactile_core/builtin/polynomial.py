@@ -19,10 +19,17 @@ from tactile_core.quantities import Float32, Reference
 
 
 def fit_curve(
-    features: Float32, normal_xy: Float32, *, order: int = 3, ridge: float = 0.01
+    features: Float32,
+    normal_xy: Float32,
+    *,
+    order: int = 3,
+    ridge: float = 0.01,
+    variation: float = 0.0,
 ) -> PolynomialFit:
     """Fit normal_xy (N, 2) as a polynomial of features (N, K + 2), with its curvature penalised."""
-    return fit_polynomial(features, normal_xy, order=order, ridge=ridge, curvature_only=True)
+    return fit_polynomial(
+        features, normal_xy, order=order, ridge=ridge, curvature_only=True, variation=variation
+    )
 
 
 class PolynomialOptions(SlopeOptions):
@@ -30,6 +37,12 @@ class PolynomialOptions(SlopeOptions):
 
     order: int = Field(default=3, ge=1, le=4, description="Highest total degree.")
     ridge: float = Field(default=0.01, gt=0, description="Penalty of curvature per sample.")
+    variation: float = Field(
+        default=0.3,
+        ge=0,
+        description="Penalty of the variation of the light with the position, per sample, divided "
+        "by the number of presses.",
+    )
 
 
 class Polynomial(SlopeCalibration):
@@ -41,7 +54,9 @@ class Polynomial(SlopeCalibration):
 class PolynomialCalibrator(Calibrator):
     """Fits a polynomial whose curvature is penalised; the best choice with few presses.
 
-    Only what bends is shrunk: a penalty of the linear terms would flatten all slopes.
+    Only what bends is shrunk: a penalty of the linear terms would flatten all slopes. So is what
+    varies with the position. The samples of a press share its light and the error of its circle,
+    so that this penalty decreases with the number of presses.
     """
 
     Options: ClassVar[type[BaseModel]] = PolynomialOptions
@@ -51,8 +66,16 @@ class PolynomialCalibrator(Calibrator):
         """Fit on presses of a known ball."""
         blur_px = self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
-        order, ridge = self.options.order, self.options.ridge
-        function = fit_curve(features, normal_xy, order=order, ridge=ridge)
+        options = self.options
+        # within a single press the position and the slope are the same
+        variation = options.variation / len(presses) if len(presses) > 1 else 0.0
+        function = fit_curve(
+            features,
+            normal_xy,
+            order=options.order,
+            ridge=options.ridge,
+            variation=variation,
+        )
         table = baked(function, features, presses, reference, blur_px)
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 

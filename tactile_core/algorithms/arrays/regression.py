@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from math import comb
 from typing import Any, Self, TypeVar
 
@@ -102,6 +103,19 @@ def degrees(features: int, order: int) -> NDArray[np.intp]:
     return np.repeat(np.arange(order + 1), counts)
 
 
+def place_factors(features: int, order: int) -> NDArray[np.intp]:
+    """Number of positions in each of the (T,) terms of :func:`terms` that also has others.
+
+    The last two features are the position; in terms of the position alone the number is 0.
+    """
+    counts = []
+    for degree in range(order + 1):
+        for term in combinations_with_replacement(range(features), degree):
+            places = sum(feature >= features - 2 for feature in term)
+            counts.append(places if places < degree else 0)
+    return np.array(counts, np.intp)
+
+
 def fit_polynomial(
     features: Float32,
     targets: Float32,
@@ -109,6 +123,7 @@ def fit_polynomial(
     order: int = 2,
     ridge: float = 1e-3,
     curvature_only: bool = False,
+    variation: float = 0.0,
 ) -> PolynomialFit:
     """Fit a polynomial by ridge regression [1]_.
 
@@ -124,6 +139,9 @@ def fit_polynomial(
         Penalise the square of the second derivative instead of that of the value, like a smoothing
         spline [2]_: a term of degree d counts (d (d − 1) / 2)², and planes are nearly free, so that
         they keep their slope. By default all terms count 1.
+    variation : float
+        Penalty, per sample, of what the response to the other features varies with the position,
+        the last two features: each factor of the position in a term counts 1.
 
     Raises
     ------
@@ -143,7 +161,10 @@ def fit_polynomial(
     if curvature_only:
         degree = degrees(len(mean), order)
         penalty = np.maximum((degree * (degree - 1) / 2) ** 2, _PLANE)
-    normal = a.T @ a + ridge * len(a) * np.diag(penalty)
+    penalty *= ridge
+    if variation:
+        penalty += variation * place_factors(len(mean), order)
+    normal = a.T @ a + len(a) * np.diag(penalty)
     try:
         coefficients = np.linalg.solve(normal, a.T @ targets.astype(np.float64))
     except np.linalg.LinAlgError:

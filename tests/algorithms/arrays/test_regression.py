@@ -59,6 +59,21 @@ def test_each_term_has_the_degree_of_its_product() -> None:
     np.testing.assert_array_equal(terms(x, 4)[0], 2.0 ** degrees(3, 4))
 
 
+def test_a_penalty_of_variation_keeps_the_mean_response_and_drops_its_change_with_the_place() -> (
+    None
+):
+    rng = np.random.default_rng(0)
+    features = rng.uniform(-1, 1, (4000, 4)).astype(np.float32)
+    response = (1 + 0.5 * features[:, 2:3]) * features[:, :1] + 0.3 * features[:, 3:]
+    steps = np.array([[1, 0, 0, 0], [1, 0, 1, 0], [0, 0, 0, 1]], np.float32)
+    free, uniform = (
+        fit_polynomial(features, response, ridge=1e-6, curvature_only=True, variation=variation)
+        for variation in (0.0, 100.0)
+    )
+    np.testing.assert_allclose(free(steps)[:, 0], [1, 1.5, 0.3], atol=0.01)
+    np.testing.assert_allclose(uniform(steps)[:, 0], [1, 1, 0.3], atol=0.05)
+
+
 def test_samples_that_determine_no_coefficients_are_refused() -> None:
     level = np.zeros((20, 3), np.float32)
     with pytest.raises(CalibrationError, match="check that the images"):

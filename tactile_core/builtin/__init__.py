@@ -14,12 +14,12 @@ from tactile_core.interfaces.hookspecs import hookimpl
 def tactile_cameras() -> Mapping[str, str]:
     """Cameras of the core."""
     return {
-        "dslr": "tactile_core.builtin.dslr_camera:DslrCamera",
-        "folder": "tactile_core.builtin.folder_camera:FolderCamera",
-        "stream": "tactile_core.builtin.stream_camera:StreamCamera",
-        "genicam": "tactile_core.builtin.genicam_camera:GenicamCamera",
+        "dslr": "tactile_core.builtin.cameras.dslr_camera:DslrCamera",
+        "folder": "tactile_core.builtin.cameras.folder_camera:FolderCamera",
+        "genicam": "tactile_core.builtin.cameras.genicam_camera:GenicamCamera",
         "replay": "tactile_core.builtin.replay:ReplayCamera",
-        "uvc": "tactile_core.builtin.uvc_camera:UvcCamera",
+        "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
+        "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
     }
 

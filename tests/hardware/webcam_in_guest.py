@@ -14,8 +14,8 @@ from hardware.guest import HOST
 from hardware.usb_rig import CAMERA, FPS, HEIGHT, IMAGES, PROCESSING, SERIALS, WIDTH
 from hardware.usbip_bus import Bus
 
-from tactile_core.builtin.uvc_camera import UvcCamera, UvcOptions
-from tactile_core.builtin.video_nodes import video_nodes
+from tactile_core.builtin.cameras.uvc_camera import UvcCamera, UvcOptions
+from tactile_core.builtin.cameras.video_nodes import video_nodes
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceBusy, DeviceError
 from tactile_core.quantities import Image
 from tactile_core.testing.footprint import Footprint

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from tactile_core.builtin.genicam_source import library
+from tactile_core.builtin.cameras.genicam_source import library
 
 ADDRESS = "127.0.0.1"
 _FILL = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2, *[ctypes.c_uint32] * 3)

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import Field
 
-from tactile_core.builtin.leds.access import holder_of, permission_advice
+from tactile_core.builtin.device_access import held, permission_advice
 from tactile_core.builtin.leds.led_box import BoxOptions
 from tactile_core.builtin.leds.serial_link import SERIAL
 from tactile_core.errors import DeviceBusy, DeviceError
@@ -105,7 +105,7 @@ def open_port(name: str, timeout_s: float) -> Any:
 def _explained(name: str, error: OSError | ValueError) -> DeviceError:
     number = getattr(error, "errno", None)
     if number in _BUSY or isinstance(error.__context__, BlockingIOError):
-        return DeviceBusy(f"the serial port {name} is in use{holder_of(name)}; close that first")
+        return DeviceBusy(f"the serial port {name} is in use{held(name)}; close that first")
     if number == errno.EACCES or isinstance(error.__context__, PermissionError):
         return DeviceError(f"the serial port {name} must not be opened; {permission_advice()}")
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):

@@ -7,7 +7,7 @@ import time
 from itertools import cycle
 from typing import Any, NamedTuple
 
-from tactile_core.builtin.leds.access import holder_of, permission_advice
+from tactile_core.builtin.device_access import held, permission_advice
 from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError
 from tactile_core.errors import DeviceBusy, DeviceError
 
@@ -149,7 +149,7 @@ def refused(device: Any, error: Exception) -> DeviceError:
         return DeviceError(f"{where} must not be opened; {permission_advice()}")
     if number == errno.EBUSY:
         node = f"/dev/bus/usb/{device.bus or 0:03}/{device.address or 0:03}"
-        return DeviceBusy(f"{where} is in use{holder_of(node)}; close that first")
+        return DeviceBusy(f"{where} is in use{held(node)}; close that first")
     if isinstance(error, NotImplementedError):
         return DeviceError(f"{where} has no WinUSB driver; install it with Zadig (zadig.akeo.ie)")
     return DeviceError(f"{where} cannot be used: {getattr(error, 'strerror', None) or error}")

@@ -10,7 +10,8 @@ from typing import ClassVar
 
 from pydantic import BaseModel
 
-from tactile_core.interfaces.camera import Camera, Drop
+from tactile_core.interfaces.camera import Camera, Drop, Trigger
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.stream_statistics import StreamStatistics
 from tactile_core.interfaces.streaming.image_queue import ImageQueue
 from tactile_core.interfaces.streaming.image_reader import ImageReader, ImageSource
@@ -70,6 +71,10 @@ class StreamingCamera(Camera):
         reader, self._reader = self._reader, None
         if reader is not None:
             reader.close()
+
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        super()._arm(exposures)  # refuses settings of their own
+        return Trigger.FREE_RUNNING
 
     def _read(self, timeout_s: float) -> Image | None:
         return self._queue.next(timeout_s)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import errno
 from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 
-from tactile_core.builtin.leds import access
-from tactile_core.builtin.leds.access import RULES, holder_of, permission_advice
 from tactile_core.builtin.leds.serial_port import SerialOptions, choose, open_port
 from tactile_core.errors import DeviceBusy, DeviceError
 
@@ -93,24 +90,3 @@ def test_the_reason_is_explained(
     monkeypatch.setattr(serial, "Serial", fails)
     with pytest.raises(kind, match=message):
         open_port("/dev/ttyACM0", 0.1)
-
-
-def test_the_udev_rules_that_the_advice_names_are_in_the_package(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("sys.platform", "linux")
-    rules = Path(permission_advice().split("cp ")[1].split(" ")[0])
-    assert rules.name == RULES
-    assert 'TAG+="uaccess"' in rules.read_text("utf-8")
-
-
-def test_the_holder_of_a_device_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    node = tmp_path / "ttyACM0"
-    node.touch()
-    holder = tmp_path / "proc" / "4711"
-    (holder / "fd").mkdir(parents=True)
-    (holder / "fd" / "7").symlink_to(node)
-    (holder / "comm").write_text("picocom\n")
-    monkeypatch.setattr(access, "_PROCESSES", tmp_path / "proc")
-    assert holder_of(str(node)) == " by picocom (process 4711)"
-    assert holder_of(str(tmp_path / "ttyACM1")) == ""

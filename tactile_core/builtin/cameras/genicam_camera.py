@@ -6,7 +6,12 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
-from tactile_core.builtin.genicam_source import PIXEL_FORMATS, GenicamSource, library, library_error
+from tactile_core.builtin.cameras.genicam_source import (
+    PIXEL_FORMATS,
+    GenicamSource,
+    library,
+    library_error,
+)
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.device import Options
@@ -102,9 +107,9 @@ class GenicamCamera(StreamingCamera):
         if self._settings.trigger == "software":
             self._exposures, self._next = exposures, 0
             return Trigger.SOFTWARE
-        super()._arm(exposures)  # refuses settings of their own
+        trigger = super()._arm(exposures)
         several = len(exposures) > 1
-        return Trigger.CAMERA if several and self._settings.trigger == "line" else Trigger.SOFTWARE
+        return Trigger.CAMERA if several and self._settings.trigger == "line" else trigger
 
     def _read(self, timeout_s: float) -> Image | None:
         source = self._source

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.builtin.video_controls import (
+from tactile_core.builtin.cameras.video_controls import (
     AUTO_FOCUS,
     AUTO_GAIN,
     AUTO_WHITE_BALANCE,
@@ -22,6 +22,7 @@ from tactile_core.builtin.video_controls import (
     ControlRange,
     lock,
     opened_for_controls,
+    set_named,
 )
 from tactile_core.errors import DeviceError
 
@@ -135,3 +136,19 @@ def test_a_camera_without_any_control_is_used_as_it_is() -> None:
 def test_a_device_file_that_is_absent_is_explained(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="does not exist, although the kernel lists the camera"):
         opened_for_controls(str(tmp_path / "video0"))
+
+
+def test_a_control_is_set_by_name_and_read_back() -> None:
+    camera = Webcam()
+    assert set_named(camera, "the camera", "gain", 12) == 12
+    assert set_named(camera, "the camera", "gain", 4095) == 255
+
+
+def test_a_control_that_is_unknown_missing_or_refused_is_named() -> None:
+    camera = Webcam()
+    with pytest.raises(DeviceError, match=r"no control 'shine'; the controls are brightness"):
+        set_named(camera, "the camera", "shine", 1)
+    with pytest.raises(DeviceError, match="the camera has no control 'zoom'"):
+        set_named(camera, "the camera", "zoom", 1)
+    with pytest.raises(DeviceError, match=r"refuses white_balance 3000 .* 2800 to 6500"):
+        set_named(camera, "the camera", "white_balance", 3000)

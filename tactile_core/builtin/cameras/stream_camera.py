@@ -9,7 +9,7 @@ from urllib.parse import SplitResult, urlsplit
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core.builtin.http_stream import HttpSource, without_password
+from tactile_core.builtin.cameras.http_stream import HttpSource, without_password
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.image_reader import ImageSource, wall_time_at

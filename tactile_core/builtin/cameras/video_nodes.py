@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -135,15 +133,3 @@ def selected(
 
 def _listed(nodes: Iterable[VideoNode]) -> str:
     return ", ".join(map(str, nodes))
-
-
-def holders(path: str, proc: Path = Path("/proc")) -> list[str]:
-    """Return the other programs that have a device file open, as far as one may see them."""
-    found = []
-    for process in proc.glob("[0-9]*"):
-        if process.name == str(os.getpid()):
-            continue
-        with suppress(OSError):  # another user's process, or one that has ended
-            if any(str(link.readlink()) == path for link in (process / "fd").iterdir()):
-                found.append(f"{_text(process / 'comm') or 'a program'} (process {process.name})")
-    return sorted(found)

@@ -1,13 +1,12 @@
-"""Why a device node cannot be opened, and what to do."""
+"""Why a device file cannot be opened, and what to do."""
 
 from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
-
-_PROCESSES = Path("/proc")
 
 RULES = "60-tactile.rules"
 """The udev rules that the package brings."""
@@ -24,21 +23,22 @@ def permission_advice() -> str:
     )
 
 
-def holder_of(node: str) -> str:
-    """Return which other processes have a device node open, as " by …"; "" if it is unknown."""
-    target, own = os.path.realpath(node), str(os.getpid())
-    found = []
-    for process in _PROCESSES.iterdir() if _PROCESSES.is_dir() else ():
-        if process.name.isdigit() and process.name != own and _has_open(process, target):
-            found.append(f"{_name_of(process)} (process {process.name})")
+def holders(path: str, proc: Path = Path("/proc")) -> list[str]:
+    """Return the other programs that have a device file open, as far as one may see them."""
+    target, found = os.path.realpath(path), []
+    for process in proc.glob("[0-9]*"):
+        if process.name == str(os.getpid()):
+            continue
+        with suppress(OSError):  # another user's process, or one that has ended
+            if any(os.path.realpath(link) == target for link in (process / "fd").iterdir()):
+                found.append(f"{_name_of(process)} (process {process.name})")
+    return sorted(found)
+
+
+def held(path: str) -> str:
+    """Return " by …" with the programs that have a device file open; "" if none is known."""
+    found = holders(path)
     return f" by {' and '.join(found)}" if found else ""
-
-
-def _has_open(process: Path, target: str) -> bool:
-    try:
-        return any(os.path.realpath(entry) == target for entry in (process / "fd").iterdir())
-    except OSError:
-        return False  # another user's, or it has ended
 
 
 def _name_of(process: Path) -> str:

@@ -21,8 +21,21 @@ _DISABLED = 0x1
 
 AUTO_WHITE_BALANCE, AUTO_GAIN, GAIN, WHITE_BALANCE = 0x0098090C, 0x00980912, 0x00980913, 0x0098091A
 EXPOSURE_MODE, EXPOSURE, RATE_MAY_CHANGE = 0x009A0901, 0x009A0902, 0x009A0903
-FOCUS, AUTO_FOCUS = 0x009A090A, 0x009A090C
+FOCUS, AUTO_FOCUS, ZOOM = 0x009A090A, 0x009A090C, 0x009A090D
+BRIGHTNESS, CONTRAST, SATURATION = 0x00980900, 0x00980901, 0x00980902
 """Control ids (``linux/v4l2-controls.h``); exposure is in units of 100 µs, white balance in K."""
+
+NAMED = {
+    "brightness": BRIGHTNESS,
+    "contrast": CONTRAST,
+    "exposure": EXPOSURE,
+    "focus": FOCUS,
+    "gain": GAIN,
+    "saturation": SATURATION,
+    "white_balance": WHITE_BALANCE,
+    "zoom": ZOOM,
+}
+"""Controls by the names that a profile uses."""
 
 _MANUAL_EXPOSURE = 1
 _EXPOSURE_UNIT_S = 1e-4
@@ -154,6 +167,37 @@ def lock(
         None if got_gain is None else float(got_gain),
         tuple(panel.automatic()),
     )
+
+
+def set_named(controls: Controls, camera: str, name: str, value: int) -> int:
+    """Set a control by its name, and return its value as the camera reports it.
+
+    Parameters
+    ----------
+    controls : Controls
+    camera, name : str
+        Of the camera, in messages, and of the control, from :data:`NAMED`.
+    value : int
+        In the camera's own units.
+
+    Raises
+    ------
+    DeviceError
+        There is no such control, or the camera lacks it or refuses the value.
+    """
+    if name not in NAMED:
+        raise DeviceError(f"there is no control {name!r}; the controls are {', '.join(NAMED)}")
+    takes = controls.range_of(NAMED[name])
+    if takes is None:
+        raise DeviceError(f"{camera} has no control {name!r}")
+    try:
+        controls.set(NAMED[name], value)
+    except OSError as error:
+        raise DeviceError(
+            f"{camera} refuses {name} {value} ({error.strerror}); it takes {takes.lowest} to "
+            f"{takes.highest}"
+        ) from error
+    return controls.get(NAMED[name])
 
 
 class _Panel:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
 from support.sysfs import Sysfs
 
-from tactile_core.builtin.video_nodes import holders, selected, video_nodes
+from tactile_core.builtin.cameras.video_nodes import selected, video_nodes
 from tactile_core.errors import DeviceError
 
 
@@ -87,16 +86,3 @@ def test_two_of_a_kind_without_serials_are_distinguished_by_port(sysfs: Sysfs) -
 def test_without_any_camera_the_error_says_what_was_wanted() -> None:
     with pytest.raises(DeviceError, match=r"no USB camera is connected \(wanted: serial 7\)"):
         selected([], serial="7")
-
-
-def test_the_programs_that_hold_a_device_are_named(tmp_path: Path) -> None:
-    for number, name, target in (("17", "cheese", "/dev/video0"), ("18", "bash", "/dev/tty1")):
-        process = tmp_path / number
-        (process / "fd").mkdir(parents=True)
-        (process / "comm").write_text(f"{name}\n")
-        (process / "fd" / "3").symlink_to(target)
-    own = tmp_path / str(os.getpid())
-    (own / "fd").mkdir(parents=True)
-    (own / "fd" / "3").symlink_to("/dev/video0")
-    (tmp_path / "19").mkdir()  # its descriptors may not be seen
-    assert holders("/dev/video0", tmp_path) == ["cheese (process 17)"]

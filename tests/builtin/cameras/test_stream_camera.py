@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from support.mjpeg_server import BOUNDARY, Answer, Exchange, MjpegServer, jpeg
 
-from tactile_core.builtin.stream_camera import StreamCamera, StreamOptions, VideoSource
+from tactile_core.builtin.cameras.stream_camera import StreamCamera, StreamOptions, VideoSource
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceBusy, DeviceError, InputError
 from tactile_core.testing.footprint import Footprint
 

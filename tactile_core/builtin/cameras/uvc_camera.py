@@ -10,14 +10,16 @@ from typing import ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
 
-from tactile_core.builtin.video_capture import VideoCapture, Wanted
-from tactile_core.builtin.video_controls import (
+from tactile_core.builtin.cameras.video_capture import VideoCapture, Wanted
+from tactile_core.builtin.cameras.video_controls import (
     DeviceControls,
     LockedSettings,
     lock,
     opened_for_controls,
+    set_named,
 )
-from tactile_core.builtin.video_nodes import SYSFS, VideoNode, holders, selected, video_nodes
+from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, selected, video_nodes
+from tactile_core.builtin.device_access import held
 from tactile_core.errors import DeviceBusy, DeviceError, InputError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.image_reader import ImageSource
@@ -107,6 +109,25 @@ class UvcCamera(StreamingCamera):
         """What the camera chose, and what it changes by itself."""
         return self._notes
 
+    def set_control(self, name: str, value: int) -> int:
+        """Set a control, such as ``zoom``, and return its value as the camera reports it.
+
+        Raises
+        ------
+        DeviceError
+            The camera is closed or disconnected, or has no such control.
+        """
+        self._require_open()
+        if self._node is None:
+            raise DeviceError("on this system the controls of a camera cannot be set")
+        descriptor = opened_for_controls(self._node.path)
+        try:
+            return set_named(DeviceControls(descriptor), self._name, name, value)
+        except OSError as error:
+            raise DeviceError(f"{self._name} fails: {error.strerror}; unplug it once") from error
+        finally:
+            os.close(descriptor)
+
     @property
     def _name(self) -> str:
         return "the camera" if self._node is None else f"the camera {self._node}"
@@ -141,11 +162,9 @@ class UvcCamera(StreamingCamera):
         try:
             capture = VideoCapture(node.path, self._name, self._wanted(), node.entry.exists)
         except DeviceError as error:
-            others = holders(node.path)
+            others = held(node.path)
             if others:
-                raise DeviceBusy(
-                    f"{self._name} is in use by {' and '.join(others)}; close that program"
-                ) from error
+                raise DeviceBusy(f"{self._name} is in use{others}; close that first") from error
             raise
         try:
             capture.await_first()  # before locking, because some cameras reset when they start

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.builtin.dslr_camera import DslrCamera, DslrOptions, nearest
+from tactile_core.builtin.cameras.dslr_camera import DslrCamera, DslrOptions, nearest
 from tactile_core.errors import DeviceBusy, DeviceError
 from tactile_core.testing.footprint import Footprint
 

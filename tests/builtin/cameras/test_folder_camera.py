@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.builtin.folder_camera import FolderCamera, FolderOptions
+from tactile_core.builtin.cameras.folder_camera import FolderCamera, FolderOptions
 from tactile_core.errors import CameraLost, CameraTimeout, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.camera import Trigger

@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 from support.sysfs import Sysfs
 
-from tactile_core.builtin.uvc_camera import UvcCamera, UvcOptions
+from tactile_core.builtin.cameras.uvc_camera import UvcCamera, UvcOptions
 from tactile_core.errors import DeviceError, InputError
 from tactile_core.testing.footprint import Footprint
 

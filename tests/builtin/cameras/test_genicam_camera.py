@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from support.gige_camera import ADDRESS, OtherProcess, PaintedCamera
 
-from tactile_core.builtin import genicam_source
-from tactile_core.builtin.genicam_camera import GenicamCamera, GenicamOptions
-from tactile_core.builtin.genicam_source import library
+from tactile_core.builtin.cameras import genicam_source
+from tactile_core.builtin.cameras.genicam_camera import GenicamCamera, GenicamOptions
+from tactile_core.builtin.cameras.genicam_source import library
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.illumination import Exposure

@@ -11,7 +11,9 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, Field, PositiveFloat, PositiveInt
 
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
+from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.streaming.encoded_image import decoded
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
@@ -86,6 +88,10 @@ class DslrCamera(StreamingCamera):
     def _close(self) -> None:
         self._source = None
         super()._close()
+
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        super()._arm(exposures)
+        return Trigger.SOFTWARE
 
     def _read(self, timeout_s: float) -> Image | None:
         if self._source is None:

@@ -48,7 +48,8 @@ def test_webcams_in_a_guest(rig: str, tmp_path: Path) -> None:
     command = (
         f"TACTILE_FRAMES={frames} TACTILE_FAST=0 TACTILE_RIG='{rig}' "
         f"{sys.executable} -m pytest -p no:cacheprovider -p no:benchmark "
-        f"-rA --tb=short --color=no -o addopts=--import-mode=importlib tests/hardware/webcam_in_guest.py"
+        f"-rA --tb=short --color=no -o addopts=--import-mode=importlib "
+        f"tests/hardware/webcam_in_guest.py"
     )
     try:
         status, printed = run_in_guest(

@@ -44,9 +44,11 @@ def rig() -> Iterator[str]:
 
 
 def test_webcams_in_a_guest(rig: str, tmp_path: Path) -> None:
+    frames = os.environ.get("TACTILE_FRAMES", "90")
     command = (
-        f"TACTILE_FAST=0 TACTILE_RIG='{rig}' {sys.executable} -m pytest -p no:cacheprovider "
-        f"-p no:benchmark -rA --tb=short --color=no -o addopts=--import-mode=importlib "
+        f"TACTILE_FRAMES={frames} TACTILE_FAST=0 TACTILE_RIG='{rig}' "
+        f"{sys.executable} -m pytest -p no:cacheprovider -p no:benchmark "
+        f"-rA --tb=short --color=no -o addopts=--import-mode=importlib "
         f"tests/hardware/webcam_in_guest.py"
     )
     try:

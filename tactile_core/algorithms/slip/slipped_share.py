@@ -14,14 +14,15 @@ class SlippedShareParameters(NamedTuple):
     ----------
     scale, turned_scale : float, evidence
         Evidence at which a share of 1 - 1/e slips of a contact that shifts, and of one that turns.
-        Source: least squares to the true share of virtual contacts
-        (``benchmarks/slip_speed.py --fit``).
+        Source: least squares to the true share of virtual contacts (``benchmarks/slip_speed.py
+        --fit`` with the seeds 0 to 71 and 1000 to 1071, and sequences of ``slip_thresholds.py``,
+        before the tolerance for ringing; a fit today differs a little).
     shape, turned_shape : float, exponent
         Exponent of the evidence.
         Source: as ``scale``.
     knots : tuple of float, share
         Shares at which the standard deviations are given.
-        Source: means of thirteen classes of virtual frames (``benchmarks/slip_speed.py --fit``).
+        Source: means of thirteen classes of these frames.
     slowing : float, share of the peak speed
         Deceleration above which a contact that shifts is slowing. It either slips as a whole or
         stops with its object, so that all degrees but the ends are uncertain.
@@ -29,7 +30,7 @@ class SlippedShareParameters(NamedTuple):
     std, slowing_std, turned_std : tuple of float, share
         Standard deviation at the knots, for a contact that shifts, that is slowing and that turns:
         68 % of the errors in the class are smaller.
-        Source: virtual frames, validated on others (``benchmarks/slip_speed.py --fit``).
+        Source: these frames and the seeds 2000 to 2047, validated on others.
     """
 
     scale: float = 0.296

@@ -51,7 +51,26 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "circles": (
         "Ball contacts",
         "Where a ball touched, found from shading alone, for calibration.",
-        ("circles",),
+        (
+            "circles.circle",
+            "circles.finder",
+            "circles.grid",
+            "circles.press",
+            "circles.light",
+            "circles.start",
+        ),
+    ),
+    "circle-fit": (
+        "Fit of a ball contact",
+        "Centre and radius of one contact, and their uncertainty.",
+        (
+            "circles.press_fit",
+            "circles.symmetry",
+            "circles.centre",
+            "circles.profile",
+            "circles.shape",
+            "circles.border",
+        ),
     ),
     "markers": ("Marker detection", "Centres and masks of printed markers.", ("markers",)),
     "marker-tracking": (
@@ -72,6 +91,8 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "slip.plane",
             "slip.stick_region",
             "slip.sheared_contact",
+            "slip.wide_contact",
+            "slip.slipped_share",
             "slip.cues",
             "slip.fusion",
             "slip.state",
@@ -99,10 +120,15 @@ The page without any has all modules that are on no other page.
 """
 
 MODELS = {
-    "rig-models": (
-        "Models of the rigs",
-        "Photometric stereo under sequential lights, and the hue and intensity model.",
-        ("tactile_desktop_six_led", "tactile_baxter_fingertip"),
+    "six-led-model": (
+        "Model of the six-LED rig",
+        "Photometric stereo under sequential lights.",
+        ("tactile_desktop_six_led",),
+    ),
+    "four-colour-model": (
+        "Model of the four-colour rig",
+        "Slopes from hue and intensity.",
+        ("tactile_baxter_fingertip",),
     ),
     "virtual-gel": (
         "Virtual gel",

@@ -101,7 +101,7 @@ class Cues:
         proportion to the share that slips, so an object that stops while it is held well changes
         little.
         """
-        stick = max(0.0, self.stick_share - (0.0 if self.wide else self.stick_share_drop))
+        stick = max(0.0, self.stick_share - self.stick_share_drop)
         lost = 1 - float(stick**DEGREE.share_power)
         shown = 1 - float(stick**DEGREE.wide_share_power) if self.wide else lost
         weight = DEGREE.turned_weight if self.turned else DEGREE.deceleration_weight

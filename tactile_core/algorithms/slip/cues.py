@@ -19,14 +19,14 @@ class DegreeParameters(NamedTuple):
     wide_share_power : float, exponent
         The same for a contact wider than the view. The middle of an object, which alone is visible,
         sticks longest.
-        Source: virtual plates warn at the share at which other objects do (ADR 52).
+        Source: virtual plates warn at the share at which other objects do (ADR 51).
     deceleration_weight : float, ratio
         Weight of the deceleration relative to that of the share that slips.
         Source: chosen on virtual turns: AUC of gross slip 0.86, 0.81 with a weight of 1 (ADR 31).
     turned_weight : float, ratio
         The same where the surface rather turns: the stick region of a twisted contact decelerates
         long before it vanishes.
-        Source: virtual turns then reach the degrees of virtual shear (ADR 52).
+        Source: virtual turns then reach the degrees of virtual shear (ADR 51).
     """
 
     share_power: float = 1.5

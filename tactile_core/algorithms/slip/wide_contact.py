@@ -26,7 +26,7 @@ class WideContactParameters(NamedTuple):
     order : int, exponent
         Order of the polynomial.
         Source: virtual plates in shear: 2 and 3 warn alike, and a slip zone along one side needs 3
-        (ADR 52).
+        (ADR 51).
     turned_share : float, ratio
         The squared share of rotation above which a motion is not smoothed: the swirl around a stick
         region is not a polynomial of this order.
@@ -34,14 +34,14 @@ class WideContactParameters(NamedTuple):
     tolerance : float, share of the motion
         Lag of a point that sticks. There is no blurred border, which needs the larger tolerance of
         other contacts.
-        Source: 95 % of the points of a virtual plate that sticks lag by less (ADR 52).
+        Source: 95 % of the points of a virtual plate that sticks lag by less (ADR 51).
     ringing : float, share of the largest lag
         Minimum tolerance of the lag: a polynomial rings where the surface lags abruptly.
-        Source: chosen on virtual plates that slip quasi-statically (ADR 52).
+        Source: chosen on virtual plates that slip quasi-statically (ADR 51).
     noise_share : float, ratio
         Noise of one marker relative to the standard deviation that its field reports, which also
         covers what lies between the markers.
-        Source: 0.44 and 0.41 for virtual markers 1.1 and 2.2 mm apart (ADR 52).
+        Source: 0.44 and 0.41 for virtual markers 1.1 and 2.2 mm apart (ADR 51).
     markers : int, count
         Markers of a field whose number is not known.
         Source: a view of 18 mm × 13 mm with markers 1.1 mm apart.

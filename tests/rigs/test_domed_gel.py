@@ -159,7 +159,8 @@ def test_presses_on_a_dome_are_found_at_the_first_contact(calibrated: Calibrated
         touch = rng.uniform([-5.5, -3.5], [5.5, 3.5])
         found = (np.asarray(press.circle.centre_px) - [79.5, 59.5]) * 0.1
         if press.circle.used:
-            np.testing.assert_allclose(found, touch, atol=0.07)
+            # a seventieth of the distance from the apex: a press on a slope leans outwards
+            np.testing.assert_allclose(found, touch, atol=0.08)
 
 
 def test_the_ground_truth_of_a_press_on_a_dome_is_the_ball_minus_the_dome(

@@ -96,12 +96,14 @@ class Cues:
         """Evidence of slip: 0 if the whole contact sticks, 1 if none of it does and motion stopped.
 
         The stick share is an average over a recent motion, so a decrease is extrapolated to the
-        next frame. Once most of the contact slips, the shape of the field hardly changes, but the
-        stick region decelerates even though the object does not. Deceleration counts only in
-        proportion to the share that slips, so an object that stops while it is held well changes
-        little.
+        next frame, except for a contact wider than the view: its border is not seen, and its
+        share changes abruptly. Once most of the contact slips, the shape of the field hardly
+        changes, but the stick region decelerates even though the object does not. Deceleration
+        counts only in proportion to the share that slips, so an object that stops while it is held
+        well changes little.
         """
-        stick = max(0.0, self.stick_share - self.stick_share_drop)
+        drop = 0.0 if self.wide else self.stick_share_drop
+        stick = max(0.0, self.stick_share - drop)
         lost = 1 - float(stick**DEGREE.share_power)
         shown = 1 - float(stick**DEGREE.wide_share_power) if self.wide else lost
         weight = DEGREE.turned_weight if self.turned else DEGREE.deceleration_weight

@@ -22,12 +22,12 @@ from experiments.slip_sequences import (
     SlipSteps,
     SlipWatch,
     plan_of,
+    pressed_looks,
     small_profile,
 )
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.quantities import ContactShear, SlipState
 from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
 
 MINI = Path(__file__).resolve().parent / "profiles" / "mini_marked_virtual.yaml"
 KINDS = ("plate", "sphere", "plate", "cylinder", "disc", "plate", "rectangle", "cylinder")
@@ -133,13 +133,7 @@ def _looks(drawn: Case, stop: int | None) -> Iterator[Look]:
     plan, profile = drawn.plan, small_profile(drawn.plan)
     pitch_mm = profile.gel.markers.pitch_mm if "mini" in plan.profile else 1.1
     watch, surface = SlipWatch(profile, plan.seed, pitch_mm), GelSurface(profile, "fast")
-    x, y = plan.place_mm
-    indenter = make_indenter(plan.shape, **plan.options)
-    surface.indent_with(indenter, x_mm=x, y_mm=y, angle_deg=plan.angle_deg)
-    yield watch.look(surface, 0.0, moving=False)
-    for share in np.arange(1, plan.press_frames + 1) / plan.press_frames:
-        surface.press(depth_mm=share * plan.depth_mm, steps=max(1, 4 // plan.press_frames))
-        yield watch.look(surface, 0.0, moving=False)
+    yield from pressed_looks(plan, watch, surface)
     step, seconds = _pace(drawn, surface)
     move = (
         partial(surface.twist, step) if plan.turned else partial(surface.shear, *_along(plan, step))

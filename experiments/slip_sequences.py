@@ -160,11 +160,8 @@ def small_profile(plan: Plan) -> Profile:
     return load_profile(plan.profile, sim=True, overrides={"image": size, "gel": gel})
 
 
-def looks(plan: Plan) -> Iterator[Look]:
-    """Press, then move until after gross slip."""
-    profile = small_profile(plan)
-    watch = SlipWatch(profile, plan.seed)
-    surface = GelSurface(profile, "fast")
+def pressed_looks(plan: Plan, watch: SlipWatch, surface: GelSurface) -> Iterator[Look]:
+    """Touch the surface with the plan's object and press it."""
     x, y = plan.place_mm
     indenter = make_indenter(plan.shape, **plan.options)
     surface.indent_with(indenter, x_mm=x, y_mm=y, angle_deg=plan.angle_deg)
@@ -172,6 +169,14 @@ def looks(plan: Plan) -> Iterator[Look]:
     for share in np.arange(1, plan.press_frames + 1) / plan.press_frames:
         surface.press(depth_mm=share * plan.depth_mm, steps=max(1, 4 // plan.press_frames))
         yield watch.look(surface, 0.0, moving=False)
+
+
+def looks(plan: Plan) -> Iterator[Look]:
+    """Press, then move until after gross slip."""
+    profile = small_profile(plan)
+    watch = SlipWatch(profile, plan.seed)
+    surface = GelSurface(profile, "fast")
+    yield from pressed_looks(plan, watch, surface)
     radius_mm = 4.0
     travel = np.radians(abs(plan.step)) * radius_mm if plan.turned else plan.step
     seconds = None if plan.speed_mm_s is None else travel / plan.speed_mm_s

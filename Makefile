@@ -1,24 +1,48 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
-PARALLEL := --numprocesses auto --dist worksteal
+# One more than the processors, because devices are waited for.
+PARALLEL := --numprocesses $(shell $(PYTHON) -c "import os; print(os.cpu_count() + 1)") --dist worksteal
 FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell pyenv root 2>/dev/null)/versions/*/bin))
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
+SOAK ?= 1
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs reference wheels try-wheels clean
+.PHONY: demo test test-plain test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs reference wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
 
-# On all cores; what has compiled kernels runs with them and without (tests/support/kernel_paths.py).
+# On all cores; what has compiled kernels runs with them (tests/support/kernel_paths.py).
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
 
+# What has compiled kernels, without them.
+test-plain: .venv/installed
+	$(BIN)/python -m pytest $(PARALLEL) -m plain
+
+# What the documentation prints is run, the examples' own tests, and the live page in Debian's Chromium; skips with a reason where
+# that is not installed.
+test-pages: .venv/installed
+	.ci/packages
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[page-tests]'
+	$(BIN)/python -m pytest $(PARALLEL) -m pages -rs
+
+# The documentation's pictures of the live page, taken anew.
+screenshots: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[page-tests]'
+	TACTILE_SCREENSHOTS=$(CURDIR)/docs/images $(BIN)/python -m pytest -m pages tests/live -k 'documentation or calibration_is_led'
+
 # Real drivers in a virtual machine, with emulated devices; skips with a reason what cannot run here.
 test-hardware: .venv/installed
+	.ci/packages
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[hardware-tests]'
 	$(ONE_CORE) $(BIN)/python -m pytest -m hardware -rs tests/hardware
+
+# Exports, read back by the programs that they are for; their packages are large.
+test-exports: .venv/installed .venv-lerobot/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record,rerun]' 'hdf5plugin>=4.4'
+	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rosbag tests/recordings/hdf5 tests/builtin/test_rerun_log.py tests/cli/test_convert.py
 
 # The same with the oldest versions that pyproject.toml admits.
 test-oldest: .venv-oldest/installed
@@ -44,9 +68,9 @@ lint: .venv/installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# What runs for minutes: thousands of frames, in flat memory and without a mark mistaken.
+# What runs for minutes: thousands of frames and of openings, hundreds of unplugs; SOAK=0.1 runs a tenth.
 soak: .venv/installed
-	$(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
+	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
 
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.
 fuzz: .venv/installed
@@ -85,6 +109,14 @@ try-wheels: wheels
 .venv/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev,fast]' $(PLUGINS:%=-e %)
+	touch $@
+
+# LeRobot takes another PyTorch than it needs to read a data set, hence without its dependencies.
+.venv-lerobot/installed: plugins/tactile-lerobot/tests/reader/requirements.txt
+	$(PYTHON) -m venv .venv-lerobot
+	.venv-lerobot/bin/python -m pip install --quiet --disable-pip-version-check 'torch==2.13.0'
+	.venv-lerobot/bin/python -m pip install --quiet --disable-pip-version-check --no-deps 'lerobot==0.4.4' 'torchvision==0.28.0'
+	.venv-lerobot/bin/python -m pip install --quiet --disable-pip-version-check -r plugins/tactile-lerobot/tests/reader/requirements.txt
 	touch $@
 
 .venv-oldest/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)

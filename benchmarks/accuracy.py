@@ -59,7 +59,8 @@ def measures(model: str | None) -> dict[str, Measure]:
     known: dict[str, Measure] = {
         each.name: partial(grids.rows, grids=each) for each in (grids.SIX, grids.FOUR)
     }
-    known |= {"groove": groove.rows, "bear": given_lights.rows}
+    known |= {"groove": groove.rows, "four_colour_groove": groove.four_colour_rows}
+    known["bear"] = given_lights.rows
     known |= {s.name: partial(presses.rows, chosen=s, model=model) for s in SETS}
     known |= {
         "peak_heights": peak_heights.rows,

@@ -1,8 +1,13 @@
-"""A part with grooves: calibration on half of the rows, measurement of the other half."""
+"""A part with grooves: calibration on half of the rows, measurement of the other half.
+
+Under six sequential lights, as recorded, and under four colours at once, mixed by arithmetic from
+the same images.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import cv2
@@ -15,21 +20,70 @@ from tactile_core.calibration.presses import angles_deg
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Gradients, HeightMap
 
 Array = NDArray[Any]
 
-GROOVE = Path(__file__).resolve().parents[1] / "examples" / "groove.yaml"
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 ROWS = 514
 WALLS = [((38, 66), (80, 112), 18), ((250, 275), (312, 335), 9), ((470, 486), (488, 502), 4)]
 """For each groove: columns of its falling and rising wall, and distance of its shoulders, px."""
 MARGIN_PX = 4
 """Border that is not scored, px."""
 
+IMAGE = {"width_px": 616, "height_px": 514, "mm_per_px": 0.0274581}
+SIDES = {"red": (1,), "green": (2, 3), "blue": (4,), "white": (5, 6)}
+"""Images of the scan under the lights at the top, right, bottom and left."""
+COLOUR, WHITE = 0.6, 0.4
+"""Shares of its colour and of white in a channel, as in ``four_colour/ball_grid``."""
+
 
 def rows(data: Path) -> list[Row]:
     """Calibrate on one half of the rows of a scan, and measure the other half."""
     scan = data / "six_led" / "groove"
+    return [
+        _row(
+            "groove",
+            "six_led/groove: six sequential lights",
+            load_profile(EXAMPLES / "groove.yaml"),
+            scan,
+            scan / "heightmap.tmd",
+        )
+    ]
+
+
+def four_colour_rows(data: Path) -> list[Row]:
+    """Do the same with one image of four colours, mixed from the images of the scan."""
+    scan = data / "six_led" / "groove"
+    with TemporaryDirectory() as folder:
+        image = Path(folder) / "groove.png"
+        cv2.imwrite(str(image), mixed(scan))
+        return [
+            _row(
+                "four_colour_groove",
+                "six_led/groove, mixed into four colours at once",
+                load_profile(EXAMPLES / "four_colour.yaml", overrides={"image": IMAGE}),
+                image,
+                scan / "heightmap.tmd",
+            )
+        ]
+
+
+def mixed(scan: Path) -> Array:
+    """Return the image (H, W, 3) uint8, blue first, that four colours would give at once."""
+    images = {
+        side: np.mean([cv2.imread(str(scan / f"image{i:02d}.png"), 0) for i in numbers], axis=0)
+        for side, numbers in SIDES.items()
+    }
+    channels = [
+        COLOUR * images[colour] + WHITE * images["white"] for colour in ("blue", "green", "red")
+    ]
+    return np.rint(np.stack(channels, axis=2)).astype(np.uint8)
+
+
+def _row(name: str, recordings: str, profile: Profile, scan: Path, height_map: Path) -> Row:
     halves = {
         "upper → lower": (slice(0, ROWS // 2), slice(ROWS // 2, ROWS)),
         "lower → upper": (slice(ROWS // 2, ROWS), slice(0, ROWS // 2)),
@@ -37,11 +91,10 @@ def rows(data: Path) -> list[Row]:
     off, errors, flat = {}, {}, {}
     depth_mm: dict[str, float] = {}
     for way, (seen, unseen) in halves.items():
-        made = calibrate(GROOVE, scan, target=scan / "heightmap.tmd", rows=seen, scored=False)
-        pipeline = Pipeline(GROOVE, made.bundle)
-        (frame,) = read_frames(pipeline.profile, scan)
-        reading = pipeline.process(frame)
-        true = read_tmd(scan / "heightmap.tmd").height_mm.astype(np.float64)[unseen]
+        made = calibrate(profile, scan, target=height_map, rows=seen, scored=False)
+        (frame,) = read_frames(profile, scan)
+        reading = Pipeline(profile, made.bundle).process(frame)
+        true = read_tmd(height_map).height_mm.astype(np.float64)[unseen]
         measured = depths_mm(reading[HeightMap].mm.astype(np.float64)[unseen], true)
         maker = depths_mm(true, true)
         off[way] = float(100 * np.abs(measured / maker - 1).max())
@@ -50,23 +103,21 @@ def rows(data: Path) -> list[Row]:
         }
         errors[way], flat[way] = _normals_deg(reading[Gradients], true, unseen)
     depth_mm |= {f"maker's depth of groove {i + 1}, mm": float(d) for i, d in enumerate(maker)}
-    return [
-        Row(
-            "groove",
-            "depth of the worst of three grooves against the maker's map, %",
-            "six_led/groove: six sequential lights; there is no reference image, so the scan's own "
-            "large-scale illumination replaces it",
-            "3 grooves on one part, half of the rows against the other",
-            "out of sample in the rows only: other rows of the same scan",
-            off,
-            max(off.values()),
-            {"predict flat": 100.0},
-            command("groove"),
-            {f"normals, degrees, {way}": error for way, error in errors.items()}
-            | {f"normals of predict flat, degrees, {way}": error for way, error in flat.items()}
-            | depth_mm,
-        )
-    ]
+    return Row(
+        name,
+        "depth of the worst of three grooves against the maker's map, %",
+        f"{recordings}; there is no reference image, so the scan's own large-scale illumination "
+        f"replaces it",
+        "3 grooves on one part, half of the rows against the other",
+        "out of sample in the rows only: other rows of the same scan",
+        off,
+        max(off.values()),
+        {"predict flat": 100.0},
+        command(name),
+        {f"normals, degrees, {way}": error for way, error in errors.items()}
+        | {f"normals of predict flat, degrees, {way}": error for way, error in flat.items()}
+        | depth_mm,
+    )
 
 
 def depths_mm(height: Array, truth: Array) -> Array:

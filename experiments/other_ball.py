@@ -17,7 +17,6 @@ from experiments.press_sets import HERE
 from experiments.sphere import radius_px
 from experiments.virtual_presses import unit_of
 from experiments.virtual_unit import unit_overrides
-from tactile_core.algorithms.circles import Circle
 from tactile_core.calibration.measured import Measured
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.interfaces.calibration import Calibration
@@ -68,18 +67,7 @@ def presses_of(proxy: Proxy, seed: int) -> tuple[Reference, dict[float, list[Fou
             (ball_mm,),
             seed + number * _SEED_STEP,
         )
-        thickness_mm = profile.gel.thickness_mm or ball_mm
-        pressed[ball_mm] = [
-            FoundPress(
-                "",
-                press.frame,
-                Circle(press.centre_px, press.contact_px),
-                press.ball_px,
-                thickness_mm=thickness_mm,
-            )
-            for press in unit.presses
-            if not press.cut
-        ]
+        pressed[ball_mm] = unit.found_presses(profile.gel.thickness_mm or ball_mm)
     return unit.reference, pressed
 
 

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.optics import LightBuild
 from tactile_core.profiles.loader import load_profile
@@ -77,11 +79,32 @@ class VirtualPress:
 
 @dataclass(frozen=True, eq=False)
 class VirtualUnit:
-    """Reference and presses of one virtual unit."""
+    """Reference and presses of one virtual unit.
+
+    Attributes
+    ----------
+    expose : callable
+        Returns the conditioned frame with a number of a height (H, W) in mm.
+    """
 
     name: str
     reference: Reference
     presses: Sequence[VirtualPress]
+    expose: Callable[[Array, int], Frame]
+
+    def found_presses(self, thickness_mm: float) -> list[FoundPress]:
+        """Return the presses that the border does not cut, with their true circles."""
+        return [
+            FoundPress(
+                "",
+                press.frame,
+                Circle(press.centre_px, press.contact_px),
+                press.ball_px,
+                thickness_mm=thickness_mm,
+            )
+            for press in self.presses
+            if not press.cut
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +164,10 @@ def unit_of(
     given = Reference(flat.pixels.astype(np.float32), flat.channels, flat.full_scale)
     condition = Conditioning.of(profile, given, compensates=False)
     assert condition.reference is not None
+
+    def exposed(height_mm: Array, number: int) -> Frame:
+        return condition(frame(height_mm, number))
+
     imprints = []
     for ball_mm in balls_mm:
         shares = np.linspace(0.45, 0.75, UNIT.depths)
@@ -156,9 +183,9 @@ def unit_of(
         cut = number < UNIT.cut_share * UNIT.presses
         centre = _somewhere(rng, shape, contact_px, cut)
         height = imprint.height_mm(shape, section.mm_per_px, centre)
-        taken = condition(frame(height, number))
+        taken = exposed(height, number)
         presses.append(VirtualPress(taken, ball_mm / section.mm_per_px, centre, contact_px, cut))
-    return VirtualUnit(name, condition.reference, presses)
+    return VirtualUnit(name, condition.reference, presses, exposed)
 
 
 def _somewhere(

@@ -9,7 +9,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tactile_core.acquisition.device_list import DeviceList as DeviceList
+    from tactile_core.acquisition.device_list import ListedDevice as ListedDevice
+    from tactile_core.acquisition.device_list import list_devices as list_devices
+    from tactile_core.acquisition.unit_devices import claim_device as claim_device
+    from tactile_core.acquisition.unit_devices import forget_devices as forget_devices
     from tactile_core.bundles.bundle import Bundle as Bundle
+    from tactile_core.bundles.claims import Claim as Claim
+    from tactile_core.bundles.claims import Claims as Claims
+    from tactile_core.bundles.claims import read_claims as read_claims
     from tactile_core.errors import CalibrationError as CalibrationError
     from tactile_core.errors import DeviceError as DeviceError
     from tactile_core.errors import InputError as InputError
@@ -22,6 +30,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.calibrator import Press as Press
     from tactile_core.interfaces.camera import Camera as Camera
     from tactile_core.interfaces.camera import Trigger as Trigger
+    from tactile_core.interfaces.connected_device import ConnectedDevice as ConnectedDevice
     from tactile_core.interfaces.estimator import Estimator as Estimator
     from tactile_core.interfaces.estimator import External as External
     from tactile_core.interfaces.estimator import SensorContext as SensorContext
@@ -38,14 +47,17 @@ if TYPE_CHECKING:
     )
     from tactile_core.interfaces.slope_models.slope_model import SlopeModel as SlopeModel
     from tactile_core.interfaces.stream_statistics import StreamStatistics as StreamStatistics
+    from tactile_core.interfaces.streaming.encoded_image import TornImage as TornImage
     from tactile_core.interfaces.streaming.image_reader import ImageSource as ImageSource
-    from tactile_core.interfaces.streaming.image_reader import TornImage as TornImage
     from tactile_core.interfaces.streaming.streaming_camera import (
         StreamingCamera as StreamingCamera,
     )
+    from tactile_core.pipeline.batch.batch import Batch as Batch
+    from tactile_core.pipeline.batch.recording_job import MeasuredRecording as MeasuredRecording
+    from tactile_core.pipeline.health import Health as Health
+    from tactile_core.pipeline.opening import open_sensor as open_sensor
     from tactile_core.pipeline.pipeline import Pipeline as Pipeline
     from tactile_core.pipeline.sensor import Sensor as Sensor
-    from tactile_core.pipeline.sensor import open_sensor as open_sensor
     from tactile_core.pipeline.sensor_group import SensorGroup as SensorGroup
     from tactile_core.pipeline.sinks import Sinks as Sinks
     from tactile_core.profiles.loader import load_profile as load_profile
@@ -65,7 +77,11 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "acquisition.device_list": ("DeviceList", "ListedDevice", "list_devices"),
+    "acquisition.unit_devices": ("claim_device", "forget_devices"),
     "bundles.bundle": ("Bundle",),
+    "bundles.claims": ("Claim", "Claims", "read_claims"),
+    "interfaces.connected_device": ("ConnectedDevice",),
     "interfaces.artefact": ("Artefact",),
     "interfaces.calibration": ("Calibration",),
     "interfaces.calibrator": ("Calibrator", "Press"),
@@ -87,8 +103,12 @@ _HOMES = {
     "interfaces.slope_models.slope_calibration": ("SlopeCalibration",),
     "interfaces.slope_models.slope_model": ("SlopeModel",),
     "interfaces.stream_statistics": ("StreamStatistics",),
-    "interfaces.streaming.image_reader": ("ImageSource", "TornImage"),
+    "interfaces.streaming.encoded_image": ("TornImage",),
+    "interfaces.streaming.image_reader": ("ImageSource",),
     "interfaces.streaming.streaming_camera": ("StreamingCamera",),
+    "pipeline.batch.batch": ("Batch",),
+    "pipeline.batch.recording_job": ("MeasuredRecording",),
+    "pipeline.health": ("Health",),
     "pipeline.pipeline": ("Pipeline",),
     "profiles.loader": ("load_profile",),
     "quantities": (
@@ -105,7 +125,8 @@ _HOMES = {
         "Reference",
         "SlipState",
     ),
-    "pipeline.sensor": ("Sensor", "open_sensor"),
+    "pipeline.opening": ("open_sensor",),
+    "pipeline.sensor": ("Sensor",),
     "pipeline.sensor_group": ("SensorGroup",),
     "pipeline.sinks": ("Sinks",),
 }

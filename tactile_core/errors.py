@@ -106,8 +106,28 @@ class CameraLost(DeviceError):
     """The camera was unplugged or its recording ended."""
 
 
+class LightsLost(DeviceError):
+    """The light box was unplugged."""
+
+
+class LibraryMissing(DeviceError):
+    """An optional library that the device needs is not installed."""
+
+
+class DeviceAbsent(DeviceError):
+    """No connected device is the one that is meant, or several may be."""
+
+
+class DeviceForbidden(DeviceError):
+    """The user has no permission to open the device."""
+
+
 class DeviceBusy(DeviceError):
     """The device is open in another process or object."""
+
+
+class BandwidthError(DeviceError):
+    """The camera is open but sends nothing, as when others take the bandwidth of its USB hub."""
 
 
 def words_of(error: BaseException) -> str:

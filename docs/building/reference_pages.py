@@ -16,7 +16,9 @@ from reference_source import ROOT, Entry
 FOLDER = ROOT / "docs" / "reference" / "python"
 
 PUBLIC = {
-    "sensor": ("Sensor, pipeline and files", ("pipeline", "formats", "bundles", "profiles")),
+    "sensor": ("Sensor and pipeline", ("pipeline", "acquisition")),
+    "files": ("Files, bundles and profiles", ("formats", "bundles", "profiles")),
+    "recordings": ("Recordings", ("recordings",)),
     "quantities": ("Quantities", ("quantities",)),
     "interfaces": ("Interfaces", ("interfaces",)),
     "errors": ("Errors", ("errors",)),
@@ -24,13 +26,20 @@ PUBLIC = {
 """Pages of the names that ``tactile_core`` offers: title, and the packages that define them."""
 
 FURTHER = {
+    "files": ("tactile_core.formats.saved_quantities.read_quantities",),
     "sensor": (
-        "tactile_core.formats.saved_quantities.read_quantities",
         "tactile_core.calibration.fitting.calibrate",
         "tactile_core.plugins.registry.resolve",
         "tactile_core.plugins.registry.list_plugins",
         "tactile_core.sim.VirtualStage",
         "tactile_core.sim.Faults",
+    ),
+    "recordings": (
+        "tactile_core.recordings.recording.open_recording",
+        "tactile_core.recordings.recording.Recording",
+        "tactile_core.recordings.running_recording.RunningRecording",
+        "tactile_core.recordings.recorder.RecordedSession",
+        "tactile_core.recordings.mcap.recovery.recover",
     ),
 }
 """Names on these pages that are promised under their own module."""
@@ -46,7 +55,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "contact": (
         "Contact and surface shape",
         "The contact area, and the undeformed surface that heights refer to.",
-        ("contact", "contact_rim", "dome", "rest_surface"),
+        ("contact", "contact_rim", "dome", "levelling", "rest_surface"),
     ),
     "circles": (
         "Ball contacts",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,19 @@ CAMERA, DRIVER = "the camera", "the light driver"
 """Names used in messages."""
 
 
+class Settings(NamedTuple):
+    """Settings of the camera during one exposure; None where it does not report them.
+
+    Attributes
+    ----------
+    exposure_time_s, gain : float or None
+        The gain is in the camera's own units.
+    """
+
+    exposure_time_s: float | None
+    gain: float | None
+
+
 class Acquisition:
     """Runs the illumination's exposure sequence and yields one :class:`Frame` per observation.
 
@@ -37,6 +51,11 @@ class Acquisition:
         Whether a frame keeps the camera's raw images.
     clock : Clock
         That of the camera's timestamps.
+
+    Attributes
+    ----------
+    keep_images : bool
+        Whether :attr:`images` holds those of the latest observation; may be changed at any time.
     """
 
     def __init__(
@@ -61,6 +80,13 @@ class Acquisition:
         self._stream: FreeRunning | None = None
         self._trigger: Trigger | None = None
         self._shining: Mapping[str, float] | None = None
+        self._sequence = 0
+        self._settings: tuple[Settings, ...] = ()
+        self.keep_images = False
+        self._images: tuple[Image, ...] = ()
+
+    def restart(self) -> None:
+        """Number the observations from 0 again, for a recording that is played once more."""
         self._sequence = 0
 
     def arm(self) -> None:
@@ -93,6 +119,30 @@ class Acquisition:
             )
         if self._trigger is Trigger.FREE_RUNNING and self._stream is None:
             self._stream = self._begin_stream()
+
+    @property
+    def exposures(self) -> tuple[Exposure, ...]:
+        """The exposures of one observation, in order."""
+        return self._exposures
+
+    @property
+    def images(self) -> tuple[Image, ...]:
+        """The images of the latest observation in the order of its exposures, if they are kept."""
+        return self._images
+
+    @property
+    def keep_raw(self) -> bool:
+        """Whether a frame keeps the camera's raw images."""
+        return self._assembly.keep_raw
+
+    @keep_raw.setter
+    def keep_raw(self, keep: bool) -> None:
+        self._assembly.keep_raw = keep
+
+    @property
+    def settings(self) -> tuple[Settings, ...]:
+        """Exposure time and gain of each exposure of the latest observation, as read back."""
+        return self._settings
 
     @property
     def stamp_delay_s(self) -> float | None:
@@ -130,6 +180,8 @@ class Acquisition:
         if not images:
             return None
         frame = self._assembly.frame(images, self._sequence)
+        self._settings = tuple(Settings(one.exposure_time_s, one.gain) for one in images)
+        self._images = tuple(images) if self.keep_images else ()
         self._sequence += 1
         return frame
 

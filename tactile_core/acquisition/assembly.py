@@ -33,6 +33,8 @@ class Assembly:
     ----------
     exposures : tuple of Exposure
         The exposures of one observation, in order.
+    keep_raw : bool
+        It may change.
     """
 
     def __init__(
@@ -42,7 +44,7 @@ class Assembly:
         self._channels = tuple(illumination.channels)
         self._image = image
         self._geometry = ImageGeometry(image)
-        self._keep_raw = keep_raw
+        self.keep_raw = keep_raw
 
     def frame(self, images: Sequence[Image], sequence: int = 0) -> Frame:
         """Make a frame from the exposures of one observation, in order.
@@ -78,7 +80,7 @@ class Assembly:
             sequence=sequence,
             source=images[0].source,
             exposure_times_s=tuple(times),
-            raw=tuple(images) if self._keep_raw else (),
+            raw=tuple(images) if self.keep_raw else (),
         )
 
     def _planes(self, image: Image, wanted: int) -> Pixels:

@@ -141,12 +141,16 @@ class ImageGeometry:
                 f"the image has intensities up to {pixels.max()}, but {section.bit_depth} bits end "
                 f"at {section.full_scale:.0f}; correct 'image.bit_depth'"
             )
+        if section.color == "luma" and pixels.ndim == 3:
+            import cv2
+
+            return np.asarray(cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2GRAY))
         if section.color == "grey" and pixels.ndim == 3:
             grey = pixels[..., 0]
             if not ((grey == pixels[..., 1]).all() and (grey == pixels[..., 2]).all()):
                 raise InputError(
-                    "the image is in colour, but the profile specifies color: grey; correct "
-                    "'image.color'"
+                    "the image is in colour, but the profile specifies color: grey; with white "
+                    "lights write 'image.color: luma', with coloured ones 'rgb'"
                 )
             return grey  # a grey image that was stored as colour
         if section.color == "rgb" and pixels.ndim == 2:

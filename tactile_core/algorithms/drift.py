@@ -68,6 +68,37 @@ DRIFT = DriftParameters()
 """The values in use."""
 
 
+class LightChange(NamedTuple):
+    """Change of the light against the reference.
+
+    Attributes
+    ----------
+    log_ratio : (K,) float32
+        Logarithm of the brightness of the undeformed surface over that in the reference.
+    share : float
+        Share of the readable cells that are consistent with it in all channels.
+    """
+
+    log_ratio: Array
+    share: float
+
+    @property
+    def gains(self) -> Array:
+        """(K,) float32: gains to compensate; 1 for a change that is no drift or uncertain."""
+        if np.abs(self.log_ratio).max() > DRIFT.largest_log_gain:
+            return np.ones(len(self.log_ratio), np.float32)
+        range_ = DRIFT.full_share - DRIFT.least_share
+        weight = min(max((self.share - DRIFT.least_share) / range_, 0.0), 1.0)
+        return np.asarray(np.exp(weight * self.log_ratio), np.float32)
+
+    @property
+    def ratio(self) -> Array | None:
+        """(K,) float32: the change whatever its size; None if little of the surface agrees."""
+        if self.share < DRIFT.least_share:
+            return None
+        return np.asarray(np.exp(self.log_ratio), np.float32)
+
+
 class ReferenceLevels:
     """Levels of the reference on a coarse grid, prepared for comparison with many frames.
 
@@ -94,19 +125,20 @@ class ReferenceLevels:
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
+        change = self.change(pixels, marker_mask)
+        return np.ones(pixels.shape[2], np.float32) if change is None else change.gains
+
+    def change(self, pixels: Array, marker_mask: Array | None = None) -> LightChange | None:
+        """Estimate the change of the light in a frame; None if too little of it is readable."""
         means = self._cell_means(pixels)
         readable = (means.min(axis=0) > DRIFT.dark_share * self._full_scale) & self._bright
         readable &= means.max(axis=0) < LEVELS.saturation_share * self._full_scale
         if marker_mask is not None:
             readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
         if np.count_nonzero(readable) < DRIFT.fewest_samples:
-            return np.ones(pixels.shape[2], np.float32)
-        gain, share = _undeformed_gain(np.log(means[:, readable] / self._undeformed[:, readable]))
-        if np.abs(gain).max() > DRIFT.largest_log_gain:
-            return np.ones(pixels.shape[2], np.float32)
-        range_ = DRIFT.full_share - DRIFT.least_share
-        weight = min(max((share - DRIFT.least_share) / range_, 0.0), 1.0)
-        return np.asarray(np.exp(weight * gain), np.float32)
+            return None
+        quotients = means[:, readable] / self._undeformed[:, readable]
+        return LightChange(*_undeformed_gain(np.log(quotients)))
 
     def _cell_means(self, pixels: Array) -> Array:
         """Means of neighbouring samples on a coarse grid, (K, N) float32."""

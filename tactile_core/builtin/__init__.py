@@ -21,6 +21,7 @@ def tactile_cameras() -> Mapping[str, str]:
         "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
         "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
+        "virtual_hand": "tactile_core.sim.hand_camera:HandCamera",
     }
 
 
@@ -93,4 +94,7 @@ def tactile_sinks() -> Mapping[str, str]:
         "tmd": "tactile_core.builtin.result_files:Heights",
         "png": "tactile_core.builtin.result_files:Pictures",
         "ply": "tactile_core.builtin.result_files:Mesh",
+        "hdf5": "tactile_core.builtin.record:Hdf5",
+        "rerun": "tactile_core.builtin.rerun_log:RerunLog",
+        "record": "tactile_core.builtin.record:Record",
     }

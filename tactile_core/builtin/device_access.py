@@ -1,4 +1,4 @@
-"""Why a device file cannot be opened, and what to do."""
+"""Why a device cannot be opened, and what to do."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ from pathlib import Path
 RULES = "60-tactile.rules"
 """The udev rules that the package brings."""
 
+INSTEAD = "measure a recording with --input, or the virtual sensor with --sim"
+"""What to do while a device is absent."""
+
+CLAIM = "remember which one belongs to a sensor with 'tactile devices --claim SERIAL=DEVICE'"
+"""What to do where several devices are alike, or the profile's own is not used."""
+
 
 def permission_advice() -> str:
     """Return how the user gets permission to open a USB device or a serial port."""
@@ -19,7 +25,7 @@ def permission_advice() -> str:
     rules = files("tactile_core").joinpath("udev", RULES)
     return (
         f"install the udev rules with 'sudo cp {rules} /etc/udev/rules.d/ && sudo udevadm control "
-        f"--reload && sudo udevadm trigger', and plug the light box in again"
+        f"--reload && sudo udevadm trigger', and plug the device in again"
     )
 
 

@@ -43,7 +43,15 @@ class MarkerTracking(Estimator):
         self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
         self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
         self._undeformed_px = self._zero_px
+        self._before_px = self._undeformed_px, self._zero_px
         self._contact_in_reference = False
+
+    def resume(self) -> None:
+        """Forget the positions of the markers, but keep the tare for the same reference."""
+        before_px = self._undeformed_px, self._zero_px
+        if self._tracker is not None:
+            self.reset()
+            self._before_px = before_px
 
     def tare(self, result: MarkerField) -> MarkerField:
         """Measure displacements from the present positions of the markers."""
@@ -96,6 +104,8 @@ class MarkerTracking(Estimator):
         self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
         self._reported = np.flatnonzero(~undeformed.truncated)
         self._zero_px = self._undeformed_px = self._positions_px()
+        if np.array_equal(self._before_px[0], self._undeformed_px):
+            self._zero_px = self._before_px[1]
         self._contact_in_reference = shows_contact(undeformed.centres_px)
         return self._tracker
 

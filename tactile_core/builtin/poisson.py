@@ -10,10 +10,9 @@ import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat
 
 from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.poisson.propagation import height_std
-from tactile_core.algorithms.rest_area import height_error
-from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
@@ -92,10 +91,13 @@ class Poisson(Estimator):
         if self._boundary == "neumann":
             set_to_rest(
                 height_mm,
-                gradients,
-                self.context,
+                gx,
+                gy,
+                mm_per_px=mm_per_px,
                 drift_slope=self._drift_slope,
                 levelled=self._levelled,
+                thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
+                compiled=self.context.compiled,
             )
         return height_map(height_mm, gradients, self.context)
 
@@ -132,32 +134,3 @@ def _std_cells_mm(height_mm: Float32, gradients: Gradients) -> Float32 | None:
     cell_mm = (scale * height_mm.shape[0] / rows, scale * height_mm.shape[1] / columns)
     common = cv2.resize(height_mm, (columns, rows), interpolation=cv2.INTER_NEAREST) * gain
     return np.asarray(np.hypot(height_std(cells, cell_mm, correlation_mm), common), np.float32)
-
-
-def set_to_rest(
-    height_mm: Float32,
-    gradients: Gradients,
-    context: SensorContext,
-    *,
-    drift_slope: float,
-    levelled: bool,
-) -> None:
-    """Set the undeformed surface to 0 in the height that was integrated from these slopes.
-
-    Works in place; see :func:`tactile_core.algorithms.rest_surface.rest_plane` and
-    :func:`tactile_core.algorithms.rest_area.height_error`.
-    """
-    gx, gy, scale = gradients.x, gradients.y, gradients.mm_per_px
-    plane = rest_plane(
-        height_mm, gx, gy, mm_per_px=scale, drift_slope=drift_slope, compiled=context.compiled
-    )
-    plane.removed_from(height_mm, scale, out=height_mm)
-    if levelled:
-        height_mm -= height_error(
-            height_mm,
-            gx,
-            gy,
-            mm_per_px=scale,
-            tilt=(plane.slope_x, plane.slope_y),
-            thickness_mm=context.gel.thickness_mm or THICKNESS_MM,
-        )

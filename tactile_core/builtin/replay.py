@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from pydantic import BaseModel, Field, PositiveInt
 
@@ -16,6 +16,9 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
 from tactile_core.recordings.recording import Recording, open_recording
+
+if TYPE_CHECKING:
+    from tactile_core.interfaces.component import SensorBuild
 
 
 class ReplayOptions(Options):
@@ -45,10 +48,27 @@ class ReplayCamera(Camera):
         super().__init__(options)
         self._settings = options
         self._images: Iterator[Image] = iter(())
+        self._has_lights = False
+
+    @classmethod
+    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
+        """Make the camera of a sensor build."""
+        made = super().of(options, build)
+        made._has_lights = build.illumination.driver is not None
+        return made
 
     def _open(self) -> None:
         if self._settings.path is None:
-            raise InputError("core.replay has nothing to play; give a recording with --input")
+            if self._has_lights:
+                raise InputError(
+                    "the profile has a light driver, but core.replay is no camera that its lights "
+                    "could be switched for; name the camera in 'camera', or give a recording with "
+                    "--input"
+                )
+            raise InputError(
+                "core.replay has nothing to play; give a recording with --input, or name the "
+                "sensor's camera in 'camera' of the profile"
+            )
         recording = open_recording(
             self._settings.path, images_per_observation=self._settings.images_per_observation
         )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
+from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import integrate_robustly
 from tactile_core.builtin.poisson import (
     DRIFT_SLOPE,
@@ -11,7 +13,6 @@ from tactile_core.builtin.poisson import (
     Levelled,
     height_map,
     relative_to,
-    set_to_rest,
 )
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -72,9 +73,12 @@ class RobustPoisson(Estimator):
         )
         set_to_rest(
             height_mm,
-            gradients,
-            self.context,
+            gradients.x,
+            gradients.y,
+            mm_per_px=gradients.mm_per_px,
             drift_slope=self._drift_slope,
             levelled=self._levelled,
+            thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
+            compiled=self.context.compiled,
         )
         return height_map(height_mm, gradients, self.context)

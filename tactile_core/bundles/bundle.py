@@ -9,8 +9,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tactile_core.bundles.manifest import (
     ERRORS,
     LIGHT,
@@ -20,6 +18,7 @@ from tactile_core.bundles.manifest import (
     read_manifest,
     write_manifest,
 )
+from tactile_core.bundles.references import reference_arrays, reference_of
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
 from tactile_core.formats.npz import read_npz, write_npz
@@ -119,7 +118,7 @@ class Bundle:
                     artefact.save(folder)
                 if not any(folder.iterdir()):
                     folder.rmdir()  # a manifest lists files, not folders
-            _save_reference(self.reference, fresh / "reference.npz")
+            write_npz(fresh / "reference.npz", reference_arrays(self.reference))
             if report is not None:
                 report(fresh)
             write_manifest(fresh, self.manifest)
@@ -195,6 +194,21 @@ class Bundle:
             ]
         return []
 
+    def check_gel(self, gel: str) -> None:
+        """Check that the bundle was made with a gel.
+
+        Raises
+        ------
+        CalibrationError
+            It was made with another one, or the gel was not named.
+        """
+        if self.manifest.gel_id != gel:
+            made = f"gel {self.manifest.gel_id}" if self.manifest.gel_id else "a gel without a name"
+            raise CalibrationError(
+                f"the bundle was made with {made}, not with gel {gel}; use the bundle of this gel "
+                f"or run 'tactile calibrate --gel {gel}'"
+            )
+
 
 def names_of(artefacts: Mapping[str, Artefact]) -> dict[str, str]:
     """Return the registered name of each artefact's class, for a manifest.
@@ -220,8 +234,8 @@ def now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-def check_serial(serial: str) -> str:
-    """Return the serial if it is safe as a folder's name.
+def check_serial(serial: str, of: str = "serial") -> str:
+    """Return the serial of a unit, or the name of a gel, if it is safe as a folder's name.
 
     Raises
     ------
@@ -229,7 +243,7 @@ def check_serial(serial: str) -> str:
         It has characters other than letters, digits, ``.``, ``_`` and ``-``.
     """
     if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
-        raise InputError(f"serial {serial!r}: use only letters, digits, '.', '_' and '-'")
+        raise InputError(f"{of} {serial!r}: use only letters, digits, '.', '_' and '-'")
     return serial
 
 
@@ -246,11 +260,12 @@ def check_place(directory: Path) -> Path:
     return directory
 
 
-def default_place(profile: Profile, serial: str | None) -> Path:
-    """Return the unit's default bundle folder, in the user's data directory."""
+def default_place(profile: Profile, serial: str | None, gel: str | None = None) -> Path:
+    """Return the default bundle folder of a unit with a gel, in the user's data directory."""
     from platformdirs import user_data_path
 
-    return user_data_path("tactile-core") / "bundles" / profile.name / (serial or "default")
+    name = (serial or "default") + (f"+{gel}" if gel else "")  # no serial contains a plus
+    return user_data_path("tactile-core") / "bundles" / profile.name / name
 
 
 def _loaded_artefact(directory: Path, name: str, use: str) -> Artefact:
@@ -290,56 +305,15 @@ def _identity(directory: Path) -> tuple[int, int, int] | None:
     return found.st_dev, found.st_ino, found.st_ctime_ns
 
 
-def _save_reference(reference: Reference, path: Path) -> None:
-    arrays: dict[str, Any] = {
-        "pixels": reference.pixels,
-        "channels": np.array(reference.channels),
-        "full_scale": reference.full_scale,
-        "noise": reference.noise,
-        "frames": reference.frames,
-    }
-    if reference.marker_mask is not None:
-        arrays["marker_mask"] = reference.marker_mask
-    write_npz(path, arrays)
-
-
 def _load_reference(path: Path, manifest: Manifest) -> Reference:
     try:
-        arrays = read_npz(path)
-        reference = Reference(
-            pixels=arrays["pixels"],
-            channels=tuple(str(name) for name in arrays["channels"]),
-            full_scale=float(arrays["full_scale"]),
-            noise=float(arrays["noise"]),
-            frames=int(arrays["frames"]),
-            marker_mask=arrays.get("marker_mask"),
-        )
-        _check_reference(reference, manifest)
+        reference = reference_of(read_npz(path))
+        height, width, _ = reference.pixels.shape
+        if (reference.channels, (width, height)) != (manifest.channels, manifest.image_size_px):
+            raise ValueError("its arrays do not fit the manifest")
     except (InputError, ValueError, LookupError, TypeError, OverflowError) as error:
         raise CalibrationError(f"{path}: the reference is damaged; calibrate again") from error
     return reference
-
-
-def _check_reference(reference: Reference, manifest: Manifest) -> None:
-    """Raise ValueError if the arrays cannot be the reference of this bundle."""
-    width, height = manifest.image_size_px
-    pixels, marker_mask = reference.pixels, reference.marker_mask
-    numbers = reference.full_scale, reference.noise
-    if not (
-        reference.channels == manifest.channels
-        and pixels.shape == (height, width, len(manifest.channels))
-        and pixels.dtype == np.float32
-        and np.isfinite(pixels).all()
-        and (
-            marker_mask is None
-            or (marker_mask.shape == (height, width) and marker_mask.dtype == bool)
-        )
-        and np.isfinite(numbers).all()
-        and reference.full_scale > 0
-        and reference.noise >= 0
-        and reference.frames >= 1
-    ):
-        raise ValueError("its arrays do not fit the manifest")
 
 
 def _plain(value: object) -> str:

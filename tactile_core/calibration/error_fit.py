@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson.propagation import height_std
-from tactile_core.algorithms.rest_area import height_error
-from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slope_errors import ERRORS, error_table, slope_std
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.slope_errors import SlopeErrors
@@ -47,12 +46,15 @@ class HeldOutSurface:
         The height that was integrated from them.
     truth : Press
         Pixels with true slopes and heights.
+    thickness_mm : float
+        Thickness of the gel.
     """
 
     gx: Float32
     gy: Float32
     height_mm: Float32
     truth: Press
+    thickness_mm: float
 
     @property
     def slopes(self) -> Float32:
@@ -70,12 +72,15 @@ class HeldOutSurface:
     @cached_property
     def levelled_mm(self) -> Float32:
         """(H, W) height above the undeformed surface."""
-        gx, gy, scale = self.gx, self.gy, self.truth.frame.mm_per_px
-        plane = rest_plane(self.height_mm, gx, gy, mm_per_px=scale)
-        levelled = self.height_mm.copy()
-        plane.removed_from(levelled, scale, out=levelled)
-        tilt = (plane.slope_x, plane.slope_y)
-        return levelled - height_error(levelled, gx, gy, mm_per_px=scale, tilt=tilt)
+        height_mm = self.height_mm.copy()
+        set_to_rest(
+            height_mm,
+            self.gx,
+            self.gy,
+            mm_per_px=self.truth.frame.mm_per_px,
+            thickness_mm=self.thickness_mm,
+        )
+        return height_mm
 
 
 def fitted_errors(surfaces: Iterable[HeldOutSurface]) -> SlopeErrors | None:

@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-import platform
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from tactile_core import __version__
-from tactile_core.bundles.bundle import Bundle, check_serial, names_of, now
-from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
-from tactile_core.calibration.doubts import doubts
+from tactile_core.bundles.bundle import check_serial
+from tactile_core.calibration.fitted_bundle import conditioning_for, fitted_bundle
+from tactile_core.calibration.guided_session import GuidedSession
 from tactile_core.calibration.height_target import is_height_map
-from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
-from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.result import Calibrated
-from tactile_core.calibration.scoring import cross_validate
 from tactile_core.calibration.targets import (
     CalibrationTarget,
     balls,
     check_ball,
     rows_of_map,
+    separate_balls,
     undeformed_sensor,
 )
-from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
-from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import played_back, read_frames
-from tactile_core.plugins.calibrators import calibrator_of, fitted_by, smoothing_px_of
-from tactile_core.profiles.loader import load_profile, profile_hash
+from tactile_core.pipeline.recorded_sensor import recorded_session
+from tactile_core.plugins.calibrators import calibrator_of, smoothing_px_of
+from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
 
 
@@ -48,6 +42,7 @@ def calibrate(
     rows: slice | None = None,
     model: str | None = None,
     serial: str = "",
+    gel: str = "",
     scored: bool = True,
     progress: Progress | None = None,
 ) -> Calibrated:
@@ -57,15 +52,16 @@ def calibrate(
     ----------
     profile : Profile, str or Path
     presses : Path
-        A recording of the ball, pressed somewhere else in each observation. With a target: a
-        recording of the single observation that shows it.
+        A recording of the ball, pressed somewhere else in each observation, or of a guided
+        calibration. With a target: a recording of the single observation that shows it.
     reference : Path, optional
-        A recording of the undeformed sensor. A height map as target does not need it: without a
+        A recording of the undeformed sensor. Default: the reference in the recording of the
+        presses, if a sensor recorded one. A height map as target does not need it: without a
         reference, or if the reference is the press itself, the large-scale light of the press is
         used.
     ball_diameter_mm : float, optional
         Diameter of the ball in all presses that no ``catalog.csv`` in their folder lists. A
-        ``target`` brings its own radius.
+        ``target`` brings its own radius, a guided calibration its ball.
     labels : Path, optional
         CSV of circles that replace the automatic ones.
     target : Path, optional
@@ -77,6 +73,8 @@ def calibrate(
         ``plugin.name`` of a calibrator that replaces the profile's.
     serial : str
         Serial of the physical unit.
+    gel : str
+        Name of the gel on the unit: gels wear and are changed, and each needs its calibration.
     scored : bool
         False skips the cross-validation, which takes several times as long as the fit.
 
@@ -97,20 +95,31 @@ def calibrate(
     progress = progress or Silent()
     if serial:
         check_serial(serial)
+    if gel:
+        check_serial(gel, "gel")
     if rows is not None and not is_height_map(target):
         raise InputError("--rows chooses rows of a height map; give it as --target, a .tmd file")
-    base = profile if isinstance(profile, Profile) else load_profile(profile)
-    base, notes, _ = played_back(base, presses)
+    session = recorded_session(presses)
+    virtual = session is not None and session.sim
+    base = profile if isinstance(profile, Profile) else load_profile(profile, sim=virtual)
+    base, notes, _, _ = played_back(base, presses)
+    guided = GuidedSession.of(presses)
+    if guided is not None and ball_diameter_mm is None:
+        ball_diameter_mm = guided.ball_diameter_mm
     if ball_diameter_mm is not None:
         check_ball(ball_diameter_mm, base)
-    frames = list(read_frames(base, presses))
-    undeformed, stand_in = undeformed_sensor(base, frames, reference, target)
+    # one at a time: a recorded session has thousands of frames besides its presses
+    frames = [frame for frame in read_frames(base, presses) if guided is None or guided.kept(frame)]
+    if guided is not None and not frames:
+        raise InputError(
+            f"{presses} holds a guided calibration without any press that was kept; record again"
+        )
+    undeformed, stand_in = undeformed_sensor(
+        base, frames, reference, target, None if session is None else session.reference
+    )
     calibrator = calibrator_of(base.calibration, model)
-    condition = Conditioning.of(base, undeformed, compensates=calibrator.compensation == "channel")
+    condition = conditioning_for(base, undeformed, calibrator)
     undeformed = condition.undeformed
-    miscounted = condition.finder.miscounted(undeformed) if condition.finder else ""
-    if miscounted:
-        raise InputError(miscounted)
     # Models smooth their images; the ground truth has to be equally smooth.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
     ground_truth: CalibrationTarget[Any] = (
@@ -130,54 +139,79 @@ def calibrate(
             progress=progress,
         )
     )
-    good = [surface for surface in ground_truth.surfaces if surface.used]
-
-    fit = partial(fitted_by, calibrator)
-    score = None
-    if scored:
-        progress.stage("scoring on held-out presses", 0.6)
-        score = cross_validate(
-            ground_truth.surfaces, ground_truth.without, undeformed, fit, progress=progress
-        )
-    progress.stage("fitting", 0.15)
-    fitted = fit([*(surface.training() for surface in good), *ground_truth.undeformed], undeformed)
-    artefacts: dict[str, Artefact] = {LIGHT: fitted}
-    if score is not None and score.errors is not None:
-        artefacts[ERRORS] = score.errors
-    progress.fraction(1.0)
-    azimuths = channel_azimuths(good, undeformed)
-    if is_sequential(frames[0]):
-        notes = (*notes, *misplaced_lights(base, undeformed.channels, azimuths))
-    manifest = Manifest(
-        profile=base.name,
-        revision=base.revision,
+    made = fitted_bundle(
+        base,
+        ground_truth,
+        undeformed,
+        calibrator,
         serial=serial,
-        artefacts=names_of(artefacts),
-        image_size_px=(base.image.width_px, base.image.height_px),
-        crop=base.image.crop,
-        channels=undeformed.channels,
-        channel_azimuth_deg=azimuths,
-        mm_per_px=base.image.mm_per_px,
-        bit_depth=base.image.bit_depth,
-        created=now(),
-        ball_diameters_mm=ground_truth.ball_diameters_mm,
-        presses_used=len(good),
-        held_out=None if score is None else score.summary(),
-        versions=_versions(),
-        profile_hash=profile_hash(base),
+        gel=gel,
+        scored=scored,
+        notes=notes,
+        progress=progress,
     )
-    notes = (*notes, *implausible(ground_truth.surfaces, undeformed, base.gel))
-    if scored:
-        notes = (*notes, *doubts(score, good))
-    bundle = Bundle(manifest, artefacts, undeformed)
     given = inputs_of(profile, presses, reference, labels, target)
-    surfaces = tuple(ground_truth.surfaces)
-    return Calibrated(bundle, surfaces, score, notes + stand_in, ground_truth.basis, given)
+    return replace(made, notes=made.notes + stand_in, inputs=given)
+
+
+def calibrate_presses(
+    profile: Profile,
+    presses: Mapping[str, Frame],
+    reference: Reference,
+    *,
+    ball_diameter_mm: float,
+    model: str | None = None,
+    serial: str = "",
+    gel: str = "",
+    scored: bool = True,
+    progress: Progress | None = None,
+) -> Calibrated:
+    """Fit and score a calibration from frames of a ball, as :func:`calibrate` does from files.
+
+    Parameters
+    ----------
+    profile : Profile
+    presses : mapping of str to Frame
+        One press each, by the name that reports use; as acquired, not conditioned.
+    reference : Reference
+        The undeformed sensor, as averaged, without masks.
+    ball_diameter_mm : float
+    model, serial, gel, scored
+        As in :func:`calibrate`.
+
+    Raises
+    ------
+    InputError, ProfileError, CalibrationError
+        As :func:`calibrate`.
+    """
+    progress = progress or Silent()
+    check_ball(ball_diameter_mm, profile)
+    calibrator = calibrator_of(profile.calibration, model)
+    condition = conditioning_for(profile, reference, calibrator)
+    ground_truth = separate_balls(
+        profile,
+        list(presses),
+        list(presses.values()),
+        condition,
+        [ball_diameter_mm] * len(presses),
+        for_heights=calibrator.fits == "heights",
+        progress=progress,
+    )
+    return fitted_bundle(
+        profile,
+        ground_truth,
+        condition.undeformed,
+        calibrator,
+        serial=serial,
+        gel=gel,
+        scored=scored,
+        progress=progress,
+    )
 
 
 def inputs_of(
     profile: Profile | str | Path,
-    presses: Path,
+    presses: Path | None,
     reference: Path | None,
     labels: Path | None,
     target: Path | None,
@@ -192,14 +226,3 @@ def inputs_of(
             "--target": target,
         }
     )
-
-
-def _versions() -> dict[str, str]:
-    import cv2
-
-    return {
-        "tactile-core": __version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "opencv": cv2.__version__,
-    }

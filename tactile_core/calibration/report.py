@@ -78,6 +78,7 @@ def write_report(
             [
                 ("model", manifest.model),
                 ("serial", manifest.serial or "—"),
+                ("gel", manifest.gel_id or "—"),
                 ("fitted on", basis),
                 ("used", f"{len(good)} of {len(presses)}"),
                 *((f"coverage: {k}", v) for k, v in coverage.items()),

@@ -47,6 +47,7 @@ def cross_validate(
     undeformed: Reference,
     fit: Callable[[Sequence[Press], Reference], Calibration],
     *,
+    thickness_mm: float,
     progress: Progress | None = None,
 ) -> Score | None:
     """Score a calibrator by k-fold cross-validation over surfaces.
@@ -65,6 +66,8 @@ def cross_validate(
         Held-out surfaces are measured against it.
     fit : callable
         Fits a calibration to training samples and a reference.
+    thickness_mm : float
+        Thickness of the gel.
     progress : Progress, optional
 
     Returns
@@ -103,7 +106,7 @@ def cross_validate(
             height_errors.append(surface.height_errors_mm(measured.height_mm, mask))
             if measured.integrated:
                 shape = measured.gx, measured.gy, measured.height_mm
-                held_out_surfaces.append(HeldOutSurface(*shape, surface.training()))
+                held_out_surfaces.append(HeldOutSurface(*shape, surface.training(), thickness_mm))
             sphere = surface.sphere(measured.height_mm)
             if sphere is not None:
                 spheres[i] = sphere

@@ -89,7 +89,11 @@ class CalibrationTarget(Generic[S]):
 
 
 def undeformed_sensor(
-    profile: Profile, frames: Sequence[Frame], reference: Path | None, target: Path | None
+    profile: Profile,
+    frames: Sequence[Frame],
+    reference: Path | None,
+    target: Path | None,
+    own: Reference | None = None,
 ) -> tuple[Reference, tuple[str, ...]]:
     """Return the reference of the undeformed sensor, and a note if it is derived from the press.
 
@@ -98,7 +102,7 @@ def undeformed_sensor(
     InputError
         No reference is given, and the target is no height map.
     """
-    given = None if reference is None else average(list(read_frames(profile, reference)))
+    given = own if reference is None else average(list(read_frames(profile, reference)))
     if not is_height_map(target):
         if given is None:
             raise InputError(
@@ -159,32 +163,81 @@ def balls(
     if ball_diameter_mm is not None:
         check_ball(ball_diameter_mm, profile)
     files = _file_names(profile, presses, frames)
-    sizes_mm: Sequence[float]
-    progress.stage("finding the circles", 0.25)
     if target is None:
-        ready = [condition(frame) for frame in frames]
         sizes_mm = ball_diameters_mm(profile, presses, len(frames), ball_diameter_mm)
         for diameter_mm in sorted(set(sizes_mm)):
             check_ball(diameter_mm, profile)
-        circled = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
-        found = [replace(press, for_heights=for_heights) for press in circled]
-        labelled = labels is not None
-        without = SeparatePresses(found, condition.undeformed, labelled=labelled).without
-    else:
-        grid, diameter_mm = _on_target(
-            profile, presses, files, frames, condition, ball_diameter_mm, target
+        return separate_balls(
+            profile,
+            files,
+            frames,
+            condition,
+            sizes_mm,
+            labels=labels,
+            for_heights=for_heights,
+            progress=progress,
         )
-        grid = replace(grid, for_heights=for_heights)
-        sizes_mm = (diameter_mm,)
-        found, without = grid.found(), grid.without
+    progress.stage("finding the circles", 0.25)
+    grid, diameter_mm = _on_target(
+        profile, presses, files, frames, condition, ball_diameter_mm, target
+    )
+    grid = replace(grid, for_heights=for_heights)
+    found = grid.found()
+    good = used(found)
+    return CalibrationTarget(
+        found,
+        f"{len(good)} presses of {size_words((diameter_mm,))}",
+        grid.without,
+        ball_diameters_mm=(diameter_mm,),
+        undeformed=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
+    )
+
+
+def separate_balls(
+    profile: Profile,
+    files: Sequence[str],
+    frames: Sequence[Frame],
+    condition: Conditioning,
+    sizes_mm: Sequence[float],
+    *,
+    labels: Path | None = None,
+    for_heights: bool = False,
+    progress: Progress,
+) -> CalibrationTarget[FoundPress]:
+    """Return presses of a ball that are found in a frame each.
+
+    Parameters
+    ----------
+    profile : Profile
+    files : sequence of str
+        Name of each press, for reports.
+    frames : sequence of Frame
+        As acquired, not conditioned.
+    condition : Conditioning
+    sizes_mm : sequence of float
+        Diameter of the ball in each frame.
+    labels : Path, optional
+        CSV of circles that replace the automatic ones.
+    for_heights : bool
+        The training pixels are for a calibration that is fitted to heights.
+    progress : Progress
+
+    Raises
+    ------
+    CalibrationError
+        None of the presses can be used.
+    """
+    progress.stage("finding the circles", 0.25)
+    ready = [condition(frame) for frame in frames]
+    circled = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
+    found = [replace(press, for_heights=for_heights) for press in circled]
     good = used(found)
     diameters_mm = tuple(sorted(set(sizes_mm)))
     return CalibrationTarget(
         found,
         f"{len(good)} presses of {size_words(diameters_mm)}",
-        without,
+        SeparatePresses(found, condition.undeformed, labelled=labels is not None).without,
         ball_diameters_mm=diameters_mm,
-        undeformed=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
     )
 
 
@@ -299,8 +352,8 @@ def _found(
         frames,
         reference,
         radii_px,
-        dome_radius_px=_dome_radius_px(profile),
-        thickness_mm=_thickness_mm(profile),
+        dome_radius_px=dome_radius_px(profile),
+        thickness_mm=thickness_of(profile),
         labels=given,
         progress=progress,
     )
@@ -335,16 +388,18 @@ def _on_target(
     grid = grid.at_scale(geometry.camera_mm_per_px(camera_size_px))
     centres = geometry.map_points(grid.centres_px, camera_size_px)
     radius_px = grid.radius_mm / profile.image.mm_per_px
-    dome_px = _dome_radius_px(profile)
-    thickness_mm = _thickness_mm(profile)
+    dome_px = dome_radius_px(profile)
+    thickness_mm = thickness_of(profile)
     pressed = PressedGrid(files[0], frames[0], condition, centres, radius_px, dome_px, thickness_mm)
     return pressed, 2 * grid.radius_mm
 
 
-def _thickness_mm(profile: Profile) -> float:
+def thickness_of(profile: Profile) -> float:
+    """Return the thickness of the gel in mm, the usual one if the profile gives none."""
     return THICKNESS_MM if profile.gel.thickness_mm is None else profile.gel.thickness_mm
 
 
-def _dome_radius_px(profile: Profile) -> float | None:
+def dome_radius_px(profile: Profile) -> float | None:
+    """Return the radius of an undeformed domed gel in px; None for a flat one."""
     radius_mm = profile.gel.radius_mm
     return None if radius_mm is None else radius_mm / profile.image.mm_per_px

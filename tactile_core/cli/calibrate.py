@@ -13,8 +13,14 @@ from tactile_core.cli.output import print_data, print_json, print_message
 def calibrate(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
     presses: Annotated[
-        Path, typer.Option(help="Recording of the ball, pressed at different places.")
-    ],
+        Path | None,
+        typer.Option(
+            help="Recording of the ball, pressed at different places, or of a session with --live."
+        ),
+    ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Be led from press to press by the live image.")
+    ] = False,
     reference: Annotated[
         Path | None,
         typer.Option(help="Recording of the sensor with no contact; optional with a .tmd target."),
@@ -41,7 +47,25 @@ def calibrate(
         typer.Option(help="Calibration model, plugin.name. Default: the model in the profile."),
     ] = None,
     serial: Annotated[str, typer.Option(help="Serial of the physical unit.")] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    gel: Annotated[str, typer.Option(help="Name of the gel on the unit, which wears.")] = "",
+    record: Annotated[
+        Path | None,
+        typer.Option(help="With --live: the session's recording. Default: beside the bundle."),
+    ] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="With --live: the virtual sensor.")] = False,
+    script: Annotated[
+        Path | None, typer.Option(help="With --live --sim: YAML of the indenter and its motion.")
+    ] = None,
+    input: Annotated[
+        Path | None, typer.Option(help="With --live: a recording instead of the camera.")
+    ] = None,
+    timeout: Annotated[
+        float, typer.Option(help="With --live: longest wait for an image, s.")
+    ] = 1.0,
+    reconnect_s: Annotated[
+        float, typer.Option(help="With --live: how long to try to open an unplugged camera, s.")
+    ] = 0.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
     from tactile_core.bundles.bundle import check_place, check_serial, default_place
@@ -49,14 +73,48 @@ def calibrate(
     from tactile_core.calibration.fitting import inputs_of
     from tactile_core.calibration.height_target import parse_rows
     from tactile_core.cli.progress import Bar
+    from tactile_core.errors import InputError
     from tactile_core.profiles.loader import load_profile
 
     loaded = load_profile(profile)
     if serial:
         check_serial(serial)
-    folder = out if out is not None else default_place(loaded, serial or None)
-    inputs_of(profile, presses, reference, labels, target).refuse_whole(folder)
+    if gel:
+        check_serial(gel, "gel")
+    folder = out if out is not None else default_place(loaded, serial or None, gel or None)
+    inputs_of(profile, input if live else presses, reference, labels, target).refuse_whole(folder)
     check_place(folder)
+    if live:
+        if presses is not None or labels is not None or target is not None or rows is not None:
+            raise InputError(
+                "--live takes its presses from the camera; leave --presses, --labels, "
+                "--target and --rows out"
+            )
+        if ball_diameter_mm is None:
+            raise InputError("--live needs the ball; give --ball-diameter-mm")
+        from tactile_core.cli.guided_calibration import LiveOptions, calibrate_live
+
+        calibrate_live(
+            LiveOptions(
+                profile,
+                folder,
+                ball_diameter_mm,
+                reference=reference,
+                record=record,
+                model=model,
+                serial=serial,
+                gel=gel,
+                input=input,
+                script=script,
+                sim=sim,
+                timeout_s=timeout,
+                reconnect_s=reconnect_s,
+                as_json=as_json,
+            )
+        )
+        return
+    if presses is None:
+        raise InputError("give --presses, a recording of the ball, or --live to be led")
     with Bar() as progress:
         result = fit(
             loaded,
@@ -68,6 +126,7 @@ def calibrate(
             rows=None if rows is None else parse_rows(rows),
             model=model,
             serial=serial,
+            gel=gel,
             progress=progress,
         )
     result.save(folder)

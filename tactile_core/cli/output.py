@@ -33,6 +33,12 @@ def only_data_on_stdout() -> Iterator[None]:
         sys.stdout = _data.pop() or stdout
 
 
+def terminal() -> TextIO | None:
+    """Return the stream of :func:`print_data` if a user looks at it."""
+    stream = _data[-1] if _data else sys.stdout
+    return stream if stream is not None and stream.isatty() else None
+
+
 def print_data(line: str) -> None:
     """Print a line of data.
 

@@ -1,4 +1,4 @@
-"""``tactile profiles``, ``plugins``, ``validate``, ``schema`` and ``doctor``."""
+"""``tactile profiles``, ``plugins``, ``validate`` and ``schema``."""
 
 from __future__ import annotations
 
@@ -98,35 +98,3 @@ def schema() -> None:
     from tactile_core.profiles.schema import profile_schema
 
     print_json(profile_schema(), indent=2)
-
-
-def doctor(
-    profile: Annotated[str | None, typer.Argument(help="A profile to check as well.")] = None,
-    sim: Annotated[
-        bool, typer.Option("--sim", help="Open its virtual sensor and read a frame.")
-    ] = False,
-) -> None:
-    """Check the installed plugins, and optionally a profile."""
-    from tactile_core.errors import InputError
-    from tactile_core.pipeline.profile_steps import check_steps
-    from tactile_core.pipeline.sensor import open_sensor
-    from tactile_core.plugins.registry import list_plugins
-    from tactile_core.profiles.loader import load_profile
-
-    if sim and profile is None:
-        raise InputError("--sim opens the virtual sensor of a profile; name a profile")
-    healthy = True
-    for plugin in list_plugins(import_components=True):
-        print_data(f"{'ok' if not plugin.problems else 'PROBLEM':<9}plugin {plugin.name}")
-        for problem in plugin.problems:
-            healthy = False
-            print_data(f"         {problem}")
-    if profile is not None:
-        check_steps(load_profile(profile))
-        print_data(f"{'ok':<9}profile {profile}")
-    if profile is not None and sim:
-        with open_sensor(profile, sim=True) as sensor:
-            height, width, channels = sensor.read().frame.pixels.shape
-        print_data(f"{'ok':<9}virtual sensor of {profile}: {width} × {height}, {channels} channels")
-    if not healthy:
-        raise typer.Exit(2)

@@ -18,12 +18,17 @@ if TYPE_CHECKING:
 def run(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
     serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
+    gel: Annotated[str | None, typer.Option(help="Name of the gel on the unit.")] = None,
     sim: Annotated[bool, typer.Option("--sim", help="Use the virtual sensor.")] = False,
     script: Annotated[
         Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
     ] = None,
     input: Annotated[
-        Path | None, typer.Option(help="An image, a folder of images, a video or a scan.")
+        list[Path] | None,
+        typer.Option(
+            help="An image, a folder of images, a video, a scan or a recording; or several, in a "
+            "folder or by several --input."
+        ),
     ] = None,
     reference: Annotated[
         str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
@@ -40,9 +45,17 @@ def run(
     timeout: Annotated[
         float, typer.Option(help="Longest wait for an image of a live camera, s.")
     ] = 1.0,
+    reconnect_s: Annotated[
+        float,
+        typer.Option(help="How long to try to open an unplugged camera or light box again, s."),
+    ] = 0.0,
     workers: Annotated[
         int, typer.Option(min=1, max=256, help="Number of processes that measure.")
     ] = 1,
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="Address of a dask scheduler whose workers measure the recordings."),
+    ] = None,
     external: Annotated[
         Path | None,
         typer.Option(help="Folder with one NAME.npz of external quantities per frame."),
@@ -51,7 +64,7 @@ def run(
     save: Annotated[
         str | None,
         typer.Option(
-            help="Formats or sinks, separated by commas: npz, tmd, png, ply, a sink of the "
+            help="Formats or sinks, separated by commas: npz, tmd, png, ply, record, a sink of the "
             "profile, or plugin.name. Default: npz with --out, else nothing."
         ),
     ] = None,
@@ -61,9 +74,11 @@ def run(
 ) -> None:
     """Measure height, contact and the results of all other steps of a profile."""
     from tactile_core.bundles.bundle import default_place
+    from tactile_core.cli.batch import are_several, run_batch, unread_notes
     from tactile_core.errors import InputError
+    from tactile_core.pipeline.opening import open_sensor
     from tactile_core.pipeline.playback import observation_names
-    from tactile_core.pipeline.sensor import FIRST, open_sensor
+    from tactile_core.pipeline.sensor import FIRST
     from tactile_core.pipeline.sinks import Sinks
     from tactile_core.plugins.blame import blame_of
     from tactile_core.recordings.inputs import PROFILE, Inputs
@@ -76,11 +91,36 @@ def run(
     names = [name for name in names if name]
     if save is not None and not names:
         raise InputError("--save names nothing to write; give it npz, tmd, png, ply or a sink")
-    if input is not None and sim:
+    if input and sim:
         raise InputError("--input and --sim exclude each other; give one of them")
+    if input and are_several(profile, input):
+        unusable = {"--script": script, "--external": external}
+        run_batch(
+            profile,
+            input,
+            serial=serial,
+            gel=gel,
+            reference=reference,
+            bundle=bundle,
+            tare_frame=tare_frame,
+            frames=frames,
+            out=out,
+            save=names,
+            unusable=[option for option, value in unusable.items() if value is not None],
+            workers=workers,
+            cluster=cluster,
+            as_json=as_json,
+        )
+        return
+    if cluster is not None:
+        raise InputError(
+            "a cluster measures several recordings at once; give a folder of them, or several "
+            "--input"
+        )
+    recording = input[0] if input else None
     given = {
         PROFILE: profile,
-        "--input": input,
+        "--input": recording,
         "--reference": None if reference == FIRST else reference,
         "--bundle": bundle,
         "--script": script,
@@ -90,27 +130,30 @@ def run(
     with open_sensor(
         profile,
         serial=serial,
+        gel=gel,
         bundle=bundle,
-        input=input,
+        input=recording,
         reference=reference,
         sim=sim,
         script=script,
         timeout_s=timeout,
+        reconnect_s=reconnect_s,
     ) as sensor:
         sinks = Sinks(sensor.profile, names)
+        sensor.keep_raw = sinks.keeps_raw
         if results is not None:
             if bundle is None:
-                place = default_place(sensor.profile, serial)
+                place = default_place(sensor.profile, serial, gel)
                 Inputs.of({"the bundle": place}).refuse_shared(results.path)
-            if input is not None:
-                sources = observation_names(sensor.profile, input)
+            if recording is not None:
+                sources = observation_names(sensor.profile, recording)
                 results.check_for(sources, sinks.endings)
-        for note in sensor.notes:
+        for note in (*sensor.notes, *unread_notes(recording)):
             print_message(f"note: {note}")
         tared = tare_frame is None
         inputs = None if external is None else SavedInputs(external, sensor.pipeline.takes)
         stream = sensor.stream(tare_frame=tare_frame, workers=workers, inputs=inputs)
-        with sinks.open(sensor.pipeline, results):
+        with sinks.open(sensor.pipeline, results, sensor.record):
             for reading in islice(stream, frames):
                 tared |= reading.frame.sequence == tare_frame
                 sinks.write(reading)

@@ -18,6 +18,7 @@ class Signalled(KeyboardInterrupt):
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
+        self.number = number
         self.exit_code = 128 + number
 
 
@@ -45,3 +46,14 @@ def signals_raised() -> Iterator[list[Signalled]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def interrupt_ends() -> Iterator[None]:
+    """Take the user's Ctrl-C for the regular end of a command that would never end."""
+    try:
+        yield
+    except Signalled as signalled:
+        if signalled.number != signal.SIGINT:
+            raise
+        signalled.exit_code = 0

@@ -87,7 +87,7 @@ class Conditioning:
         return self.finder.marked(frame)
 
     def compensated(self, frame: Frame) -> Frame:
-        """Compensate the illumination drift of a masked frame."""
+        """Measure the illumination drift of a masked frame, and compensate it if it should be."""
         if self._drift is None:
             return frame
         return self._drift.compensated(frame)
@@ -127,6 +127,6 @@ class Conditioning:
 
     @cached_property
     def _drift(self) -> DriftCompensator | None:
-        if self.reference is None or not self.compensates:
+        if self.reference is None:
             return None
-        return DriftCompensator(self.reference)
+        return DriftCompensator(self.reference, divides=self.compensates)

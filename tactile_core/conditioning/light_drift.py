@@ -33,10 +33,16 @@ class DriftCompensator:
 
     It keeps nothing from earlier frames, so a contact that is held for long is not absorbed; see
     :class:`~tactile_core.algorithms.drift.ReferenceLevels`.
+
+    Parameters
+    ----------
+    reference : Reference
+    divides : bool
+        False only measures the change of the light, as ``Frame.light_ratio``.
     """
 
-    def __init__(self, reference: Reference) -> None:
-        self._reference = reference
+    def __init__(self, reference: Reference, *, divides: bool = True) -> None:
+        self._reference, self._divides = reference, divides
         self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
 
     def compensated(self, frame: Frame) -> Frame:
@@ -44,7 +50,11 @@ class DriftCompensator:
         reference = self._reference
         if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
             return frame
-        gains = self._levels.gains(frame.pixels, frame.marker_mask)
-        if np.abs(gains - 1).max() < COMPENSATION.least_drift:
+        change = self._levels.change(frame.pixels, frame.marker_mask)
+        if change is None:
             return frame
-        return replace(frame, pixels=divided(frame.pixels, gains, frame.full_scale))
+        gains = change.gains
+        if not self._divides or np.abs(gains - 1).max() < COMPENSATION.least_drift:
+            return replace(frame, light_ratio=change.ratio)
+        pixels = divided(frame.pixels, gains, frame.full_scale)
+        return replace(frame, pixels=pixels, light_ratio=change.ratio)

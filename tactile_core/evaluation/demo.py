@@ -16,7 +16,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.interfaces.constant_light import COLOUR
-from tactile_core.interfaces.progress import Progress
+from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.calibrators import calibrator_of, smoothing_px_of
 from tactile_core.profiles.model import Profile
@@ -161,6 +161,18 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], li
         rows.append(row)
         parts.append(html.row(figures))
     return rows, [*parts, *_sheared(stage, ball_mm)]
+
+
+def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> Bundle:
+    """Calibrate a virtual sensor by ball presses, as the demonstration does.
+
+    Raises
+    ------
+    CalibrationError
+        Its presses cannot be fitted.
+    """
+    stage = VirtualStage(profile)
+    return _calibrated(profile, stage, _ball_mm(profile), progress or Silent())[0]
 
 
 def _calibrated(

@@ -93,6 +93,15 @@ def header(data: bytes) -> Header | None:
     return None if pnm is None else Header(int(pnm[1]), int(pnm[2]))
 
 
+def kind_of(data: bytes) -> str | None:
+    """Return the format of an image's content: png, jpeg, bmp, tiff, webp, pgm or ppm."""
+    starts = {_PNG: "png", _JPEG: "jpeg", b"BM": "bmp", b"P5": "pgm", b"P6": "ppm"}
+    starts |= dict.fromkeys(_TIFF_ORDERS, "tiff")
+    if data.startswith(b"RIFF") and data[8:12] == b"WEBP":
+        return "webp"
+    return next((kind for start, kind in starts.items() if data.startswith(start)), None)
+
+
 def is_complete(data: bytes) -> bool:
     """Whether a file is complete and, where the format has checksums, undamaged."""
     try:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ _SILENT = frozenset({"OFF", "SILENT", "0"})
 
 _HEADER_BYTES = 1 << 16
 """Bytes that are read to find the header; metadata can precede it."""
+
+_STDERR = Lock()
+"""Held while stderr is redirected: it belongs to the whole process, and cameras read in threads."""
 
 
 @dataclass(frozen=True)
@@ -189,17 +193,19 @@ def _decode(data: bytes) -> NDArray[Any] | None:
 @contextmanager
 def _silenced() -> Iterator[None]:
     """Silence the decoding libraries too if OpenCV's own log is switched off."""
-    try:
-        stderr = os.dup(2) if os.environ.get("OPENCV_LOG_LEVEL") in _SILENT else None
-    except OSError:  # stderr is closed
-        stderr = None
-    if stderr is None:
+    if os.environ.get("OPENCV_LOG_LEVEL") not in _SILENT:
         yield
         return
-    try:
-        with Path(os.devnull).open("wb") as nowhere:
-            os.dup2(nowhere.fileno(), 2)
-        yield
-    finally:
-        os.dup2(stderr, 2)
-        os.close(stderr)
+    with _STDERR:
+        try:
+            stderr = os.dup(2)
+        except OSError:  # it is closed
+            yield
+            return
+        try:
+            with Path(os.devnull).open("wb") as nowhere:
+                os.dup2(nowhere.fileno(), 2)
+            yield
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)

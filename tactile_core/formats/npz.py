@@ -30,16 +30,33 @@ def write_npz(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
     OSError
         The disk is full or not writable.
     """
+    write_atomically(path, npz_bytes(arrays, str(path)))
+
+
+def npz_bytes(arrays: Mapping[str, ArrayLike], where: str) -> memoryview:
+    """Return the content of an ``.npz`` file with named arrays.
+
+    Parameters
+    ----------
+    arrays : mapping of str to array
+    where : str
+        Where it will be, in messages.
+
+    Raises
+    ------
+    ValueError
+        An array contains Python objects, which would need a pickle.
+    """
     plain = {name: np.asarray(array) for name, array in arrays.items()}
     for name, array in plain.items():
         if array.dtype.hasobject:
-            raise ValueError(f"{name!r} contains Python objects and cannot be saved in {path}")
+            raise ValueError(f"{name!r} contains Python objects and cannot be saved in {where}")
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, array in plain.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
                 np.lib.format.write_array(entry, array, allow_pickle=False)
-    write_atomically(path, buffer.getbuffer())
+    return buffer.getbuffer()
 
 
 def read_npz(path: Path) -> dict[str, NDArray[Any]]:
@@ -51,9 +68,25 @@ def read_npz(path: Path) -> dict[str, NDArray[Any]]:
         The file is missing, corrupt, or contains Python objects instead of arrays.
     """
     path = Path(path)
-    data = read_bytes(path)
+    return npz_arrays(read_bytes(path), str(path))
+
+
+def npz_arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:
+    """Return every array in the content of an ``.npz`` file.
+
+    Parameters
+    ----------
+    data : bytes
+    where : str
+        Where it comes from, in messages.
+
+    Raises
+    ------
+    InputError
+        It is corrupt, or contains Python objects instead of arrays.
+    """
     if not data.startswith(b"PK"):
-        raise InputError(f"{path} is not an .npz file; write it again or restore it from a copy")
+        raise InputError(f"{where} is not an .npz file; write it again or restore it from a copy")
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             for entry in archive.infolist():
@@ -62,8 +95,8 @@ def read_npz(path: Path) -> dict[str, NDArray[Any]]:
             return {name: arrays[name] for name in arrays.files}
     except Exception as error:  # numpy and zipfile raise almost anything on damaged bytes
         raise InputError(
-            f"{path} is corrupt or contains other values than arrays ({_first_line(error)}); write "
-            f"it again or restore it from a copy"
+            f"{where} is corrupt or contains other values than arrays ({_first_line(error)}); "
+            f"write it again or restore it from a copy"
         ) from error
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +32,27 @@ def read_mapping(path: Path) -> dict[str, Any]:
         The file is missing, too large, not text, not YAML (with line and column), nested too
         deeply, too large after its aliases are expanded, or not a mapping.
     """
+    path = Path(path)
+    return mapping_of(read_text(path, MAX_BYTES), path)
+
+
+def mapping_of(text: str, path: Path) -> dict[str, Any]:
+    """Return the mapping in a YAML 1.2 text.
+
+    Parameters
+    ----------
+    text : str
+    path : Path
+        Where it comes from, in messages.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_mapping`.
+    """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-    path = Path(path)
-    text = read_text(path, MAX_BYTES)
     yaml = YAML(typ="safe", pure=True)
     yaml.allow_duplicate_keys = True
     try:
@@ -57,6 +75,18 @@ def read_mapping(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise InputError(f"{path} is not a mapping of keys to values")
     return {str(key): value for key, value in content.items()}
+
+
+def yaml_text(values: Mapping[str, Any]) -> str:
+    """Return JSON-ready values as YAML 1.2, in their order."""
+    from ruamel.yaml import YAML
+
+    yaml: Any = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = False
+    yaml.sort_base_mapping_type_on_output = False
+    buffer = io.StringIO()
+    yaml.dump(dict(values), buffer)
+    return buffer.getvalue()
 
 
 def number(

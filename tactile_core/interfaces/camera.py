@@ -199,6 +199,11 @@ class Camera(Device):
         """
 
     @property
+    def nominal_rate_hz(self) -> float | None:
+        """Images a second that the open camera is set to send; None if it does not know."""
+        return None
+
+    @property
     def statistics(self) -> StreamStatistics | None:
         """What has arrived since the camera was opened; None if it takes images on request."""
         return None

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
 from tactile_core.errors import DeviceError
+from tactile_core.interfaces.connected_device import ConnectedDevice
 
 
 class Options(BaseModel):
@@ -21,14 +23,35 @@ class Device(ABC):
     """A device that is opened before use and closed afterwards.
 
     ``open`` and ``close`` are idempotent; a failed ``open`` leaves nothing open. Implement
-    ``_open`` and ``_close``.
+    ``_open`` and ``_close``; also ``connected`` and ``selectors`` if there can be several.
+
+    Attributes
+    ----------
+    selectors : mapping of str to str
+        The options by which one of several devices is chosen, each with the attribute of
+        :class:`~tactile_core.interfaces.connected_device.ConnectedDevice` that it must equal.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
+    selectors: ClassVar[Mapping[str, str]] = {}
 
     def __init__(self, options: BaseModel) -> None:
         self.options = options
         self._is_open = False
+
+    @classmethod
+    def connected(cls) -> Iterator[ConnectedDevice]:
+        """Yield the connected devices that this class could open, without opening them.
+
+        ``tactile devices`` lists them.
+
+        Raises
+        ------
+        DeviceError
+            Not all can be listed, because a library or a permission is missing; raised after those
+            that can.
+        """
+        return iter(())
 
     @property
     def is_open(self) -> bool:

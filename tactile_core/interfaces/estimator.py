@@ -87,7 +87,8 @@ class Estimator(ABC):
         """Acquire resources, such as a network session, before the first frame.
 
         The constructor stays cheap, so that a profile can be checked quickly. Resources that are
-        acquired here need not be picklable.
+        acquired here need not be picklable. Before a live camera is opened, a copy of the step is
+        opened, measures a few made-up frames and is closed.
         """
 
     def close(self) -> None:  # noqa: B027
@@ -95,6 +96,15 @@ class Estimator(ABC):
 
     def reset(self) -> None:  # noqa: B027  (optional hook)
         """Forget all earlier frames."""
+
+    def resume(self) -> None:
+        """Continue after a gap in the frames, such as an unplugged camera.
+
+        What depends on the frame before is forgotten; a tare stays if possible. The default resets
+        a step that is ``stateful``, and so forgets its tare.
+        """
+        if self.stateful:
+            self.reset()
 
     def tare(self, result: Any) -> Any:
         """Subtract the load of this frame from all later results, until :meth:`reset`.

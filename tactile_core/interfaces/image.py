@@ -114,8 +114,10 @@ class ImageSection(Section):
     )
     lens: Lens | None = Field(default=None, description="Corrects lens distortion.")
     warp: Warp | None = Field(default=None, description="Perspective correction.")
-    color: Literal["rgb", "grey"] = Field(
-        default="rgb", description="Whether one exposure has three colours or one intensity."
+    color: Literal["rgb", "grey", "luma"] = Field(
+        default="rgb",
+        description="Whether one exposure has three colours or one intensity: that of a grey "
+        "camera, or the luma of a colour camera under white light.",
     )
     transfer: Literal["gamma", "linear"] = Field(
         default="gamma", description="Whether intensities are gamma-coded or linear in radiance."

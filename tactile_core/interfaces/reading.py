@@ -108,3 +108,11 @@ class Reading:
         line["source"] = self.source
         line["warnings"] = list(self.warnings)
         return {key: plain(value) for key, value in line.items()}
+
+    def _repr_html_(self) -> str:
+        """Return a picture and a table of numbers, which notebooks show."""
+        from tactile_core.views.notebook import notebook_html
+
+        clean = [quantity.finite() for quantity in self.quantities.values()]
+        layers = [layer for quantity in clean for layer in quantity.layers()]
+        return notebook_html(self.frame, layers, self.summary(), self.warnings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import ClassVar, Protocol
 from pydantic import BaseModel
 
 from tactile_core.errors import InputError
+from tactile_core.formats.folders import make_folder
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.reading import Reading
@@ -25,6 +27,20 @@ class ResultFolder(Protocol):
 
     def write_for(self, source: str, ending: str, writer: Callable[[Path], None]) -> Path:
         """Write one file of an observation, completely or not at all."""
+
+
+class OpenRecording(Protocol):
+    """A recording of the sensor that is being written."""
+
+    def close(self) -> None:
+        """Complete it; may be called twice."""
+
+
+class Recorder(Protocol):
+    """Starts a recording of the sensor that the readings come from."""
+
+    def __call__(self, path: Path, readings: bool = False) -> OpenRecording:
+        """Record what the camera sends, and the quantities if ``readings`` is true."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +63,8 @@ class Session:
     guard : callable
         Returns a context manager for the code of one quantity: an exception in it becomes an
         error that names the quantity's plugin.
+    record : Recorder or None
+        Records the sensor; None if the readings come from no sensor.
     """
 
     build: SensorBuild
@@ -55,6 +73,7 @@ class Session:
     quantities: tuple[type[Quantity], ...]
     folder: ResultFolder | None = None
     guard: Guard = unguarded
+    record: Recorder | None = None
 
 
 class Sink(ABC):
@@ -68,12 +87,19 @@ class Sink(ABC):
         Endings of the files that :meth:`write_file` writes for each observation, such as
         ``".npz"``. Files of the user that would be overwritten are refused before the first
         measurement.
+    session_ending : str
+        Ending of the one file or folder that holds the whole session, which :meth:`new_path`
+        names, such as ``".rrd"``; ``tactile convert`` chooses the sink by it.
+    keeps_raw : bool
+        True if the sink writes the images as the camera sent them, ``frame.raw``.
     session : Session
         Available once ``open`` was called.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
     endings: ClassVar[tuple[str, ...]] = ()
+    session_ending: ClassVar[str] = ""
+    keeps_raw: ClassVar[bool] = False
 
     def __init__(self, options: BaseModel) -> None:
         self.options = options
@@ -104,3 +130,26 @@ class Sink(ABC):
         if folder is None:
             raise InputError(f"the sink {type(self).__name__} writes files; name a folder for them")
         return folder.write_for(reading.source, ending, writer)
+
+    def new_path(self) -> Path:
+        """Return a path for one file or folder that holds the whole session.
+
+        It is named after the sensor and in a folder that exists; the sink creates it.
+
+        Raises
+        ------
+        InputError
+            The user named no folder, or there is something of that name.
+        """
+        folder = self.session.folder
+        if folder is None:
+            raise InputError(f"the sink {type(self).__name__} writes files; name a folder for them")
+        serial = self.session.serial
+        name = self.session.build.name if serial is None else f"{self.session.build.name}-{serial}"
+        path = folder.path / f"{name}{self.session_ending}"
+        if os.path.lexists(path):
+            raise InputError(
+                f"{path} already exists; move it away, or name another folder for the results"
+            )
+        make_folder(folder.path)
+        return path

@@ -215,6 +215,12 @@ class Chain:
             with step.blamed():
                 step.estimator.reset()
 
+    def resume(self) -> None:
+        """Make every step continue after a gap in the frames."""
+        for step in self.steps:
+            with step.blamed():
+                step.estimator.resume()
+
 
 def declared_step(name: str, estimator: Estimator) -> Step:
     """Read an estimator's inputs and outputs from the annotations of its ``estimate``.

@@ -12,17 +12,21 @@ _RELEVANT_SHARE = 0.01
 
 def exposure_warnings(frame: Frame) -> tuple[str, ...]:
     """Return the warnings about saturated and dark intensities of a frame as acquired."""
-    warnings = []
-    if frame.saturated_share > _RELEVANT_SHARE:
-        warnings.append(
-            f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
-        )
+    saturation = saturation_warning(frame)
+    warnings = [saturation] if saturation else []
     if frame.too_dark_share > _RELEVANT_SHARE:
         warnings.append(
             f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
             f"the lights"
         )
     return tuple(warnings)
+
+
+def saturation_warning(frame: Frame) -> str:
+    """Return the warning about saturated intensities; empty if there are few."""
+    if frame.saturated_share <= _RELEVANT_SHARE:
+        return ""
+    return f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
 
 
 def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> list[str]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Chain, Step
 from tactile_core.pipeline.frame_check import check_channels, check_order, check_size
+from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.notes import exposure_warnings, left_out_notes
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.profile_steps import chain_of
@@ -46,8 +49,8 @@ from tactile_core.quantities import (
     ReferenceGradients,
 )
 
-_COMPILING_MS = 2000.0
-"""A frame takes longer only if its kernels are being compiled."""
+COMPILING_S = 5.0
+"""Processor time that a frame takes only if its kernels are compiled; loading takes a third."""
 
 
 class Pipeline:
@@ -76,6 +79,11 @@ class Pipeline:
         The bundle belongs to another sensor.
     InputError
         The reference does not match the profile.
+
+    Attributes
+    ----------
+    given_reference : Reference or None
+        The reference as it was given; None for the bundle's.
     """
 
     def __init__(
@@ -91,6 +99,7 @@ class Pipeline:
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
         self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
         self.serial = serial
+        self.given_reference = reference
         notes: list[str] = []
         if self.bundle is not None:
             notes += self.bundle.check(self.profile, serial)
@@ -165,7 +174,7 @@ class Pipeline:
         """
         first, self._used = not self._used, True
         tare, self._tares = tare or self._tares, False
-        start = perf_counter()
+        start, start_of_thread_s = perf_counter(), thread_time()
         self._check(frame.pixels, "frame")
         if is_sequential(frame) and self.bundle is not None:
             check_order(frame, self.bundle)
@@ -198,7 +207,8 @@ class Pipeline:
         for quantity in measured_only.values():
             with blame_of(quantity):
                 warnings += quantity.warnings()
-        if first and self.compiled and latency_ms > _COMPILING_MS:
+        # not the latency: on a busy machine any frame may take seconds
+        if first and self.compiled and thread_time() - start_of_thread_s > COMPILING_S:
             warnings.append(
                 f"this frame took {latency_ms / 1e3:.0f} s, because the extra 'fast' compiled its "
                 f"kernels; this happens once per installation"
@@ -212,6 +222,24 @@ class Pipeline:
             relative=self.reference is not None and self.reference.relative,
             warnings=tuple(warnings),
         )
+
+    def warm(self) -> None:
+        """Load and compile now what the first frame would have to wait for.
+
+        A copy of this pipeline measures a few made-up frames, in this thread. That takes about a
+        second, or 16 when the extra ``fast`` compiles its kernels, once per installation. Nothing
+        else changes: not the tare, not what steps remember of earlier frames, and no result.
+        """
+        # a step may fail in any way; what matters is what it does with real frames
+        with suppress(Exception):
+            copy: Pipeline = pickle.loads(pickle.dumps(self))
+            image = self.profile.image
+            surface = self.reference or made_up_reference(image, self.channels)
+            try:
+                for frame in made_up_frames(surface, image.mm_per_px):
+                    copy.process(frame)
+            finally:
+                copy.close()
 
     def map(self, frames: Iterable[Frame], *, workers: int = 1) -> Iterator[Reading]:
         """Measure frames in parallel processes and yield the readings in order.
@@ -245,6 +273,11 @@ class Pipeline:
             yield self.process(frame)
         if workers > 1:
             yield from shared_out(self, left, workers)
+
+    @property
+    def tares(self) -> bool:
+        """Whether the load of the next frame will be subtracted from then on."""
+        return self._tares
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -288,6 +321,10 @@ class Pipeline:
         """Forget all earlier frames."""
         self._chain.reset()
         self._tares = False
+
+    def resume(self) -> None:
+        """Continue after frames are missing: reference and tare stay, tracking starts again."""
+        self._chain.resume()
 
     def tare(self) -> None:
         """Subtract the load of the next frame from all later readings, until :meth:`reset`."""

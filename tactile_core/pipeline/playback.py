@@ -15,11 +15,13 @@ from tactile_core.interfaces.component import Component, SensorBuild
 from tactile_core.interfaces.gel import markers_misfit
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.light_driver import LightDriver
+from tactile_core.pipeline.recorded_sensor import check_same_sensor
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
+from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recording import open_recording
 
 _SAME_SHAPE = 0.01
@@ -60,11 +62,14 @@ class Playback(NamedTuple):
         For the user.
     observations : int or None
         Number of observations; None if it is unknown before the end.
+    recorded : RecordedSource or None
+        What a sensor recorded besides the images; None if no sensor wrote the recording.
     """
 
     profile: Profile
     notes: tuple[str, ...]
     observations: int | None
+    recorded: RecordedSource | None = None
 
 
 def played_back(profile: Profile, path: Path) -> Playback:
@@ -72,6 +77,9 @@ def played_back(profile: Profile, path: Path) -> Playback:
     count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
     notes: tuple[str, ...] = ()
+    recorded = recording.recorded
+    if recorded is not None:
+        notes = (*check_same_sensor(profile, recorded.session, path), *recorded.notes)
     image = profile.image
     if recording.crop is not None:
         image = image.model_copy(update={"crop": recording.crop})
@@ -80,14 +88,15 @@ def played_back(profile: Profile, path: Path) -> Playback:
         camera_scale = ImageGeometry(image).camera_mm_per_px(recording.size_px)
         scale = image.mm_per_px * recording.mm_per_px / camera_scale
         if scale != image.mm_per_px:
-            notes = (
+            note = (
                 f"{path.name} gives a scale of {scale:g} mm per pixel, which replaces the "
-                f"profile's {image.mm_per_px:g}",
+                f"profile's {image.mm_per_px:g}"
             )
+            notes = (*notes, note)
             image = image.model_copy(update={"mm_per_px": scale})
             misfit = markers_misfit(profile.gel, image)
             if misfit is not None:
-                raise InputError(f"{notes[0]}, but then the gel {misfit}")
+                raise InputError(f"{note}, but then the gel {misfit}")
     stretch = ImageGeometry(image).stretch(recording.size_px)
     if abs(stretch - 1) > _SAME_SHAPE:
         width, height = recording.size_px
@@ -101,15 +110,13 @@ def played_back(profile: Profile, path: Path) -> Playback:
         {"use": "core.replay", "path": path, "images_per_observation": count}
     )
     played = profile.model_copy(update={"camera": camera, "image": image})
-    return Playback(played, notes, recording.count)
+    return Playback(played, notes, recording.count, recorded)
 
 
 def observation_names(profile: Profile, path: Path) -> list[str]:
     """Return the names of a recording's observations; for a video, only the first name."""
     recording = open_recording(path, images_per_observation=images_per_observation(profile))
-    if recording.video is not None:
-        return [f"{path.stem}_{0:06d}"]
-    return [observation.name for observation in recording.files]
+    return [f"{path.stem}_{0:06d}"] if recording.names is None else list(recording.names)
 
 
 def images_per_observation(profile: Profile) -> int:

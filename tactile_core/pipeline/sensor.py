@@ -1,29 +1,36 @@
-"""Opens a sensor by its profile's name and reads quantities from it."""
+"""Reads quantities from an open sensor."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, average
-from tactile_core.bundles.bundle import Bundle, check_serial, default_place
+from tactile_core.acquisition.acquisition import CAMERA, average
+from tactile_core.acquisition.clock import HOST
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import CameraLost, InputError
-from tactile_core.interfaces.camera import Drop
+from tactile_core.interfaces.camera import Camera, Drop
 from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.live_check import LiveCheck
+from tactile_core.pipeline.frame_source import FrameSource
+from tactile_core.pipeline.health import Health
+from tactile_core.pipeline.health_monitor import HealthMonitor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import (
-    make_devices,
     played_back,
     read_reference,
 )
+from tactile_core.pipeline.recorded_session import session_of
+from tactile_core.pipeline.warming import warm_up
 from tactile_core.plugins.blame import blame
-from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
+from tactile_core.recordings.kinds import recording_writer
+from tactile_core.recordings.recorded_source import RecordedSource
+from tactile_core.recordings.running_recording import RunningRecording
 
 _MANY_FRAMES = 250
 """Frames after which compiled loops have saved the time that loading them takes."""
@@ -35,75 +42,17 @@ FIRST = "first"
 """Value of ``reference``: use the first frame and mark every reading as relative."""
 
 
-def open_sensor(
-    profile: Profile | str | Path,
-    *,
-    serial: str | None = None,
-    bundle: Bundle | Path | str | None = None,
-    input: Path | str | None = None,
-    reference: Reference | Path | str | None = None,
-    sim: bool = False,
-    script: Path | str | None = None,
-    timeout_s: float = TIMEOUT_S,
-) -> Sensor:
-    """Make a sensor from its profile and open it.
-
-    Parameters
-    ----------
-    profile : Profile, str or Path
-        Name of a shipped profile or of a plugin's profile, or the path of a YAML file.
-    serial : str, optional
-        Serial number of the unit; selects its bundle and refuses that of another unit.
-    bundle : Bundle or path, optional
-        The calibration. Default: the bundle in the user's data directory, if there is one.
-    input : path, optional
-        A recording to measure instead of the profile's camera.
-    reference : Reference, path or "first", optional
-        The undeformed sensor. Default: the bundle's reference. ``"first"`` uses the first frame
-        and marks every reading as relative.
-    sim : bool
-        Open the virtual sensor: apply the profile's ``sim`` overlay.
-    script : path, optional
-        Script of the virtual sensor: YAML as for ``tactile simulate``. Default: the script that
-        the overlay names, else a ball that presses and withdraws repeatedly.
-    timeout_s : float
-        Longest wait for each exposure; increase it for a slow camera.
-
-    Returns
-    -------
-    Sensor
-        Open; use it in a ``with`` block.
-
-    Raises
-    ------
-    ProfileError, PluginError, CalibrationError, InputError
-        An argument is unusable; the message says what to do.
-    DeviceError
-        A device cannot be opened; nothing is left open.
-    """
-    resolved = profile if isinstance(profile, Profile) else _loaded(profile, sim, script)
-    if serial is not None:
-        check_serial(serial)
-    if bundle is None:
-        place = default_place(resolved, serial)
-        bundle = Bundle.load(place) if place.is_dir() else None
-    elif not isinstance(bundle, Bundle):
-        bundle = Bundle.load(Path(bundle))
-    return Sensor(
-        resolved, bundle, reference, serial=serial, input=input, timeout_s=timeout_s
-    ).open()
-
-
-def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
-    if script is None:
-        return load_profile(profile, sim=sim)
-    if not sim:
-        raise InputError(f"the script {script} controls the virtual sensor; add --sim")
-    return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})
-
-
 class Sensor:
-    """A sensor's acquisition and its :class:`~tactile_core.pipeline.pipeline.Pipeline`."""
+    """A sensor's acquisition and its :class:`~tactile_core.pipeline.pipeline.Pipeline`.
+
+    Attributes
+    ----------
+    profile : Profile
+    notes : tuple of str
+        For the user.
+    observations : int or None
+        Number of observations of a recording; None if it is unknown before the end.
+    """
 
     def __init__(
         self,
@@ -112,27 +61,61 @@ class Sensor:
         reference: Reference | Path | str | None = None,
         *,
         serial: str | None = None,
+        gel: str | None = None,
         input: Path | str | None = None,
         timeout_s: float = TIMEOUT_S,
+        reconnect_s: float = 0.0,
     ) -> None:
         if not 0 < timeout_s < float("inf"):
             raise InputError(f"a timeout of {timeout_s:g} s? give a positive number of seconds")
         self.notes: tuple[str, ...] = ()
-        self._timeout_s = timeout_s
         count: int | None = None
+        self._recorded: RecordedSource | None = None
         if input is not None:
-            profile, self.notes, count = played_back(profile, Path(input))
+            profile, self.notes, count, self._recorded = played_back(profile, Path(input))
+        self.observations = count
         self.profile = profile
-        self._serial = serial
+        self._serial, self._gel = serial, gel
         self._bundle = bundle
         self._given_reference = reference
         # loading compiled loops takes as long as they save over this many frames
-        self._compiled = False if count is not None and count < _MANY_FRAMES else None
-        self._camera, illumination, self._driver = make_devices(profile)
-        self._acquisition = Acquisition(self._camera, illumination, profile.image, self._driver)
-        self._check = LiveCheck(self._acquisition)
+        plain = count is not None and count < _MANY_FRAMES
+        if self._recorded is not None:  # a replay rounds like the live sensor
+            plain = not self._recorded.session.compiled
+        self._compiled = False if plain else None
+        self._source = FrameSource(profile, timeout_s, reconnect_s)
+        self._monitor = HealthMonitor(self.camera, profile.gel.thickness_mm)
         self._pipeline: Pipeline | None = None
-        self._pending: list[Frame] = []
+        self._measures = self._tared = False
+
+    @property
+    def is_live(self) -> bool:
+        """Whether the sensor shows a device in real time, not a recording or a virtual sensor."""
+        return self.camera.live
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, for what only its own kind can do."""
+        return self._source.camera
+
+    @property
+    def serial(self) -> str | None:
+        """Serial number of the unit, if that was given."""
+        return self._serial
+
+    @property
+    def records_all(self) -> bool:
+        """Whether :meth:`record` takes every image that arrives, also those that nobody reads."""
+        return self._source.recordings.streamed
+
+    @property
+    def keep_raw(self) -> bool:
+        """Whether frames keep the images as the camera sent them, in ``frame.raw``."""
+        return self._source.keep_raw
+
+    @keep_raw.setter
+    def keep_raw(self, keep: bool) -> None:
+        self._source.keep_raw = keep
 
     @property
     def pipeline(self) -> Pipeline:
@@ -141,17 +124,22 @@ class Sensor:
             raise InputError("the sensor is closed; open it with 'with open_sensor(…) as sensor:'")
         return self._pipeline
 
+    @property
+    def name(self) -> str:
+        """The profile's name, with the serial of the unit if that was given."""
+        return self.profile.name if self._serial is None else f"{self.profile.name} {self._serial}"
+
     def open(self) -> Self:
-        """Open the lights and the camera; if that fails, nothing stays open."""
+        """Open the lights and the camera; if that fails, nothing stays open.
+
+        Before a live camera is opened, code is loaded and compiled, so that its first images do
+        not wait; see :meth:`Pipeline.warm <tactile_core.pipeline.pipeline.Pipeline.warm>`.
+        """
         try:
-            if self._driver is not None:
-                with blame(DRIVER, self._driver):
-                    self._driver.attach(self._camera)
-                    self._driver.open()
-            with blame(CAMERA, self._camera):
-                self._camera.open()
-                self.notes += tuple(self._camera.notes)
-            self._acquisition.arm()
+            if self.camera.live:
+                self._warm_up()
+            self._source.open()
+            self.notes += tuple(self.camera.notes)
             reference = self._reference()
             self._pipeline = Pipeline(
                 self.profile,
@@ -174,33 +162,11 @@ class Sensor:
 
         May be called twice.
         """
-        # not an ExitStack: it never returns if a device raises the same error object repeatedly
         try:
             if self._pipeline is not None:
                 self._pipeline.close()
         finally:
-            try:
-                self._darken()
-            finally:
-                try:
-                    self._close_camera()
-                finally:
-                    self._close_driver()
-
-    def _close_camera(self) -> None:
-        with blame(CAMERA, self._camera):
-            self._camera.close()
-
-    def _darken(self) -> None:
-        # lights that are driven through the camera work only while the camera is open
-        if self._driver is not None and self._driver.is_open:
-            with blame(DRIVER, self._driver):
-                self._driver.set({})
-
-    def _close_driver(self) -> None:
-        if self._driver is not None:
-            with blame(DRIVER, self._driver):
-                self._driver.close()
+            self._source.close()
 
     def __enter__(self) -> Self:
         return self
@@ -230,16 +196,31 @@ class Sensor:
         ------
         CameraTimeout
             No observation within ``timeout_s`` per exposure.
-        CameraLost
-            The camera was disconnected, or the recording has ended.
+        CameraLost, LightsLost
+            The camera or the light box was disconnected and does not come back within the sensor's
+            ``reconnect_s``, or the recording has ended.
         SequenceError
             Several observations in succession show the wrong lights. A single one is dropped, and
             the next reading has a warning.
         """
-        frame = self._next(timeout_s)
+        frame = self.acquire(timeout_s)
         if frame is None:
             raise CameraLost("the recording has ended")
-        return self._check.noted(self.pipeline.process(frame))
+        return self.measure(frame)
+
+    def acquire(self, timeout_s: float | None = None) -> Frame | None:
+        """Acquire one observation without measuring it; return None at the end of a recording.
+
+        Raises
+        ------
+        CameraTimeout, CameraLost, LightsLost, SequenceError
+            As :meth:`read`.
+        """
+        return self._source.next(self.pipeline, timeout_s)
+
+    def measure(self, frame: Frame) -> Reading:
+        """Measure an observation that :meth:`acquire` has returned."""
+        return self._processed(frame)
 
     def stream(
         self,
@@ -277,52 +258,187 @@ class Sensor:
         """
         if drop not in (None, "oldest", "never"):
             raise InputError(f"drop={drop!r}? choose 'oldest' or 'never'")
-        with blame(CAMERA, self._camera):
-            self._camera.set_drop(drop)
+        with blame(CAMERA, self.camera):
+            self.camera.set_drop(drop)
         if workers > 1:
             if tare_frame is not None:
                 raise InputError("a tare needs the frames in order; use one worker")
             if inputs is not None:
                 raise InputError("external inputs need the frames in order; use one worker")
-            frames = iter(partial(self._next, timeout_s), None)
-            yield from map(self._check.noted, self.pipeline.map(frames, workers=workers))
+            if self._recorded is not None and self._recorded.turns:
+                raise InputError(
+                    "the recording has a tare or a new reference, which need the frames in order; "
+                    "use one worker"
+                )
+            frames = map(self._begun, iter(partial(self.acquire, timeout_s), None))
+            yield from map(self._noted, self.pipeline.map(frames, workers=workers))
             return
-        while (frame := self._next(timeout_s)) is not None:
+        while (frame := self.acquire(timeout_s)) is not None:
             given = () if inputs is None else inputs(frame)
-            reading = self.pipeline.process(frame, *given, tare=frame.sequence == tare_frame)
-            yield self._check.noted(reading)
+            yield self._processed(frame, *given, tare=frame.sequence == tare_frame)
+
+    def record(self, path: Path | str, readings: bool = False) -> RunningRecording:
+        """Record what the camera sends from now on, until the result is closed.
+
+        A thread of its own writes; the sensor never waits for it. Every image of a camera that
+        sends images on its own is recorded, also those that are not read. Tracking from frame to
+        frame starts again with the first recorded frame, so that a replay gives the same readings.
+
+        Parameters
+        ----------
+        path : path
+            A new ``.mcap`` or ``.h5`` file, or a new folder if the name has no ending.
+        readings : bool
+            Whether the quantities are recorded, too.
+
+        Returns
+        -------
+        RunningRecording
+            Use it in a ``with`` block. If the disk is full, ``failure`` says so, and the next
+            reading has it as a warning; the sensor goes on.
+
+        Raises
+        ------
+        InputError
+            The path exists, has an unknown ending, or a library is missing.
+        OSError
+            The file cannot be created.
+        """
+        session = session_of(
+            self.pipeline,
+            sensor=self.name,
+            exposures=self._source.exposures,
+            gel=self._gel,
+            tared=self._tared,
+        )
+        writer = recording_writer(Path(path))
+        recording = RunningRecording(writer, session, readings=readings)
+        self._source.recordings.add(recording)
+        return recording
+
+    def health(self) -> Health:
+        """Judge the camera, the lights, the markers and the gel from the readings until now.
+
+        Each reading has the sentences of :attr:`Health.warnings
+        <tactile_core.pipeline.health.Health.warnings>` among its own warnings.
+        """
+        return self._monitor.health()
+
+    def rewind(self) -> None:
+        """Play a recording, or a script of the virtual sensor, from its beginning.
+
+        All that depends on earlier frames is forgotten, a tare too. The reference stays, unless the
+        recording itself has changed it.
+
+        Raises
+        ------
+        InputError
+            The sensor is live.
+        DeviceError
+            The recording cannot be opened again.
+        """
+        if self.is_live:
+            raise InputError(f"{self.name} is live, so it cannot be rewound; open a recording")
+        self._source.rewind()
+        recorded = self._recorded
+        if recorded is not None and any(
+            turn.reference is not None for turn in recorded.turns.values()
+        ):
+            begun = recorded.session.reference or (self._bundle and self._bundle.reference)
+            if begun:
+                self.use_reference(begun)
+        self.pipeline.reset()
 
     def tare(self) -> None:
         """Subtract the load of the next reading from it and from all later ones."""
         self.pipeline.tare()
+
+    def use_bundle(self, bundle: Bundle) -> None:
+        """Measure with another calibration from the next reading on.
+
+        The bundle's reference replaces that of the sensor, and tracking starts again.
+
+        Raises
+        ------
+        CalibrationError
+            The bundle belongs to another sensor.
+        """
+        former = self.pipeline
+        self._pipeline = Pipeline(
+            self.profile, bundle, serial=self._serial, compiled=former.compiled
+        )
+        self._bundle = bundle
+        former.close()
+        if self._pipeline.reference is not None:
+            self._source.recordings.referenced(self._pipeline.reference)
+
+    def use_reference(self, reference: Reference) -> None:
+        """Use another reference from the next reading on.
+
+        Raises
+        ------
+        InputError
+            It does not match the profile.
+        """
+        self._pipeline = self.pipeline.with_reference(reference)
+        self._source.recordings.referenced(reference)
 
     def capture_reference(self, frames: int = 10) -> Reference:
         """Use the mean of the next ``frames`` observations as the new reference.
 
         Nothing may touch the gel during this time.
         """
-        taken = [frame for frame in (self._next() for _ in range(frames)) if frame is not None]
+        taken = [frame for frame in (self.acquire() for _ in range(frames)) if frame is not None]
         reference = average(taken)
-        self._pipeline = self.pipeline.with_reference(reference)
-        return self._pipeline.reference or reference
+        self.use_reference(reference)
+        return self.pipeline.reference or reference
 
-    def _next(self, timeout_s: float | None = None) -> Frame | None:
-        if self._pending:
-            return self._pending.pop(0)
-        timeout_s = self._timeout_s if timeout_s is None else timeout_s
-        if self._pipeline is None or not self._camera.live:
-            return self._acquisition.observe(timeout_s)
-        return self._check.observe(self._pipeline.conditioning.verify, timeout_s)
+    def _processed(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
+        turn = None if self._recorded is None else self._recorded.turns.get(frame.sequence)
+        if self._recorded is not None and turn is not None:
+            if turn.reference is not None and self._given_reference is None:
+                self.use_reference(self._recorded.reference(turn.reference))
+            if turn.resumed:
+                self.pipeline.resume()
+            tare = tare or turn.tare
+        tare = tare or self.pipeline.tares
+        self._begun(frame, tare=tare)
+        return self._noted(self.pipeline.process(frame, *inputs, tare=tare))
+
+    def _begun(self, frame: Frame, *, tare: bool = False) -> Frame:
+        """Note that a frame is measured."""
+        if self._source.recordings.measuring(frame, tare=tare) and self._measures:
+            self.pipeline.resume()
+        self._measures, self._tared = True, self._tared or tare
+        return frame
+
+    def _noted(self, reading: Reading) -> Reading:
+        """Add the warnings that concern the devices and the gel."""
+        reference, settings = self.pipeline.reference, self._source.settings
+        self._monitor.add(reading, reference, settings, HOST.now())
+        reading = self._source.noted(reading)
+        added = self._monitor.warnings()
+        if added:
+            reading = replace(reading, warnings=(*reading.warnings, *added))
+        self._source.recordings.healthy(self._monitor)
+        self._source.recordings.measured(reading)
+        return reading
+
+    def _warm_up(self) -> None:
+        given = self._given_reference
+        first = isinstance(given, str | Path) and str(given) == FIRST
+        if not first:
+            given = self._given_reference = self._reference()  # a recording is read once
+        known = given if isinstance(given, Reference) else None
+        self.notes += warm_up(self.profile, self._bundle, known, first=first)
 
     def _reference(self) -> Reference | None:
         given = self._given_reference
+        if given is None and self._recorded is not None:
+            return self._recorded.session.reference
         if given is None or isinstance(given, Reference):
             return given
         if str(given) != FIRST:
             return read_reference(self.profile, Path(given))
-        first = self._acquisition.observe(self._timeout_s)
-        if first is None:
-            raise InputError("the input has no frame to use as reference")
-        self._pending.append(first)
-        reference = average([first])
+        reference = average([self._source.first()])
         return Reference(**{**vars(reference), "relative": True})

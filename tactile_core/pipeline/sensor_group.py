@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
-from tactile_core.errors import InputError
+from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.sensor import Sensor
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame
+
+_HOPELESS = 30
+"""Frames of every sensor that found no partner, after which none will; a second of most cameras."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +49,12 @@ class SensorGroup:
         Open; the group closes them.
     tolerance_s : float
         Readings of one instant are at most this far apart. Half the period of the slowest camera
-        pairs every frame.
+        pairs every frame of that camera.
+
+    Attributes
+    ----------
+    skipped : int
+        Frames without a partner, which were not measured.
     """
 
     def __init__(self, sensors: Sequence[Sensor], *, tolerance_s: float) -> None:
@@ -52,39 +65,96 @@ class SensorGroup:
         self.sensors = tuple(sensors)
         self.tolerance_s = tolerance_s
         self.skipped = 0
+        # a thread for each sensor, so that their exposures take place together
+        self._threads = [ThreadPoolExecutor(1, f"sensor group {i}") for i in range(len(sensors))]
+
+    @classmethod
+    def open(
+        cls,
+        profile: Profile | str | Path,
+        serials: Iterable[str],
+        *,
+        tolerance_s: float,
+        **options: Any,
+    ) -> Self:
+        """Open several units of one profile; if one fails, none stays open.
+
+        Parameters
+        ----------
+        profile : Profile, str or Path
+            As of :func:`~tactile_core.pipeline.opening.open_sensor`.
+        serials : iterable of str
+            Serial of each unit.
+        tolerance_s : float
+        **options
+            Further arguments of :func:`~tactile_core.pipeline.opening.open_sensor`, for all units.
+
+        Raises
+        ------
+        InputError
+            There is only one serial, or one is given twice.
+        TactileError
+            As :func:`~tactile_core.pipeline.opening.open_sensor`; the message names the unit.
+        """
+        units = list(serials)
+        if len(units) < 2 or len(set(units)) < len(units):
+            raise InputError(
+                f"the serials {', '.join(units) or '(none)'}? give two or more, each once, as in "
+                f"SensorGroup.open({str(profile)!r}, ('left', 'right'), …)"
+            )
+        with ExitStack() as opened:
+            sensors = []
+            for unit in units:
+                with _naming(f"sensor {unit}"):
+                    sensors.append(open_sensor(profile, serial=unit, **options))
+                opened.callback(sensors[-1].close)
+            group = cls(sensors, tolerance_s=tolerance_s)
+            opened.pop_all()
+            return group
 
     def stream(self) -> Iterator[PairedReadings]:
         """Yield paired readings until the first sensor ends.
 
-        The sensor that is behind is read again until all are within the tolerance. Readings without
-        a partner are counted in ``skipped``.
+        The sensor that is behind is read again until all are within the tolerance. Only paired
+        frames are measured. Live cameras drop what nobody reads meanwhile, so that a slow sensor
+        delays no frame of the others.
 
         Raises
         ------
         DeviceError
-            A camera fails.
+            A camera fails; the message names its sensor.
+        InputError
+            The frames of the sensors follow one another, but never within the tolerance.
         """
-        streams = [sensor.stream() for sensor in self.sensors]
-        current = [next(stream, None) for stream in streams]
-        while True:
-            readings = tuple(reading for reading in current if reading is not None)
-            if len(readings) < len(current):
-                return
-            times = [reading.frame.timestamp_s for reading in readings]
+        frames = self._acquired(range(len(self.sensors)))
+        alone, closest_s = [0] * len(frames), float("inf")
+        while None not in frames:
+            times = [frame.timestamp_s for frame in frames if frame is not None]
             apart_s = max(times) - min(times)
             if apart_s <= self.tolerance_s:
-                yield PairedReadings(readings, apart_s)
-                current = [next(stream, None) for stream in streams]
+                yield PairedReadings(tuple(self._measured(frames)), apart_s)
+                frames = self._acquired(range(len(self.sensors)))
+                alone, closest_s = [0] * len(frames), float("inf")
             else:
                 behind = times.index(min(times))
                 self.skipped += 1
-                current[behind] = next(streams[behind], None)
+                alone[behind] += 1
+                closest_s = min(closest_s, apart_s)
+                if min(alone) >= _HOPELESS:
+                    raise InputError(
+                        f"no frames of the sensors are within {self.tolerance_s:g} s of each "
+                        f"other; the closest are {closest_s:.3g} s apart, so allow a larger "
+                        f"tolerance_s"
+                    )
+                (frames[behind],) = self._acquired([behind])
 
     def close(self) -> None:
         """Close every sensor, even if one of them fails."""
         with ExitStack() as stack:
             for sensor in self.sensors:
                 stack.callback(sensor.close)
+            for thread in self._threads:  # a read that is under way ends after its timeout
+                stack.callback(thread.shutdown)
 
     def __enter__(self) -> Self:
         return self
@@ -96,3 +166,28 @@ class SensorGroup:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _acquired(self, indices: Iterable[int]) -> list[Frame | None]:
+        """Acquire one frame of each of these sensors, all at the same time."""
+        under_way = {
+            index: self._threads[index].submit(self.sensors[index].acquire) for index in indices
+        }
+        return [self._result(index, future) for index, future in under_way.items()]
+
+    def _result(self, index: int, future: Future[Frame | None]) -> Frame | None:
+        with _naming(f"sensor {index + 1} ({self.sensors[index].name})"):
+            return future.result()
+
+    def _measured(self, frames: Sequence[Frame | None]) -> Iterator[Reading]:
+        for sensor, frame in zip(self.sensors, frames, strict=True):
+            assert frame is not None
+            yield sensor.measure(frame)
+
+
+@contextmanager
+def _naming(sensor: str) -> Iterator[None]:
+    """Put the sensor's name before the message of an error on purpose."""
+    try:
+        yield
+    except TactileError as error:
+        raise type(error)(f"{sensor}: {error}") from error

@@ -10,7 +10,7 @@ from typing import Self
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import ResultFolder, Session, Sink
+from tactile_core.interfaces.sink import Recorder, ResultFolder, Session, Sink
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.options import options_of
@@ -53,7 +53,17 @@ class Sinks:
         """Endings of the files that the sinks write for each observation."""
         return tuple(ending for sink in self._sinks.values() for ending in sink.endings)
 
-    def open(self, pipeline: Pipeline, folder: ResultFolder | None = None) -> Self:
+    @property
+    def keeps_raw(self) -> bool:
+        """Whether a sink writes the images as the camera sent them."""
+        return any(sink.keeps_raw for sink in self._sinks.values())
+
+    def open(
+        self,
+        pipeline: Pipeline,
+        folder: ResultFolder | None = None,
+        record: Recorder | None = None,
+    ) -> Self:
         """Open each sink; if one fails, none stays open.
 
         Parameters
@@ -62,6 +72,9 @@ class Sinks:
             The source of the readings.
         folder : ResultFolder, optional
             Destination of files.
+        record : Recorder, optional
+            :meth:`Sensor.record <tactile_core.pipeline.sensor.Sensor.record>` of the sensor that
+            the readings come from.
 
         Raises
         ------
@@ -71,7 +84,13 @@ class Sinks:
             A sink fails.
         """
         session = Session(
-            pipeline.profile, pipeline.serial, pipeline.channels, pipeline.gives, folder, blame_of
+            pipeline.profile,
+            pipeline.serial,
+            pipeline.channels,
+            pipeline.gives,
+            folder,
+            blame_of,
+            record,
         )
         for name, sink in self._sinks.items():
             if sink.endings and folder is None:

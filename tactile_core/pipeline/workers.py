@@ -22,6 +22,11 @@ _WAITING_EACH = 2
 class Processor(Protocol):
     """The part of a pipeline that a worker uses."""
 
+    compiled: bool
+
+    def warm(self) -> None:
+        """Load now what the first frame would have to wait for."""
+
     def process(self, frame: Frame) -> Reading:
         """Measure one frame."""
 
@@ -64,6 +69,8 @@ def _begin(pickled: bytes) -> None:
     # Ctrl-C is handled by the process that consumes the readings
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _mine[:] = [pickle.loads(pickled)]
+    if _mine[0].compiled:
+        _mine[0].warm()
 
 
 def _measured(frame: Frame) -> Reading:

@@ -82,6 +82,9 @@ class Frame(Quantity):
         exposure.
     raw : tuple of Image
         The exposures as the camera sent them; empty unless requested.
+    light_ratio : (K,) float32 or None
+        Brightness of each channel on the undeformed surface over that in the reference, before it
+        is compensated; None if it is not measured, as where an object covers the whole view.
     """
 
     pixels: Pixels
@@ -96,6 +99,7 @@ class Frame(Quantity):
     exposure_times_s: tuple[float, ...] = ()
     raw: tuple[Image, ...] = ()
     marker_contrast: NDArray[np.uint8] | None = None
+    light_ratio: Float32 | None = None
 
     @property
     def name(self) -> str:
@@ -116,6 +120,26 @@ class Frame(Quantity):
     def too_dark_share(self) -> float:
         """Share of intensities too dark to measure, estimated from some rows."""
         return _share(_some(self.pixels) <= LEVELS.dark_share * self.full_scale)
+
+    def pictures(self) -> dict[str, Image]:
+        """Return the images of the observation by name.
+
+        As the camera sent them if they were kept: ``camera``, or ``camera_0`` and so on for several
+        exposures. Else in image coordinates: ``image``, or ``image_`` and the channel if these are
+        neither one nor three.
+        """
+        if self.raw:
+            if len(self.raw) == 1:
+                return {"camera": self.raw[0]}
+            return {f"camera_{number}": image for number, image in enumerate(self.raw)}
+        count = self.pixels.shape[2]
+        if count in (1, 3):
+            planes = {"image": self.pixels[..., 0] if count == 1 else self.pixels}
+        else:
+            names = enumerate(self.channels)
+            planes = {f"image_{name}": self.pixels[..., number] for number, name in names}
+        stamps = self.timestamp_s, self.wall_time_s, self.sequence, self.source
+        return {name: Image(np.ascontiguousarray(p), *stamps) for name, p in planes.items()}
 
     def summary(self) -> Mapping[str, Any]:
         """Return sequence number, timestamp and source."""

@@ -58,7 +58,7 @@ class OutputFolder:
             if part.exists() and not part.is_dir():
                 raise InputError(f"{part} is a file; name a folder for the results")
         self._inputs.refuse_shared(self.path)
-        self._former = {(entry["file"], _stamp_of(entry)) for entry in self._written()}
+        self._former = {(entry["file"], _stamp_of(entry)) for entry in self.written()}
         self._made = False
 
     def check(self, names: Iterable[str]) -> None:
@@ -152,7 +152,7 @@ class OutputFolder:
         stamp = found.st_size, found.st_mtime_ns
         if (name, stamp) in self._former:
             return True
-        for entry in self._written():
+        for entry in self.written():
             if (entry["file"], _stamp_of(entry)) == (name, stamp):
                 first = printable(entry["of"]) or "another result"
                 raise InputError(
@@ -161,7 +161,14 @@ class OutputFolder:
                 )
         raise _foreign(path)
 
-    def _written(self) -> list[dict[str, Any]]:
+    def written(self) -> list[dict[str, Any]]:
+        """Return the entries of the folder's list, with ``file``, ``of``, ``size``, ``mtime_ns``.
+
+        Raises
+        ------
+        InputError
+            The folder has a file of the list's name that is no list.
+        """
         path = self.path / WRITTEN
         if not os.path.lexists(path):
             return []

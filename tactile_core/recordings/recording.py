@@ -1,4 +1,4 @@
-"""Recordings: a sequence of observations read from images, folders, videos or scans.
+"""Recordings: observations read from images, folders, videos, scans or what a sensor recorded.
 
 An observation is the exposure, or the exposures of a light sequence, that make up one frame.
 """
@@ -14,37 +14,25 @@ from pathlib import Path
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import Catalog, find_catalog
 from tactile_core.formats.files import regular, status
-from tactile_core.formats.images import (
-    IMAGE_SUFFIXES,
-    ImageKind,
-    image_kind,
-    read_image,
-)
+from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, image_kind
 from tactile_core.formats.scan import SCAN_FILE, Crop, Scan, read_scan
-from tactile_core.formats.video import NOMINAL_FPS, VIDEO_SUFFIXES, Video, open_video
-from tactile_core.quantities import Image
+from tactile_core.formats.video import VIDEO_SUFFIXES, open_video
+from tactile_core.recordings.kinds import is_recorded, recording_file
+from tactile_core.recordings.recorded_source import RecordedSource
+from tactile_core.recordings.recorder import RecordedSession
+from tactile_core.recordings.source import (
+    Files,
+    FileSource,
+    Observation,
+    ObservationSource,
+    VideoSource,
+)
 
 _SCALE_TOLERANCE = 0.01
 """Largest relative difference between the scales of scans in one recording."""
 _GS_SDK_IMAGE = "gelsight"
 """Name of the image in a folder that gs_sdk has written."""
 _YAML = frozenset({".yaml", ".yml"})
-
-
-@dataclass(frozen=True, eq=False)
-class Observation:
-    """The exposures of one observation, in the order of the lights."""
-
-    name: str
-    images: tuple[Image, ...]
-
-
-@dataclass(frozen=True)
-class Files:
-    """The image files of one observation, not yet read."""
-
-    name: str
-    paths: tuple[Path, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,26 +44,44 @@ class Recording:
     path : Path
     kind : ImageKind
         Size, channels and bit depth of every image.
+    source : ObservationSource
+        Supplies the observations: image files, a video, or what a sensor recorded.
     mm_per_px : float or None
         Scale of the camera's pixels, from the scan file; None if it gives none.
     crop : (x, y, width, height) or None
         From the scan file, in the camera's pixels.
-    files : tuple of Files
-        Empty for a video.
-    video : Video or None
     """
 
     path: Path
     kind: ImageKind
+    source: ObservationSource
     mm_per_px: float | None = None
     crop: Crop | None = None
-    files: tuple[Files, ...] = ()
-    video: Video | None = None
+
+    @property
+    def names(self) -> tuple[str, ...] | None:
+        """Names of the observations; None for a video, whose length is unknown before its end."""
+        return self.source.names
 
     @property
     def count(self) -> int | None:
-        """Number of observations; None for a video, whose length is unknown before its end."""
-        return len(self.files) if self.video is None else None
+        """Number of observations; None for a video."""
+        return None if self.names is None else len(self.names)
+
+    @property
+    def files(self) -> tuple[Files, ...]:
+        """The image files; empty if the images are not in files of their own."""
+        return self.source.files if isinstance(self.source, FileSource) else ()
+
+    @property
+    def recorded(self) -> RecordedSource | None:
+        """What a sensor recorded besides the images; None if no sensor wrote the recording."""
+        return self.source if isinstance(self.source, RecordedSource) else None
+
+    @property
+    def session(self) -> RecordedSession | None:
+        """The sensor that recorded, with its profile, bundle and reference, if one did."""
+        return None if self.recorded is None else self.recorded.session
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -85,41 +91,20 @@ class Recording:
     def __iter__(self) -> Iterator[Observation]:
         """Read the observations.
 
-        A video's images have its timestamps. Image files have none and are timed at 30 Hz.
+        Images have the timestamps of a video or of a sensor. Image files have none and are timed
+        at 30 Hz.
 
         Raises
         ------
         InputError
             An image is truncated, or has changed since the recording was opened.
         """
-        return self._frames(self.video) if self.video is not None else self._images()
-
-    def _frames(self, video: Video) -> Iterator[Observation]:
-        for number, (pixels, time_s) in enumerate(video.frames()):
-            name = f"{self.path.stem}_{number:06d}"
-            image = Image(pixels, timestamp_s=time_s, sequence=number, source=name)
-            yield Observation(name, (image,))
-
-    def _images(self) -> Iterator[Observation]:
-        number = 0
-        for observation in self.files:
-            images = []
-            for path in observation.paths:
-                pixels = read_image(path)
-                if ImageKind.of(pixels) != self.kind:
-                    raise InputError(
-                        f"{path} is {ImageKind.of(pixels)}, but its header said {self.kind}; "
-                        f"record or save it again"
-                    )
-                time_s = number / NOMINAL_FPS
-                images.append(
-                    Image(pixels, timestamp_s=time_s, sequence=number, source=observation.name)
-                )
-                number += 1
-            yield Observation(observation.name, tuple(images))
+        return iter(self.source)
 
 
-def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Recording:
+def open_recording(
+    path: Path | str, *, images_per_observation: int = 1, every: bool = False
+) -> Recording:
     """Open a recording and check that its images belong together.
 
     Parameters
@@ -128,9 +113,12 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
         An image file; a folder of images, in natural order of their names; a video; a
         ``scan.yaml`` or its folder; a folder of scan folders. For a light sequence also a folder
         with exactly one image per light, or a folder of such folders. A folder whose
-        ``catalog.csv`` lists folders (``experiment_reldir``) is the images of these.
+        ``catalog.csv`` lists folders (``experiment_reldir``) is the images of these. Or what a
+        sensor recorded: an ``.mcap`` or ``.h5`` file, or a folder.
     images_per_observation : int
         Exposures per frame: 1, or the number of sequential lights.
+    every : bool
+        Of what a sensor recorded, whether images that it did not measure are observations, too.
 
     Returns
     -------
@@ -144,7 +132,11 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
         the message names them.
     """
     path = Path(path)
-    if stat.S_ISDIR(status(path).st_mode):
+    is_folder = stat.S_ISDIR(status(path).st_mode)
+    if is_recorded(path):
+        source = RecordedSource(recording_file(path), images_per_observation, every=every)
+        return Recording(path, source.kind, source)
+    if is_folder:
         return _open_folder(path, images_per_observation)
     regular(path)
     suffix = path.suffix.lower()
@@ -158,7 +150,7 @@ def open_recording(path: Path | str, *, images_per_observation: int = 1) -> Reco
         )
     if suffix in VIDEO_SUFFIXES:
         video = open_video(path)
-        return Recording(path, video.kind, video=video)
+        return Recording(path, video.kind, VideoSource(path.stem, video))
     return _of_files(path, [Files(path.stem, (path,))])
 
 
@@ -180,6 +172,35 @@ def _open_folder(folder: Path, count: int) -> Recording:
         sequences = [_observations(p, _images_among(_visible(p)), count) for p in folders]
         return _of_files(folder, [one for sequence in sequences for one in sequence])
     raise InputError(f"{folder} has no images{_instead(inside)}")
+
+
+def is_one_recording(path: Path, *, images_per_observation: int = 1) -> bool:
+    """Whether :func:`open_recording` takes a path for one recording; a file always is one.
+
+    Parameters
+    ----------
+    path : Path
+    images_per_observation : int
+        As of :func:`open_recording`.
+
+    Raises
+    ------
+    InputError
+        The path does not exist, or the folder may not be read.
+    """
+    if not stat.S_ISDIR(status(path).st_mode) or is_recorded(path):
+        return True
+    inside = _visible(path)
+    if (path / SCAN_FILE).is_file() or _images_among(inside):
+        return True
+    catalog = find_catalog(path)
+    if catalog is not None and catalog.of_folders:
+        return True
+    folders = [entry for entry in inside if entry.is_dir()]
+    if any((folder / SCAN_FILE).is_file() for folder in folders):
+        return True
+    several = images_per_observation > 1
+    return several and any(_images_among(_visible(folder)) for folder in folders)
 
 
 def _catalogued(folder: Path, catalog: Catalog, count: int) -> Recording:
@@ -244,7 +265,7 @@ def _scans(path: Path, files: Sequence[Path], count: int) -> Recording:
         observations.append(Files(_name_of(folder), images))
     scale, crop = _common_scale(scans), _common_crop(scans)
     found = _of_files(path, observations)
-    return Recording(path, found.kind, scale, crop, found.files)
+    return Recording(path, found.kind, found.source, scale, crop)
 
 
 def _name_of(folder: Path) -> str:
@@ -298,7 +319,7 @@ def _of_files(path: Path, observations: Sequence[Files]) -> Recording:
                 f"{images[0]} is {kind}, but {image} is {other}; all images of a recording must be "
                 f"of one kind"
             )
-    return Recording(path, kind, files=tuple(observations))
+    return Recording(path, kind, FileSource(tuple(observations), kind))
 
 
 def _instead(inside: Sequence[Path]) -> str:

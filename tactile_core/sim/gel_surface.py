@@ -188,6 +188,41 @@ class GelSurface(DeformedSurface):
         """
         self._follow(self._path(0.0, 0.0, degrees, steps, seconds))
 
+    def move(
+        self,
+        dx_mm: float = 0.0,
+        dy_mm: float = 0.0,
+        degrees: float = 0.0,
+        *,
+        depth_mm: float | None = None,
+        seconds: float | None = None,
+    ) -> None:
+        """Shift, twist and lower the object at the same time, in one step.
+
+        Parameters
+        ----------
+        dx_mm, dy_mm, degrees : float
+            As of :meth:`shear` and :meth:`twist`.
+        depth_mm : float, optional
+            New depth below first contact. Default: the load stays.
+        seconds : float, optional
+            Duration. Default: quasi-static.
+
+        Raises
+        ------
+        InputError
+            Nothing is pressed, or a value is invalid.
+        """
+        path = self._path(dx_mm, dy_mm, degrees, 1, seconds)
+        if depth_mm is not None and not (np.isfinite(depth_mm) and depth_mm >= 0):
+            raise InputError(f"depth_mm should be 0 or more, not {depth_mm:g}")
+        with self._undone_on_error():
+            if depth_mm is not None:
+                self.gel.check_depth(depth_mm)
+                self._load = {"depth_mm": depth_mm}
+            for pose, duration in path:
+                self._advance(pose, duration)
+
     def roll(
         self,
         dx_mm: float = 0.0,

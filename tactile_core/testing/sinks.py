@@ -43,7 +43,8 @@ class SinkChecks(Suite):
     @check(Registered.sinks)
     def test_files(self, part: Part) -> None:
         """It writes only files with its declared endings."""
-        endings = self.registered.class_of(part).endings
+        sink = self.registered.class_of(part)
+        endings = (*sink.endings, *filter(None, [sink.session_ending]))
         for name in self._tried(part):
             if name != WRITTEN and not any(name.endswith(ending) for ending in endings):
                 raise Fault(

@@ -186,6 +186,14 @@ def test_a_grey_image_stored_as_rgb_becomes_grey() -> None:
     assert out.flags.c_contiguous
 
 
+def test_luma_of_a_colour_image_is_that_of_jpeg_and_a_grey_image_stays() -> None:
+    colour = noise(12, 16)
+    luma = geometry(16, 12, color="luma").apply(colour)
+    np.testing.assert_allclose(luma, colour @ (0.299, 0.587, 0.114), atol=0.51)
+    assert luma.dtype == np.uint8
+    np.testing.assert_array_equal(geometry(16, 12, color="luma").apply(luma), luma)
+
+
 def test_a_pickled_geometry_gives_the_same_image() -> None:
     made = geometry(240, 320, warp=WARP)
     pixels = noise(320, 240)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import pytest
@@ -25,15 +26,25 @@ from support.virtual_bench import (
     VirtualCamera,
 )
 
-from tactile_core.acquisition.acquisition import Acquisition
+from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.builtin.leds.serial_leds import SerialLeds
-from tactile_core.errors import DeviceError
+from tactile_core.conditioning.sequence_check import pattern_of, verify
+from tactile_core.errors import DeviceError, SequenceError
+from tactile_core.pipeline.live_check import LiveCheck
 
 FAST = Timing(period_s=0.02, exposure_s=0.005, readout_s=0.016, stamp_s=0.006)
 
 
 class LitScene(LightBox):
-    """A box whose lights a camera sees; they change before the acknowledgement."""
+    """A box whose lights a camera sees; they change before the acknowledgement.
+
+    Attributes
+    ----------
+    wiring : tuple of int
+        The output that each light is connected to.
+    """
+
+    wiring = (0, 1, 2, 3, 4, 5)
 
     def __init__(self) -> None:
         self.scene = Scene()
@@ -41,7 +52,7 @@ class LitScene(LightBox):
 
     def proper(self, words: tuple[str, ...]) -> bytes:
         if words[0] == "SET":
-            levels = np.array([int(level) for level in words[2:]]) / 255
+            levels = np.array([int(level) for level in words[2:]])[list(self.wiring)] / 255
             self.scene.changes.append((time.monotonic(), levels))
         return super().proper(words)
 
@@ -102,3 +113,17 @@ def test_after_a_new_plug_the_same_driver_opens_again(box: LitScene) -> None:
     with leds(other) as driver:
         assert_right(acquisition(other, driver))
     other.unplug()
+
+
+def test_lights_that_are_swapped_are_refused_until_they_are_right_again(box: LitScene) -> None:
+    with leds(box) as driver:
+        lit = acquisition(box, driver)
+        first = lit.observe()
+        assert first is not None
+        check = LiveCheck(lit)
+        right = partial(verify, expected=pattern_of(average([first])), what="the observation")
+        box.wiring = (0, 4, 2, 3, 1, 5)
+        with pytest.raises(SequenceError, match="light 'led2' shows light 'led5'"):
+            check.observe(right, 2.0)
+        box.wiring = LitScene.wiring
+        assert check.observe(right, 2.0) is not None

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.soak import share_of
 
 from experiments.sheared_markers import Shear, counted
 from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
@@ -151,7 +152,7 @@ def test_a_rigid_step_of_half_a_pitch_loses_no_marker() -> None:
 def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
     return [
         pytest.param(shear, 200, id=name),
-        pytest.param(shear, 10_000, id=f"{name}, long", marks=pytest.mark.soak),
+        pytest.param(shear, share_of(10_000), id=f"{name}, long", marks=pytest.mark.soak),
     ]
 
 

@@ -45,6 +45,21 @@ def test_displacement_is_in_millimetres_since_the_reference(step: MarkerTracking
     assert field.timestamp_s == 1.5
 
 
+def test_after_missing_frames_the_tare_stays_and_the_markers_are_identified_again(
+    step: MarkerTracking,
+) -> None:
+    loaded = PLACES + np.array([5.0, 0.0])
+    step.tare(step.estimate(shown(loaded), reference()))
+    for _ in range(2):
+        step.resume()
+    step.resume()
+    moved = step.estimate(shown(loaded + np.array([0.0, 3.0])), reference())
+    assert moved.displacement_mm == pytest.approx(np.tile([0.0, 0.15], (80, 1)), abs=1e-5)
+    step.resume()
+    other = step.estimate(shown(loaded), reference(PLACES + 1))
+    assert other.displacement_mm == pytest.approx(np.tile([0.2, -0.05], (80, 1)), abs=1e-5)
+
+
 def test_after_a_tare_displacement_is_since_then(step: MarkerTracking) -> None:
     step.estimate(shown(PLACES), reference())
     loaded = PLACES + np.array([5.0, 0.0])

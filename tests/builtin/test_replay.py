@@ -10,6 +10,7 @@ import pytest
 from tactile_core.builtin.replay import ReplayCamera, ReplayOptions
 from tactile_core.errors import DeviceError, InputError
 from tactile_core.formats.images import write_png
+from tactile_core.profiles.loader import load_profile
 
 
 @pytest.fixture
@@ -68,3 +69,15 @@ def test_an_unusable_recording_is_refused_on_opening(tmp_path: Path) -> None:
 def test_a_closed_camera_does_not_play(folder: Path) -> None:
     with pytest.raises(DeviceError, match="closed"):
         ReplayCamera(ReplayOptions(path=folder)).read()
+
+
+def test_a_light_driver_without_a_camera_to_pair_is_refused_with_what_to_do() -> None:
+    rig = load_profile("desktop_six_led")
+    with pytest.raises(InputError, match=r"light driver.*name the camera in 'camera'.*--input"):
+        ReplayCamera.of(ReplayOptions(), rig).open()
+
+
+def test_a_recording_needs_no_lights(folder: Path) -> None:
+    rig = load_profile("desktop_six_led")
+    with ReplayCamera.of(ReplayOptions(path=folder), rig) as camera:
+        assert camera.read() is not None

@@ -10,7 +10,7 @@ import pytest
 from support.bundles_on_disk import edit
 from support.virtual_lab import VirtualLab
 
-from tactile_core.bundles.bundle import Bundle, check_serial
+from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.bundles.manifest import FORMAT, Manifest, write_manifest
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
@@ -55,6 +55,24 @@ def test_learned_light_directions_are_those_of_the_lights(lab: VirtualLab) -> No
 def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
     with pytest.raises(CalibrationError, match="serial 0007, not 0008"):
         Bundle.load(lab.bundle).check(lab.profile, "0008")
+
+
+def test_the_bundle_of_another_gel_is_refused(lab: VirtualLab) -> None:
+    bundle = Bundle.load(lab.bundle)
+    with pytest.raises(
+        CalibrationError, match=r"a gel without a name, not with gel G2; .*--gel G2"
+    ):
+        bundle.check_gel("G2")
+    named = replace(bundle, manifest=bundle.manifest.model_copy(update={"gel_id": "G1"}))
+    named.check_gel("G1")
+    with pytest.raises(CalibrationError, match="made with gel G1, not with gel G2"):
+        named.check_gel("G2")
+
+
+def test_a_unit_has_a_place_for_the_bundle_of_each_gel(lab: VirtualLab) -> None:
+    places = {default_place(lab.profile, "0007", gel) for gel in (None, "G1", "G2")}
+    assert {place.name for place in places} == {"0007", "0007+G1", "0007+G2"}
+    assert default_place(lab.profile, None).name == "default"
 
 
 def test_another_sensors_bundle_is_refused(lab: VirtualLab) -> None:

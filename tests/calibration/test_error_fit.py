@@ -17,16 +17,19 @@ Y, X = np.indices(SHAPE).astype(np.float32)
 TENT = np.clip(1 - np.hypot(X - 40, Y - 30) / 15, 0, None).astype(np.float32)
 
 
-def surface(gain: float, seed: int, noise: float = 0.0) -> HeldOutSurface:
+def surface(
+    gain: float, seed: int, noise: float = 0.0, thickness_mm: float = 2.0
+) -> HeldOutSurface:
     """A cone whose slopes are measured too steep by a factor, with noise."""
     gy, gx = (np.asarray(g / SCALE_MM, np.float32) for g in np.gradient(TENT))
     rng = np.random.default_rng(seed)
     rows, columns = np.nonzero((np.hypot(X - 40, Y - 30) < 12) | (np.hypot(X - 40, Y - 30) > 25))
     true = np.stack([gx, gy], -1)[rows, columns]
-    found = [(gain * g + rng.normal(0, noise, SHAPE)).astype(np.float32) for g in (gx, gy)]
+    sx, sy = ((gain * g + rng.normal(0, noise, SHAPE)).astype(np.float32) for g in (gx, gy))
     frame = Frame(np.zeros((*SHAPE, 3), np.uint8), ("r", "g", "b"), SCALE_MM, 255.0)
     press = Press(frame, rows.astype(np.int32), columns.astype(np.int32), true)
-    return HeldOutSurface(*found, integrate(*found, mm_per_px=SCALE_MM), press)
+    height_mm = integrate(sx, sy, mm_per_px=SCALE_MM)
+    return HeldOutSurface(sx, sy, height_mm, press, thickness_mm)
 
 
 def test_nothing_is_said_without_surfaces() -> None:
@@ -50,3 +53,11 @@ def test_independent_noise_is_correlated_over_a_pixel_or_two() -> None:
     errors = fitted_errors([surface(1.0, seed, noise=0.03) for seed in range(4)])
     assert errors is not None
     assert 0.3 * SCALE_MM < errors.correlation_mm < 4 * SCALE_MM
+
+
+def test_a_thinner_gel_reveals_more_of_the_error_in_the_height() -> None:
+    thin, thick = (surface(1.0, 1, noise=0.1, thickness_mm=mm) for mm in (0.5, 8.0))
+    at = thin.truth.rows, thin.truth.columns
+    assert (
+        thin.levelled_mm[at][thin.undeformed].std() < thick.levelled_mm[at][thick.undeformed].std()
+    )

@@ -79,7 +79,7 @@ def test_a_signal_closes_the_sensor_and_ends_with_its_code(
     tmp_path: Path, name: str, code: int
 ) -> None:
     skip_if_ignored(name)
-    path = profile(tmp_path, step=f"{name} at estimate", camera="chatter at close")
+    path = profile(tmp_path, camera=f"{name} at read", box="chatter at close")
     done = tactile("run", path, "--json")
     assert (done.returncode, done.stdout) == (code, "")
     assert "a word from the plugin" in done.stderr

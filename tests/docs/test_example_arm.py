@@ -23,6 +23,8 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import HeightMap
 from tactile_core.sim.analytic_ball import BallPress
 
+pytestmark = pytest.mark.pages
+
 Run = Callable[[Path | None, Path], list[dict[str, Any]]]
 
 PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-arm"

@@ -22,6 +22,8 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.analytic_ball import BallPress, render
 
+pytestmark = pytest.mark.pages
+
 PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-depth"
 MODULE = "tactile_example_depth"
 MODEL = "example_depth.ridge"

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from support.dist_info import write_dist_info
 
+pytestmark = pytest.mark.pages
+
 PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-lights"
 
 

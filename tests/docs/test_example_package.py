@@ -20,6 +20,8 @@ from tactile_core.pipeline.chain import Chain
 from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.quantities import HeightMap
 
+pytestmark = pytest.mark.pages
+
 PROJECT = Path(__file__).resolve().parents[2] / "examples" / "tactile-example-estimator"
 MODULE = "tactile_example_estimator"
 

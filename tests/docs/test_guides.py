@@ -3,10 +3,14 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
+import pytest
 from support.followed import ROOT, Reader
 from support.virtual_lab import VirtualLab
 
 from tactile_core.sim.analytic_ball import BallPress
+
+pytestmark = pytest.mark.pages
 
 DOCS = ROOT / "docs"
 
@@ -14,6 +18,28 @@ DOCS = ROOT / "docs"
 def test_every_calibration_of_the_guide_runs_and_prints_the_quoted_output(tmp_path: Path) -> None:
     Reader(tmp_path).follow(DOCS / "how-to" / "calibrate.md")
     assert not (tmp_path / "wrong").exists()
+
+
+def test_a_box_of_parts_becomes_a_height_map(tmp_path: Path) -> None:
+    reader = Reader(tmp_path)
+    reader.follow(DOCS / "tutorials" / "box-of-parts.md")
+    depth_mm = float(reader.printed.split()[-3])
+    with np.load(tmp_path / "results" / "marble.npz") as results:
+        assert depth_mm == pytest.approx(float(results["height_mm"].max()), abs=0.006)
+    marble = BallPress((150.0, 125.0), 8.0, 0.3).height_mm((240, 320), 0.0552)
+    assert depth_mm == pytest.approx(marble.max(), rel=0.1)
+
+
+def test_a_sensor_is_recorded_and_measured_again(tmp_path: Path) -> None:
+    Reader(tmp_path).follow(DOCS / "how-to" / "record.md")
+    assert {path.name for path in (tmp_path / "run").glob("[!.]*")} == {
+        *(f"{number:06d}.npz" for number in range(4)),
+        "recording.mcap",
+    }
+
+
+def test_a_recording_is_passed_on(tmp_path: Path) -> None:
+    Reader(tmp_path).follow(DOCS / "how-to" / "pass-on-a-recording.md")
 
 
 def test_a_plugin_is_installed_listed_and_conforms(tmp_path: Path) -> None:

@@ -267,6 +267,33 @@ def test_decoders_print_nothing_when_the_log_of_opencv_is_off(tmp_path: Path) ->
         assert done.stderr.endswith("own message\n")
 
 
+PARALLEL = """
+import os, sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tactile_core.formats.images import read_image
+before = os.readlink("/proc/self/fd/2")
+with ThreadPoolExecutor(8) as threads:
+    list(threads.map(read_image, [Path(sys.argv[1])] * 400))
+assert os.readlink("/proc/self/fd/2") == before
+print("own message", file=sys.stderr)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
+def test_threads_that_read_images_at_once_leave_stderr_as_it_was(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    cv2.imwrite(str(path), noise((64, 64, 3), np.uint8))
+    done = subprocess.run(
+        [sys.executable, "-c", PARALLEL, path],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"OPENCV_LOG_LEVEL": "OFF"},
+    )
+    assert done.stderr == "own message\n"
+
+
 def test_every_kind_of_recorded_image_is_read(recordings: Path) -> None:
     kinds = {
         "three_colour/objectfolder/reference.png": ImageKind(160, 120, 3, 8),

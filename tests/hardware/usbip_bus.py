@@ -7,11 +7,17 @@ import json
 import socket
 import struct
 import time
+from collections.abc import Callable
 from pathlib import Path
+
+from hardware.plugged import WEBCAMS
+
+from tactile_core.builtin.cameras.video_nodes import video_nodes
 
 CONTROLLER = Path("/sys/devices/platform/vhci_hcd.0")
 _VERSION, _IMPORT = 0x0111, 0x8003
 _HIGH_SPEED, _FREE = "hs", "004"
+_PLUG_PATIENCE_S = 60.0
 
 
 class Bus:
@@ -22,6 +28,10 @@ class Bus:
         self._ports: dict[str, int] = {}
         self._control = socket.create_connection((host, control_port), timeout=20)
         self._lines = self._control.makefile("rw")
+
+    def is_plugged(self, bus_id: str) -> bool:
+        """Whether a device is attached."""
+        return bus_id in self._ports
 
     def plug(self, bus_id: str) -> None:
         """Attach a device; its driver needs a moment to notice."""
@@ -65,3 +75,19 @@ class Bus:
                     return int(port)
             time.sleep(0.1)
         raise OSError("no port of the virtual controller is free")
+
+
+def webcams_are_there() -> bool:
+    """Whether both webcams have their device files."""
+    nodes = video_nodes()
+    return [node.serial for node in nodes] == list(WEBCAMS) and all(
+        Path(node.path).exists() for node in nodes
+    )
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    """Wait until the kernel and the drivers are that far."""
+    until = time.monotonic() + _PLUG_PATIENCE_S
+    while not condition():
+        assert time.monotonic() < until, f"waited in vain for {condition}"
+        time.sleep(0.02)

@@ -72,9 +72,9 @@ COMMANDS: dict[str, Callable[[VirtualLab, Path, Path], list[object]]] = {
     ],
     "calibrate": lambda lab, profile, out: [
         *("calibrate", profile, "--presses", lab.presses, "--reference", lab.reference),
-        *("--ball-diameter-mm", BALL_MM, "--out", out),
+        *("--ball-diameter-mm", BALL_MM, "--model", "core.polynomial", "--out", out),
     ],
-    "bench": lambda lab, profile, out: ["bench", profile, "--json"],
+    "bench": lambda lab, profile, out: ["bench", profile, "--size", "160x120", "--json"],
     "validate": lambda lab, profile, out: ["validate", profile],
     "doctor": lambda lab, profile, out: ["doctor", profile, "--sim"],
 }
@@ -113,7 +113,7 @@ def test_a_live_sensor_opens_the_lights_first_and_closes_them_last(
     levels = {"red": 1.0, "green": 1.0, "blue": 1.0}
     assert devices.calls == [
         *("camera made", "box made", "box attached", "box opened", "camera opened"),
-        *(f"box set to {levels}", "camera read"),
+        *("box set to {}", f"box set to {levels}", "camera read"),
         *("box set to {}", "camera closed", "box set to {}", "box closed"),
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
 from tactile_core.builtin.replay import ReplayCamera
+from tactile_core.bundles.bundle import Bundle, default_place
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.device import Options
@@ -55,6 +57,22 @@ def test_a_captured_reference_replaces_that_of_the_bundle(
         after = sensor.read()
     assert reference.frames == 3
     assert abs(after[HeightMap].mm).max() < 0.05
+
+
+def test_the_gel_selects_the_bundle(
+    lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    bundle = Bundle.load(lab.bundle)
+    manifest = bundle.manifest.model_copy(update={"gel_id": "G1"})
+    place = default_place(lab.profile, "0007", "G1")
+    Bundle(manifest, bundle.artefacts, bundle.reference).save(place)
+    with open_sensor(lab.profile_path, serial="0007", gel="G1", input=lab.presses) as sensor:
+        assert HeightMap in sensor.read()
+    with pytest.raises(CalibrationError, match="not with gel G2"):
+        open_sensor(lab.profile_path, serial="0007", gel="G2", bundle=place, input=lab.presses)
+    with pytest.raises(InputError, match=r"gel 'a/b': use only letters"):
+        open_sensor(lab.profile_path, gel="a/b", input=lab.presses)
 
 
 def test_the_bundle_of_another_unit_is_rejected(lab: VirtualLab) -> None:
@@ -121,7 +139,7 @@ def test_the_lights_are_switched_off_even_if_the_camera_fails_to_close(
     sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
     with pytest.raises(Jammed):
         sensor.close()
-    assert lights == ["open", "dark", "dark", "closed"]
+    assert lights == ["open", "dark", "dark", "dark", "closed"]
     sensor.close()
 
 
@@ -141,7 +159,7 @@ def test_a_failed_open_reports_its_cause_and_switches_the_lights_off(
     with pytest.raises(CalibrationError, match="serial") as caught:
         open_sensor(lab.profile_path, serial="1234", bundle=lab.bundle, input=lab.presses)
     assert any("jammed" in note for note in caught.value.__notes__)
-    assert lights == ["open", "dark", "dark", "closed"]
+    assert lights == ["open", "dark", "dark", "dark", "closed"]
 
 
 def test_a_scan_scale_with_impossible_marker_sizes_is_rejected(tmp_path: Path) -> None:
@@ -174,6 +192,30 @@ def test_a_slow_camera_is_waited_for(lab: VirtualLab, monkeypatch: pytest.Monkey
 def test_a_timeout_is_positive(lab: VirtualLab) -> None:
     with pytest.raises(InputError, match="positive number of seconds"):
         open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses, timeout_s=0)
+
+
+def test_a_reading_has_the_warnings_of_the_health_that_concern_it(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    for number, gain in enumerate((1.0, 0.7, 0.7, 1.0)):
+        write_png(tmp_path / f"{number}.png", (gain * lab.image(None, number)).astype(np.uint8))
+    with open_sensor(lab.profile_path, bundle=lab.bundle, input=tmp_path) as sensor:
+        assert sensor.health().verdict == "unknown"
+        dimmed, verdicts = [], []
+        for reading in sensor.stream():
+            dimmed.append(sum("dimmer than in the reference" in one for one in reading.warnings))
+            verdicts.append(sensor.health().verdict)
+            line = json.dumps(sensor.health().summary(), allow_nan=False)
+    assert dimmed == [0, 3, 3, 0]
+    assert verdicts == ["ok", "warning", "warning", "ok"]
+    assert json.loads(line)["light red"]["verdict"] == "ok"
+    assert json.loads(line)["rate"] == {
+        "value": None,
+        "expected": None,
+        "unit": "Hz",
+        "verdict": "unknown",
+        "message": "a recording is read as fast as it is measured",
+    }
 
 
 def test_a_stream_says_which_unread_images_are_dropped(

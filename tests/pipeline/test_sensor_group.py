@@ -1,6 +1,6 @@
 """Readings of several sensors are paired by their time."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,14 +13,20 @@ from tactile_core.pipeline.sensor_group import SensorGroup
 
 
 class Clocked:
-    """Stands for a sensor whose readings come at given times."""
+    """Stands for a sensor whose frames come at given times."""
+
+    name = "finger"
 
     def __init__(self, times_s: Sequence[float], fails: bool = False) -> None:
-        self.times_s, self.fails, self.closed = times_s, fails, False
+        self.left, self.fails, self.closed = list(times_s), fails, False
+        self.measured: list[float] = []
 
-    def stream(self) -> Iterator[Any]:
-        for time_s in self.times_s:
-            yield SimpleNamespace(frame=SimpleNamespace(timestamp_s=time_s))
+    def acquire(self) -> Any:
+        return SimpleNamespace(timestamp_s=self.left.pop(0)) if self.left else None
+
+    def measure(self, frame: Any) -> Any:
+        self.measured.append(frame.timestamp_s)
+        return SimpleNamespace(frame=frame)
 
     def close(self) -> None:
         self.closed = True
@@ -47,11 +53,18 @@ def test_a_lost_frame_of_one_sensor_shifts_no_later_pair() -> None:
     fingers = group([0.0, 1.0, 2.0, 3.0], [0.05, 2.05, 3.05])
     assert pairs(fingers) == [(0.0, 0.05), (2.0, 2.05), (3.0, 3.05)]
     assert fingers.skipped == 1
+    assert [sensor.measured for sensor in fingers.sensors] == [[0.0, 2.0, 3.0], [0.05, 2.05, 3.05]]  # type: ignore[attr-defined]
 
 
 def test_a_sensor_that_starts_later_is_waited_for() -> None:
     fingers = group([0.0, 1.0, 2.0], [2.0], [0.0, 2.0])
     assert pairs(fingers) == [(2.0, 2.0, 2.0)]
+
+
+def test_frames_that_alternate_without_meeting_are_an_error_with_their_distance() -> None:
+    fingers = group([i / 30 for i in range(99)], [(i + 0.5) / 30 for i in range(99)], tolerance_s=0)
+    with pytest.raises(InputError, match=r"closest are 0\.0167 s apart, so allow a larger"):
+        pairs(fingers)
 
 
 def test_the_time_between_the_readings_is_reported() -> None:

@@ -81,3 +81,31 @@ def test_objectfolder_has_no_markers() -> None:
     profile = load_profile(EXAMPLES / "objectfolder.yaml")
     assert profile.gel.markers is None
     assert profile.image.width_px * profile.image.mm_per_px == pytest.approx(19.9, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "camera", "driver"),
+    [
+        ("hex_fingertip", "core.uvc", None),
+        ("hex_fingertip_domed", "core.uvc", None),
+        ("baxter_fingertip_marked", "core.uvc", None),
+        ("desktop_six_led", "core.genicam", "core.serial_leds"),
+        ("desktop_six_led_portable", "core.uvc", "core.serial_leds"),
+        ("desktop_three_colour", "core.genicam", None),
+    ],
+)
+def test_a_shipped_profile_opens_its_device(name: str, camera: str, driver: str | None) -> None:
+    profile = load_profile(name)
+    assert profile.camera.use == camera
+    assert getattr(profile.illumination.driver, "use", None) == driver
+
+
+def test_the_virtual_sensor_needs_no_device() -> None:
+    assert load_profile("desktop_six_led", sim=True).camera.use == "core.virtual"
+
+
+def test_the_light_box_has_an_output_for_each_light_of_the_rig() -> None:
+    lighting = load_profile("desktop_six_led").illumination
+    assert lighting.driver is not None
+    names = [light["name"] for light in lighting.options["lights"]]
+    assert list(lighting.driver.options["lights"]) == names

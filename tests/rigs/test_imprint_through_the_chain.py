@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.cli.app import app
+from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import open_sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, MarkerField, SlipState

@@ -10,7 +10,8 @@ from types import FrameType
 
 import pytest
 
-from tactile_core.pipeline.sensor import Sensor, open_sensor
+from tactile_core.pipeline.opening import open_sensor
+from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import SlipState
 
 STATIONS = {

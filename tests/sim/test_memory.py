@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from support.soak import share_of
 
 from tactile_core.sim import VirtualStage
 
@@ -76,6 +77,7 @@ def test_memory_stays_flat() -> None:
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("profile", ["hex_fingertip", "desktop_six_led"])
 def test_memory_stays_flat_over_ten_thousand_frames(profile: str) -> None:
-    grown = grown_mib(profile, 10_000)
-    print(f"{profile}: {grown:+.1f} MiB over 10,000 frames")
+    frames = share_of(10_000)
+    grown = grown_mib(profile, frames)
+    print(f"{profile}: {grown:+.1f} MiB over {frames} frames")
     assert grown < FLAT_MIB

@@ -6,15 +6,43 @@ import ctypes
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core.builtin.cameras.genicam_source import library
+from tactile_core.errors import DeviceError
 
 ADDRESS = "127.0.0.1"
+Painted = int | NDArray[np.uint8] | NDArray[np.uint16]
+TRIGGER_HZ = 1000.0
+"""Rate at which a camera looks for software triggers."""
+
 _FILL = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2, *[ctypes.c_uint32] * 3)
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Emulated cameras share one port, so only one test on this computer may use it."""
+    import fcntl  # there is none on Windows
+
+    with (Path(tempfile.gettempdir()) / "tactile-gige-camera.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def missing() -> str:
+    """Return what is not installed and how to install it, or ""."""
+    try:
+        library()
+    except DeviceError as error:
+        return str(error)
+    return ""
 
 
 class PaintedCamera:
@@ -23,12 +51,12 @@ class PaintedCamera:
     Parameters
     ----------
     paint : callable
-        Receives the exposure time in µs and returns the level of the whole image.
+        Receives the exposure time in µs and returns the pixels, or one level for all.
     size : int
-        Pixels of an image.
+        Bytes of an image.
     """
 
-    def __init__(self, serial: str, paint: Callable[[float], int], size: int) -> None:
+    def __init__(self, serial: str, paint: Callable[[float], Painted], size: int) -> None:
         aravis = library()
         aravis_c = ctypes.CDLL("libaravis-0.8.so.0")
         aravis_c.arv_buffer_get_data.restype = ctypes.c_void_p
@@ -37,13 +65,16 @@ class PaintedCamera:
 
         def fill(buffer: int, _: Any, exposure_us: int, gain: int, form: int) -> None:
             start = aravis_c.arv_buffer_get_data(buffer, None)
-            level = paint(exposure_us)
-            np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(start))[:] = level
+            painted = paint(exposure_us)
+            there = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(start))
+            there[:] = painted if isinstance(painted, int) else painted.view(np.uint8).ravel()
 
         self._fill = _FILL(fill)  # Aravis keeps only its address
         self._server = aravis.GvFakeCamera.new(ADDRESS, serial)
+        camera = self._server.get_fake_camera()
+        camera.set_trigger_frequency(TRIGGER_HZ)
         aravis_c.arv_fake_camera_set_fill_pattern(
-            hash(self._server.get_fake_camera()), ctypes.cast(self._fill, ctypes.c_void_p), None
+            hash(camera), ctypes.cast(self._fill, ctypes.c_void_p), None
         )
 
     def __enter__(self) -> Self:

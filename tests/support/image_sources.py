@@ -11,7 +11,8 @@ import numpy as np
 
 from tactile_core.errors import CameraTimeout
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.streaming.image_reader import ImageSource, TornImage
+from tactile_core.interfaces.streaming.encoded_image import EncodedImage, TornImage
+from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
 
@@ -25,18 +26,18 @@ def numbered(number: int, timestamp_s: float | None = None) -> Image:
 class Scripted(ImageSource):
     """Gives what a test puts in: images, exceptions and None for the end; then it stalls."""
 
-    def __init__(self, given: Iterable[Image | BaseException | None] = ()) -> None:
-        self._given: Queue[Image | BaseException | None] = Queue()
+    def __init__(self, given: Iterable[Image | EncodedImage | BaseException | None] = ()) -> None:
+        self._given: Queue[Image | EncodedImage | BaseException | None] = Queue()
         self._interrupted = Event()
         self.closed = 0
         self.closing_error: Exception | None = None
         for one in given:
             self.give(one)
 
-    def give(self, one: Image | BaseException | None) -> None:
+    def give(self, one: Image | EncodedImage | BaseException | None) -> None:
         self._given.put(one)
 
-    def grab(self) -> Image | None:
+    def grab(self) -> Image | EncodedImage | None:
         if self._interrupted.is_set():
             raise CameraTimeout("interrupted")
         try:
@@ -65,7 +66,7 @@ class Patient(Scripted):
 class ScriptedCamera(StreamingCamera):
     """A streaming camera around such a source; a new source for each opening."""
 
-    def __init__(self, *given: Image | BaseException | None) -> None:
+    def __init__(self, *given: Image | EncodedImage | BaseException | None) -> None:
         super().__init__(Options())
         self._script = given
         self.sources: list[Scripted] = []

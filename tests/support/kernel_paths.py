@@ -1,5 +1,7 @@
 """Runs tests twice: with compiled kernels, and with the numpy code that defines them.
 
+With numpy they run in ``make test-plain``; without numba, always.
+
 A module requests it by ``pytestmark = pytest.mark.usefixtures("kernels_or_numpy")``. A module's
 fixture whose value is computed by kernels has ``kernels_or_numpy`` among its arguments, too.
 """
@@ -12,7 +14,11 @@ from types import ModuleType
 
 import pytest
 
-PATHS = ("compiled", "numpy") if find_spec("numba") else ("numpy",)
+PATHS = (
+    ("compiled", pytest.param("numpy", marks=pytest.mark.plain))
+    if find_spec("numba")
+    else ("numpy",)
+)
 
 
 @pytest.fixture(scope="module", params=PATHS)

@@ -1,8 +1,11 @@
-"""A local server of MJPEG streams that behaves as a test wants."""
+"""Local servers of MJPEG streams, one of which behaves as a test wants; run with rate and size."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -62,9 +65,9 @@ Answer = Callable[[Exchange], None]
 
 
 class MjpegServer:
-    """Answers each request on a free port of this machine with a test's function."""
+    """Answers each request with a test's function, at a free port of this machine by default."""
 
-    def __init__(self, answer: Answer) -> None:
+    def __init__(self, answer: Answer, port: int = 0) -> None:
         self.answer = answer
         self.stopped = threading.Event()
         outer = self
@@ -80,9 +83,10 @@ class MjpegServer:
         class Server(ThreadingHTTPServer):
             daemon_threads = False
 
-        self._server = Server(("127.0.0.1", 0), Handler)
+        self._server = Server(("127.0.0.1", port), Handler)
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.01,))
-        self.url = f"http://127.0.0.1:{self._server.server_address[1]}/stream?view=0"
+        self.port = int(self._server.server_address[1])
+        self.url = f"http://127.0.0.1:{self.port}/stream?view=0"
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -97,3 +101,51 @@ class MjpegServer:
         self._server.shutdown()
         self._thread.join()
         self._server.server_close()
+
+
+class MjpegProcess:
+    """A server in a process of its own, which sends images at a rate until it is killed.
+
+    Parameters
+    ----------
+    rate_hz : float
+    size : (rows, columns)
+    """
+
+    def __init__(self, rate_hz: float, size: tuple[int, int]) -> None:
+        command = [sys.executable, __file__, *map(str, (rate_hz, *size))]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._process.stdout is not None
+        self.url = self._process.stdout.readline().decode().strip()
+
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._process:
+            self._process.kill()
+
+
+def main(rate_hz: float, *size: int) -> None:
+    """Serve until the input ends."""
+    images = [jpeg(value, (size[0], size[1])) for value in (50, 200)]
+
+    def send(exchange: Exchange) -> None:
+        exchange.begin()
+        due_s, number = time.monotonic(), 0
+        while not exchange.stopped.is_set():
+            exchange.send_image(images[number % 2])
+            due_s, number = due_s + 1 / rate_hz, number + 1
+            time.sleep(max(0.0, due_s - time.monotonic()))
+
+    with MjpegServer(send) as server:
+        print(server.url, flush=True)
+        sys.stdin.read()
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]), *map(int, sys.argv[2:]))

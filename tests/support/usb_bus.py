@@ -22,7 +22,7 @@ _NAMES = {
 """Fields of each descriptor, after length and type."""
 
 
-def _described(kind: str, layout: str, data: bytes, **more: object) -> Any:
+def described(kind: str, layout: str, data: bytes, **more: object) -> Any:
     names = ("bLength", "bDescriptorType", *_NAMES[kind].split(" "))
     return SimpleNamespace(**dict(zip(names, struct.unpack(layout, data), strict=True)), **more)
 
@@ -52,7 +52,7 @@ class UsbBus(IBackend):
         return None
 
     def get_device_descriptor(self, dev: UsbLightBox) -> Any:
-        return _described(
+        return described(
             "device", "<BBHBBBBHHHBBBB", dev.device_descriptor, bus=1, address=10 + dev.port,
             port_number=dev.port, port_numbers=(dev.port,), speed=2,
         )  # fmt: skip
@@ -61,12 +61,12 @@ class UsbBus(IBackend):
         if config:
             raise IndexError
         data = dev.configuration[:9]
-        return _described("configuration", "<BBHBBBBB", data, extra_descriptors=[])
+        return described("configuration", "<BBHBBBBB", data, extra_descriptors=[])
 
     def get_interface_descriptor(self, dev: UsbLightBox, intf: int, alt: int, config: int) -> Any:
         if intf or alt:
             raise IndexError
-        return _described("interface", "<9B", dev.configuration[9:18], extra_descriptors=[])
+        return described("interface", "<9B", dev.configuration[9:18], extra_descriptors=[])
 
     def open_device(self, dev: UsbLightBox) -> Any:
         if self.protected:

@@ -146,7 +146,7 @@ def main() -> int:
         "LD_PRELOAD": "libumockdev-preload.so.0",
         "UMOCKDEV_DIR": bus.testbed.get_root_dir(),
     }
-    code = subprocess.run(command, env=environment, timeout=60, check=False).returncode
+    code = subprocess.run(command, env=environment, check=False).returncode
     print(json.dumps({"levels": bus.box.levels, "beats": bus.box.beats}), flush=True)
     loop.quit()
     return code

@@ -34,6 +34,7 @@ from tactile_desktop_six_led.given_lights import GivenLights, light_directions
 from tactile_desktop_six_led.light_drift import LightDrift, fit_light_drift
 from tactile_desktop_six_led.light_field import LightField
 from tactile_desktop_six_led.light_fit import fit_light_field
+from tactile_desktop_six_led.lit_lights import LitLights, fit_lit_lights
 from tactile_desktop_six_led.press_light import PressLight
 from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
@@ -61,16 +62,27 @@ STEREO = StereoParameters()
 
 @dataclass(frozen=True, eq=False)
 class StereoModel:
-    """A light field with its change by a press, the lights' redundancy and estimator of drift."""
+    """A light field with its change by a press, and what the lights have in common.
+
+    Attributes
+    ----------
+    field, press_light
+        Normals from all lights, and their change by a press.
+    lit_lights
+        Normals beyond the calibrated slopes.
+    redundancy, drift
+        What shows a light in shadow, and a light that drifts.
+    """
 
     field: LightField
     redundancy: Redundancy
     drift: LightDrift
     press_light: PressLight
+    lit_lights: LitLights
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the fitted arrays by name."""
-        parts = self.field, self.redundancy, self.drift, self.press_light
+        parts = self.field, self.redundancy, self.drift, self.press_light, self.lit_lights
         return {name: array for part in parts for name, array in arrays_of(part).items()}
 
 
@@ -142,6 +154,7 @@ class PhotometricStereo(Calibration):
             self._model.redundancy,
             self._model.drift,
             self._model.press_light,
+            self._model.lit_lights,
             without_grain(reference, self._light_blur_px).pixels,
             reference.marker_mask,
             full_scale=reference.full_scale,
@@ -173,6 +186,7 @@ class PhotometricStereo(Calibration):
                 part_from(Redundancy, arrays),
                 part_from(LightDrift, arrays),
                 part_from(PressLight, arrays),
+                part_from(LitLights, arrays),
             )
             if not np.isfinite(model.field(np.zeros((1, shape[2] + 2), np.float32))).all():
                 raise ValueError("the model does not return finite numbers")
@@ -216,7 +230,11 @@ class PhotometricCalibrator(Calibrator):
         response = field.response(features[:, :-2]).T
         redundancy = fit_redundancy(response)
         drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
-        model = StereoModel(field, redundancy, drift, PressLight(tilt, 0.0))
+        b = field.directions(response, features[:, -2:])
+        b[:2] += PressLight(tilt, 0.0).over(features[:, -2:]) * normal_xy.any(axis=1)
+        fitted = (b[:2] / np.linalg.norm(b, axis=0)).T
+        lit_lights = fit_lit_lights(response, features[:, -2:], normal_xy, fitted)
+        model = StereoModel(field, redundancy, drift, PressLight(tilt, 0.0), lit_lights)
         prepared = PhotometricStereo(model, shape, blur_px, light_blur_px).field(reference)
         zero, steep_share = _zeros(prepared, presses, field.exponents)
         model = replace(

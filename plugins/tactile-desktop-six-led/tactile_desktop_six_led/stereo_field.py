@@ -15,6 +15,7 @@ from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
 from tactile_desktop_six_led.light_drift import LightDrift
 from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
+from tactile_desktop_six_led.lit_lights import LitLights
 from tactile_desktop_six_led.press_light import PressLight
 from tactile_desktop_six_led.redundancy import Redundancy
 
@@ -60,6 +61,7 @@ class StereoField:
     redundancy : Redundancy
     drift : LightDrift
     press_light : PressLight
+    lit_lights : LitLights
     reference : (H, W, K) float32
         The undeformed sensor.
     marker_mask : (H, W) bool or None
@@ -76,6 +78,7 @@ class StereoField:
         redundancy: Redundancy,
         drift: LightDrift,
         press_light: PressLight,
+        lit_lights: LitLights,
         reference: Float32,
         marker_mask: Bool | None,
         *,
@@ -85,7 +88,7 @@ class StereoField:
     ) -> None:
         self._compiled = compiled
         self._field, self._redundancy, self._drift = field, redundancy, drift
-        self._press_light = press_light
+        self._press_light, self._lit_lights = press_light, lit_lights
         self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marker_mask, blur_px)
         base = np.stack(self._sampling.planes(reference, marker_mask)).astype(np.float32)
         lights, height, width = base.shape
@@ -97,13 +100,15 @@ class StereoField:
         )
         self._rows = field.rows(self._place).reshape(3, lights, height, width)
         self._tilt = press_light.over(self._place).reshape(2, height, width)
+        step = max(1, min(height, width) // STEREO_FIELD.drift_rows)
+        self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
         positions = self._place.reshape(height, width, 2)
         x = positions[0, :, 0]
         self._columns = positions[:, 0, 1].copy(), field.along_columns(x)
         self._tilt_columns = press_light.along_columns(x)
+        dark_ratio = (1 + lit_lights.dark_below) ** (1 / field.exponents)
+        self._dark_levels = dark_ratio[:, None, None] * base
         self._least_level = np.float32(LIGHT_FIELD.least_ratio * full_scale)
-        step = max(1, min(height, width) // STEREO_FIELD.drift_rows)
-        self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
         sparse = (slice(None), *self._sparse)
         self._sparse_undeformed = np.ascontiguousarray(self._undeformed[sparse])
         sparse_rows = self._rows[(slice(None), *sparse)].reshape(3, lights, -1)
@@ -132,7 +137,8 @@ class StereoField:
             gains, steep_share = self._survey(planes)
             strength = self._press_light.strength(steep_share)
             outliers, response = self._solve(planes, gains, strength, slopes)
-            inconsistent = self._correct(outliers, response, strength, slopes)
+            inconsistent, highlights = self._correct(outliers, response, strength, slopes)
+            self._extrapolate(planes, gains, slopes, highlights)
             shape = pixels.shape[0], pixels.shape[1]
             gx, gy = (self._sampling.enlarged(slope, shape) for slope in slopes)
         if not len(inconsistent):
@@ -165,7 +171,10 @@ class StereoField:
         b[2] += 1
         normal_xy = b[:2] / np.sqrt(np.einsum("jn,jn->n", b, b))
         steep = np.einsum("jn,jn->n", normal_xy, normal_xy) > STEREO_FIELD.steep_sine**2
-        return self._drift.gains(flat, normal_xy, self._redundancy), float(steep.mean())
+        # A shadow on a wall steeper than any calibrated one is not drift.
+        lit = self._lit_lights.lit(flat).all(axis=0)
+        gains = self._drift.gains(flat[:, lit], normal_xy[:, lit], self._redundancy)
+        return gains, float(steep.mean())
 
     def _solve(
         self, planes: list[NDArray[Any]], gains: Float32, strength: np.float32, slopes: Float32
@@ -202,10 +211,7 @@ class StereoField:
                 tilt = strength * self._tilt_columns
                 solve(*inputs, tilt, _LEAST_FACING, slopes, inconsistent)
                 outliers = np.flatnonzero(inconsistent)
-            levels = stacked.reshape(len(planes), -1)[:, outliers]
-        lights = np.arange(len(planes))[:, None]
-        undeformed = self._undeformed.reshape(len(planes), -1)[:, outliers]
-        return outliers, tables[lights, levels] * undeformed - np.float32(1)
+        return outliers, self._responses_at(outliers, planes, gains)
 
     def _correct(
         self,
@@ -213,15 +219,57 @@ class StereoField:
         response: Float32,
         strength: np.float32,
         slopes: Float32,
-    ) -> NDArray[np.intp]:
-        """Write slopes of outlier pixels with lights replaced; return the remaining outliers."""
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Write slopes of outlier pixels with lights replaced.
+
+        Returns
+        -------
+        inconsistent, highlights
+            The remaining outliers, and the pixels at which a light was too bright.
+        """
         if not len(outliers):
-            return outliers
+            return outliers, outliers
         corrected, consistent = self._redundancy.corrected(response)
+        excess = response - corrected
+        too_bright = excess.max(axis=0) > -excess.min(axis=0)
         b = self._field.directions(corrected, self._place[outliers])
         b[:2] += strength * self._tilt.reshape(2, -1)[:, outliers]
         slopes.reshape(2, -1)[:, outliers] = b[:2] / np.maximum(b[2], _LEAST_FACING)
-        return outliers[~consistent]
+        return outliers[~consistent], outliers[too_bright]
+
+    def _extrapolate(
+        self,
+        planes: list[NDArray[Any]],
+        gains: Float32,
+        slopes: Float32,
+        highlights: NDArray[np.intp],
+    ) -> None:
+        """Replace slopes where a light is dark by those of the lit lights, if these are better.
+
+        They must not contain a highlight.
+        """
+        chosen = np.zeros(slopes.shape[1:], np.bool_)
+        for plane, level in zip(planes, self._dark_levels, strict=True):
+            chosen |= plane < level
+        chosen.ravel()[highlights] = False
+        dark = np.flatnonzero(chosen)
+        if not len(dark):
+            return
+        flat = slopes.reshape(2, -1)
+        fitted = flat[:, dark] / np.sqrt(1 + (flat[:, dark] ** 2).sum(axis=0))
+        response = self._responses_at(dark, planes, gains)
+        normal_xy = self._lit_lights.beyond(fitted, response, self._place[dark])
+        facing = np.sqrt(np.maximum(1 - (normal_xy**2).sum(axis=0), _LEAST_FACING**2))
+        flat[:, dark] = normal_xy / facing
+
+    def _responses_at(
+        self, pixels: NDArray[np.intp], planes: list[NDArray[Any]], gains: Float32
+    ) -> Float32:
+        """Return (K, N) linear responses at flat indices of pixels."""
+        levels = np.stack([plane.reshape(-1)[pixels] for plane in planes])
+        scaled = self._power(levels / gains[:, None], self._field.exponents[:, None])
+        undeformed = self._undeformed.reshape(len(planes), -1)[:, pixels]
+        return np.asarray(scaled * undeformed - np.float32(1), np.float32)
 
     def _respond(
         self, planes: list[NDArray[Any]], gains: Float32, undeformed: Float32, out: Float32

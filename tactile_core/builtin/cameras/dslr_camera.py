@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from threading import Event
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, Field, PositiveFloat, PositiveInt
 
-from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
+from tactile_core.errors import (
+    CameraLost,
+    CameraTimeout,
+    DeviceAbsent,
+    DeviceError,
+    LibraryMissing,
+)
 from tactile_core.interfaces.camera import Trigger
+from tactile_core.interfaces.connected_device import ConnectedDevice
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
-from tactile_core.interfaces.streaming.encoded_image import decoded
+from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
@@ -52,6 +60,13 @@ class DslrCamera(StreamingCamera):
     """
 
     Options: ClassVar[type[BaseModel]] = DslrOptions
+    selectors: ClassVar[Mapping[str, str]] = {"model": "product"}
+
+    @classmethod
+    def connected(cls) -> Iterator[ConnectedDevice]:
+        """Yield the cameras that gphoto2 finds; two of one model cannot be distinguished."""
+        for model, port in _detected(library()):
+            yield ConnectedDevice(port, model)
 
     def __init__(self, options: DslrOptions) -> None:
         super().__init__(options)
@@ -102,19 +117,15 @@ class DslrCamera(StreamingCamera):
         return self._read(max_age_s)
 
     def _found(self, gphoto: Any) -> str:
-        detected = gphoto.Camera.autodetect()
-        listed = [
-            f"{detected.get_name(index)} at {detected.get_value(index)}"
-            for index in range(detected.count())
-        ]
+        listed = [f"{model} at {port}" for model, port in _detected(gphoto)]
         wanted = self._settings.model or ""
         if not any(wanted.casefold() in one.casefold() for one in listed):
-            raise DeviceError(
+            raise DeviceAbsent(
                 f"no camera{f' of the model {wanted}' if wanted else ''} is connected; found "
                 f"{', '.join(listed) or 'none'}; switch it on and check its cable"
             )
         if len(listed) > 1:
-            raise DeviceError(
+            raise DeviceAbsent(
                 f"{len(listed)} cameras are connected: {', '.join(listed)}; disconnect all but one"
             )
         return listed[0]
@@ -159,7 +170,7 @@ class DslrSource(ImageSource):
         """Let the reader's thread end after the photo that it takes."""
         self._requested.set()
 
-    def grab(self) -> Image | None:
+    def grab(self) -> EncodedImage:
         """Take a photo once it is requested."""
         if not self._requested.wait(_POLL_S):
             raise CameraTimeout(f"{self._name} waits for a request")
@@ -175,7 +186,7 @@ class DslrSource(ImageSource):
                 f"{self._name} took no photo: {error.string}; check that it is on, has power and "
                 f"focuses by hand, and open it again"
             ) from error
-        return decoded(
+        return encoded_image(
             data,
             began_s + (self._exposure_time_s or 0.0) / 2,
             self._name,
@@ -231,7 +242,13 @@ def library() -> Any:
     try:
         import gphoto2
     except ImportError as error:
-        raise DeviceError(
+        raise LibraryMissing(
             "core.dslr needs gphoto2; 'pip install gphoto2' on Linux or macOS"
         ) from error
     return gphoto2
+
+
+def _detected(gphoto: Any) -> list[tuple[str, str]]:
+    """Return model and port of each camera that is switched on."""
+    found = gphoto.Camera.autodetect()
+    return [(found.get_name(index), found.get_value(index)) for index in range(found.count())]

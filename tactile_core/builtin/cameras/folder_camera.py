@@ -18,7 +18,8 @@ from tactile_core.formats.images import IMAGE_SUFFIXES, decode_image
 from tactile_core.interfaces.camera import Drop, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
-from tactile_core.interfaces.streaming.image_reader import ImageSource, TornImage, wall_time_at
+from tactile_core.interfaces.streaming.encoded_image import TornImage, wall_time_at
+from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
 from tactile_core.recordings.recording import natural_order

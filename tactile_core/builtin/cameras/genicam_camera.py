@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
-from tactile_core.builtin.cameras.genicam_source import (
-    PIXEL_FORMATS,
-    GenicamSource,
-    library,
-    library_error,
-)
-from tactile_core.errors import DeviceError
+from tactile_core.builtin.cameras.genicam_source import GenicamSource, library, library_error
+from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
+from tactile_core.builtin.device_access import CLAIM, INSTEAD
+from tactile_core.builtin.usb_bus import USB3_VISION, usb_cameras
+from tactile_core.errors import DeviceAbsent, DeviceError
 from tactile_core.interfaces.camera import Trigger
+from tactile_core.interfaces.connected_device import ConnectedDevice
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.streaming.image_reader import ImageSource
@@ -57,6 +57,30 @@ class GenicamCamera(StreamingCamera):
     """
 
     Options: ClassVar[type[BaseModel]] = GenicamOptions
+    selectors: ClassVar[Mapping[str, str]] = {"serial": "serial", "address": "place"}
+
+    @classmethod
+    def connected(cls) -> Iterator[ConnectedDevice]:
+        """Yield the cameras that Aravis finds within a second, then others of USB3 Vision."""
+        missing, serials = None, set()
+        try:
+            aravis = library()
+        except DeviceError as error:
+            missing = error
+        else:
+            aravis.update_device_list()
+            for index in range(aravis.get_n_devices()):
+                serial = aravis.get_device_serial_nbr(index)
+                serials.add(serial)
+                maker, model = aravis.get_device_vendor(index), aravis.get_device_model(index)
+                yield ConnectedDevice(
+                    aravis.get_device_address(index), f"{maker} {model}", serial=serial or None
+                )
+        for other in usb_cameras(USB3_VISION):
+            if other.serial not in serials:
+                yield other
+        if missing is not None:
+            raise missing
 
     def __init__(self, options: GenicamOptions) -> None:
         super().__init__(options)
@@ -81,7 +105,7 @@ class GenicamCamera(StreamingCamera):
             camera = aravis.Camera.new(address)
             serial = camera.get_device_serial_number()
             if options.serial not in (None, serial):
-                raise DeviceError(
+                raise DeviceAbsent(
                     f"the camera at {address} has the serial {serial}, not {options.serial}; "
                     f"correct 'camera.serial' or 'camera.address'"
                 )
@@ -149,14 +173,15 @@ class GenicamCamera(StreamingCamera):
         matching = [device for device, serial in found.items() if wanted in (None, serial)]
         listed = ", ".join(f"{device} (serial {serial})" for device, serial in found.items())
         if not matching:
-            raise DeviceError(
+            raise DeviceAbsent(
                 f"no GenICam camera{f' of serial {wanted}' if wanted else ''} is connected; found "
-                f"{listed or 'none'}; check cable and power, or write its 'address' in 'camera'"
+                f"{listed or 'none'}; check cable and power, write its 'address' in 'camera', "
+                f"{INSTEAD}"
             )
         if len(matching) > 1:
-            raise DeviceError(
+            raise DeviceAbsent(
                 f"{len(matching)} cameras are connected: {listed}; write 'serial' in 'camera' to "
-                f"choose one"
+                f"choose one, or {CLAIM}"
             )
         return str(matching[0])
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 import time
 import warnings
-from dataclasses import dataclass
 from threading import Event
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
-from tactile_core.interfaces.streaming.image_reader import ImageSource, TornImage, wall_time_at
+from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
+from tactile_core.errors import CameraLost, CameraTimeout, LibraryMissing
+from tactile_core.interfaces.streaming.encoded_image import TornImage, wall_time_at
+from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.quantities import Image, Pixels
 
 _DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
@@ -38,34 +37,6 @@ class SourceParameters(NamedTuple):
 _PARAMETERS = SourceParameters()
 
 
-@dataclass(frozen=True)
-class PixelFormat:
-    """How the pixels of an image are stored.
-
-    Attributes
-    ----------
-    dtype : numpy.dtype
-    channels : int
-    is_reversed : bool
-        Whether blue comes first.
-    """
-
-    dtype: str
-    channels: int = 1
-    is_reversed: bool = False
-
-
-PIXEL_FORMATS = {
-    "Mono8": PixelFormat("<u1"),
-    "Mono10": PixelFormat("<u2"),
-    "Mono12": PixelFormat("<u2"),
-    "Mono16": PixelFormat("<u2"),
-    "RGB8": PixelFormat("<u1", 3),
-    "BGR8": PixelFormat("<u1", 3, True),
-}
-"""Formats by their names in the standard (PFNC) that can be read; none of them is packed."""
-
-
 class GenicamSource(ImageSource):
     """A camera that has been configured and acquires images.
 
@@ -76,7 +47,7 @@ class GenicamSource(ImageSource):
     name : str
         In messages.
     pixel_format : str
-        A key of :data:`PIXEL_FORMATS`.
+        A key of :data:`~tactile_core.builtin.cameras.pixel_formats.PIXEL_FORMATS`.
 
     Attributes
     ----------
@@ -156,15 +127,11 @@ class GenicamSource(ImageSource):
             del self._stream, self._device, self._camera
 
     def _pixels(self, data: bytes, rows: int, columns: int) -> Pixels:
-        form = self._form
-        shape = (rows, columns) if form.channels == 1 else (rows, columns, form.channels)
-        dtype = np.dtype(form.dtype)
-        size = int(np.prod(shape)) * dtype.itemsize
+        size = self._form.size(rows, columns)
         if len(data) < size:
             raise TornImage(f"{self._name} sent {len(data)} bytes instead of {size}")
         # get_data copies, so the buffer may be reused
-        pixels = np.frombuffer(data, dtype, count=size // dtype.itemsize).reshape(shape)
-        return np.ascontiguousarray(pixels[..., ::-1]) if form.is_reversed else pixels
+        return self._form.pixels(data, rows, columns)
 
     def _arrived_s(self, system_ns: int) -> float:
         """Return when the first bytes came, on the monotonic clock."""
@@ -189,7 +156,7 @@ def library() -> Any:
             warnings.simplefilter("ignore", ImportWarning)
             return _imported()
     except (ImportError, ValueError) as error:
-        raise DeviceError(
+        raise LibraryMissing(
             f"core.genicam needs the library Aravis ({error}); on Debian and Ubuntu 'sudo apt "
             f"install gir1.2-aravis-0.8 python3-gi', elsewhere 'pip install PyGObject' and "
             f"https://aravisproject.github.io"

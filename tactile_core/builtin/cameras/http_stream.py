@@ -11,9 +11,8 @@ from urllib.parse import SplitResult, unquote
 
 from tactile_core.errors import CameraLost, DeviceError
 from tactile_core.formats.mjpeg import MjpegParser, Part
-from tactile_core.interfaces.streaming.encoded_image import decoded
+from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
 from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.quantities import Image
 
 _TICK_S = 1e-6
 """Time between the timestamps of two images that arrive together, s."""
@@ -57,7 +56,7 @@ class HttpSource(ImageSource):
             connection.close()
             raise
 
-    def grab(self) -> Image | None:
+    def grab(self) -> EncodedImage:
         """Return the next image."""
         while not self._parts:
             self._parts = self._parser.feed(self._received())
@@ -67,7 +66,7 @@ class HttpSource(ImageSource):
         if not stamp or stamp != self._last_stamp:
             self._last_s = max(time.monotonic(), self._last_s + _TICK_S)
         self._last_stamp = stamp
-        return decoded(part.body, self._last_s, self._name)
+        return encoded_image(part.body, self._last_s, self._name)
 
     def interrupt(self) -> None:
         """End the wait for data."""

@@ -12,7 +12,8 @@ from pydantic import BaseModel, Field, PositiveFloat
 from tactile_core.builtin.cameras.http_stream import HttpSource, without_password
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.streaming.image_reader import ImageSource, wall_time_at
+from tactile_core.interfaces.streaming.encoded_image import wall_time_at
+from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
 
@@ -82,6 +83,8 @@ class VideoSource(ImageSource):
             [
                 *(cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, limit_ms),
                 *(cv2.CAP_PROP_READ_TIMEOUT_MSEC, limit_ms),
+                # each further thread of the decoder keeps an image back
+                *(cv2.CAP_PROP_N_THREADS, 1),
             ],
         )
         if not self._capture.isOpened():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -19,8 +20,10 @@ from tactile_core.builtin.cameras.video_controls import (
     set_named,
 )
 from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, selected, video_nodes
-from tactile_core.builtin.device_access import held
+from tactile_core.builtin.device_access import held, holders
+from tactile_core.builtin.usb_bus import VIDEO, usb_cameras
 from tactile_core.errors import DeviceBusy, DeviceError, InputError
+from tactile_core.interfaces.connected_device import ConnectedDevice
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
@@ -89,6 +92,12 @@ class UvcCamera(StreamingCamera):
     """
 
     Options: ClassVar[type[BaseModel]] = UvcOptions
+    selectors: ClassVar[Mapping[str, str]] = {
+        "usb_id": "usb_id",
+        "product": "product",
+        "serial": "serial",
+        "port": "port_path",
+    }
     sysfs: ClassVar[Path] = SYSFS
 
     def __init__(self, options: UvcOptions) -> None:
@@ -96,6 +105,25 @@ class UvcCamera(StreamingCamera):
         self._settings = options
         self._node: VideoNode | None = None
         self._notes: tuple[str, ...] = ()
+        self._rate_hz: float | None = None
+
+    @classmethod
+    def connected(cls) -> Iterator[ConnectedDevice]:
+        """Yield the webcams that Linux lists, then those that only libusb finds."""
+        ports = set()
+        for node in video_nodes(cls.sysfs):
+            ports.add(node.port)
+            yield ConnectedDevice(
+                node.path,
+                node.product,
+                node.usb_id,
+                node.serial or None,
+                node.port,
+                tuple(holders(node.path)),
+            )
+        for other in usb_cameras(VIDEO):
+            if other.port_path not in ports:
+                yield other
 
     @property
     def device_id(self) -> str:
@@ -108,6 +136,11 @@ class UvcCamera(StreamingCamera):
     def notes(self) -> tuple[str, ...]:
         """What the camera chose, and what it changes by itself."""
         return self._notes
+
+    @property
+    def nominal_rate_hz(self) -> float | None:
+        """Images a second that the camera has chosen."""
+        return self._rate_hz
 
     def set_control(self, name: str, value: int) -> int:
         """Set a control, such as ``zoom``, and return its value as the camera reports it.
@@ -188,7 +221,8 @@ class UvcCamera(StreamingCamera):
 
     def _apply(self, locked: LockedSettings, capture: VideoCapture) -> None:
         capture.exposure_time_s, capture.gain = locked.exposure_time_s, locked.gain
-        period_s = 1 / (self._settings.fps or _USUAL_FPS)
+        self._rate_hz = capture.rate_hz or self._settings.fps
+        period_s = 1 / (self._rate_hz or _USUAL_FPS)
         capture.valid_from_s = time.monotonic() + _SETTLING_FRAMES * period_s
         self._notes = (f"{self._name} sends {capture.described}", *locked.notes)
 

@@ -10,9 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
-from tactile_core.interfaces.streaming.encoded_image import decoded
-from tactile_core.interfaces.streaming.image_reader import ImageSource, TornImage, wall_time_at
+from tactile_core.errors import BandwidthError, CameraLost, CameraTimeout, DeviceError
+from tactile_core.interfaces.streaming.encoded_image import (
+    EncodedImage,
+    TornImage,
+    encoded_image,
+    wall_time_at,
+)
+from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.quantities import Image
 
 _SELECT_TIMEOUT = "OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT"
@@ -125,12 +130,19 @@ class VideoCapture(ImageSource):
         )
         return f"{width:.0f} × {height:.0f} pixels, {fps:g} images a second, {self._format()}"
 
+    @property
+    def rate_hz(self) -> float:
+        """Rate that the camera chose, Hz; 0 if it does not say."""
+        import cv2
+
+        return float(self._capture.get(cv2.CAP_PROP_FPS))
+
     def await_first(self) -> None:
         """Wait for the first image.
 
         Raises
         ------
-        DeviceError
+        BandwidthError
             None comes.
         """
         until_s = time.monotonic() + _PARAMETERS.first_s
@@ -146,13 +158,13 @@ class VideoCapture(ImageSource):
                 pass
             else:
                 return
-            raise DeviceError(
+            raise BandwidthError(
                 f"{self._name} is open but sends no image; cameras on one USB hub share its "
                 f"bandwidth, so connect it to another port of the computer, or lower its size or "
                 f"rate, or set 'camera.format: MJPG'"
             )
 
-    def grab(self) -> Image | None:
+    def grab(self) -> Image | EncodedImage:
         """Return the next image."""
         import cv2
 
@@ -173,7 +185,7 @@ class VideoCapture(ImageSource):
         if stamp_s < self.valid_from_s:
             raise CameraTimeout(f"{self._name} has no image with its new settings yet")
         if self._is_raw:
-            return decoded(
+            return encoded_image(
                 data.tobytes(),
                 stamp_s,
                 self._name,

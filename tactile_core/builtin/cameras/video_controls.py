@@ -8,7 +8,8 @@ import struct
 from dataclasses import dataclass
 from typing import Protocol
 
-from tactile_core.errors import DeviceError
+from tactile_core.builtin.device_access import permission_advice
+from tactile_core.errors import DeviceError, DeviceForbidden
 
 _QUERY, _GET, _SET = 0xC0445624, 0xC008561B, 0xC008561C
 """Requests VIDIOC_QUERYCTRL, VIDIOC_G_CTRL and VIDIOC_S_CTRL (``linux/videodev2.h``)."""
@@ -270,9 +271,9 @@ def opened_for_controls(path: str) -> int:
             f"to it ('docker run --device {path} …')"
         ) from None
     except PermissionError:
-        raise DeviceError(
-            f"you may not open {path}; add yourself to the group of that file ('sudo usermod -aG "
-            f"video $USER', then log in again)"
+        raise DeviceForbidden(
+            f"you may not open {path}; {permission_advice()}; without a desktop session add "
+            f"yourself to its group ('sudo usermod -aG video $USER', then log in again)"
         ) from None
     except OSError as error:
         raise DeviceError(f"{path} cannot be opened: {error.strerror}; unplug it once") from error

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tactile_core.errors import DeviceError
+from tactile_core.builtin.device_access import CLAIM, INSTEAD
+from tactile_core.errors import DeviceAbsent
 
 SYSFS = Path("/sys")
 """Where the kernel describes devices."""
@@ -98,16 +99,16 @@ def selected(
 
     Raises
     ------
-    DeviceError
+    DeviceAbsent
         No camera matches, or several do; the message lists what is connected.
     """
     nodes = list(nodes)
     wanted = {"usb_id": usb_id, "product": product, "serial": serial, "port": port}
     asked = ", ".join(f"{key} {value}" for key, value in wanted.items() if value is not None)
     if not nodes:
-        raise DeviceError(
-            f"no USB camera is connected{f' (wanted: {asked})' if asked else ''}; check its cable, "
-            f"and 'lsusb'"
+        raise DeviceAbsent(
+            f"no USB camera is connected{f' (wanted: {asked})' if asked else ''}; connect it (does "
+            f"'lsusb' list it?), {INSTEAD}"
         )
     matching = [
         node
@@ -118,15 +119,15 @@ def selected(
         and port in (None, node.port)
     ]
     if not matching:
-        raise DeviceError(
-            f"no connected camera has {asked}; connected are {_listed(nodes)}; correct 'camera' in "
-            f"the profile, or connect that camera"
+        raise DeviceAbsent(
+            f"no connected camera has {asked}; connected are {_listed(nodes)}; connect that camera "
+            f"or correct 'camera' in the profile, {CLAIM}, {INSTEAD}"
         )
     if len(matching) > 1:
         key = "serial" if len({node.serial for node in matching}) == len(matching) else "port"
-        raise DeviceError(
+        raise DeviceAbsent(
             f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_listed(matching)}; "
-            f"write '{key}' in 'camera' of the profile to choose one"
+            f"write '{key}' in 'camera' of the profile to choose one, or {CLAIM}"
         )
     return matching[0]
 

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from tactile_core.builtin.leds.keep_alive import KeepAlive
 from tactile_core.builtin.leds.protocol import FULL, BoxInfo
-from tactile_core.errors import DeviceError
+from tactile_core.errors import DeviceAbsent, DeviceError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
 
@@ -127,10 +127,13 @@ class LedBox(LightDriver):
             return  # the failure is known, and the watchdog switches the lights off
         outputs = _outputs(levels, self._settings.lights)
         self._check()
-        self._failed = True
         with self._lock:
             assert self._link is not None
-            self._link.set_levels(outputs)
+            try:
+                self._link.set_levels(outputs)
+            except DeviceError:
+                self._failed = True
+                raise
         self._failed = False
 
     def _check(self) -> None:
@@ -163,7 +166,7 @@ def _outputs(levels: Mapping[str, float], names: tuple[str, ...]) -> bytes:
 def _require(info: BoxInfo, options: BoxOptions, place: str) -> None:
     """Refuse another unit's box, and one with another number of lights."""
     if options.serial not in (None, info.serial):
-        raise DeviceError(
+        raise DeviceAbsent(
             f"the light box at {place} has the serial number {info.serial!r} instead of "
             f"{options.serial!r}; plug in the right one, or correct 'serial' of the light driver"
         )

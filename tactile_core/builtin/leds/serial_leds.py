@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 from pydantic import BaseModel
 
 from tactile_core.builtin.leds.led_box import LedBox, Link
 from tactile_core.builtin.leds.serial_link import SerialLink
-from tactile_core.builtin.leds.serial_port import SerialOptions, find_port, open_port
-from tactile_core.errors import DeviceError
+from tactile_core.builtin.leds.serial_port import SerialOptions, find_port, open_port, usb_ports
+from tactile_core.errors import LibraryMissing
+from tactile_core.interfaces.connected_device import ConnectedDevice
 
 
 class SerialLeds(LedBox):
@@ -20,17 +22,33 @@ class SerialLeds(LedBox):
     """
 
     Options: ClassVar[type[BaseModel]] = SerialOptions
+    selectors: ClassVar[Mapping[str, str]] = {
+        "usb_id": "usb_id",
+        "usb_serial": "serial",
+        "port_path": "port_path",
+        "port": "place",
+    }
 
     def __init__(self, options: SerialOptions) -> None:
         super().__init__(options)
         self._where = options
 
+    @classmethod
+    def connected(cls) -> Iterator[ConnectedDevice]:
+        """Yield every USB serial port: asking which is a box would restart an Arduino."""
+        _require_library()
+        return usb_ports()
+
     def _connect(self) -> Link:
-        try:
-            import serial  # noqa: F401
-        except ImportError as error:
-            raise DeviceError(
-                "core.serial_leds needs pyserial; run: pip install 'tactile-core[serial]'"
-            ) from error
+        _require_library()
         name, timeout_s = find_port(self._where), self._where.timeout_s
         return SerialLink(open_port(name, timeout_s), name, timeout_s)
+
+
+def _require_library() -> None:
+    try:
+        import serial  # noqa: F401
+    except ImportError as error:
+        raise LibraryMissing(
+            "core.serial_leds needs pyserial; run: pip install 'tactile-core[serial]'"
+        ) from error

@@ -9,7 +9,7 @@ from itertools import cycle
 from typing import Any, NamedTuple
 
 from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError, decode, encode
-from tactile_core.errors import DeviceError
+from tactile_core.errors import DeviceError, LightsLost
 
 
 class SerialParameters(NamedTuple):
@@ -181,7 +181,7 @@ class SerialLink:
                 f"its cable and power"
             ) from error
         except OSError as error:  # SerialException is one
-            raise DeviceError(
+            raise LightsLost(
                 f"the light box at {self.place} was disconnected ({error}); plug it in and open "
                 f"the sensor again"
             ) from error

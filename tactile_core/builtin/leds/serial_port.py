@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import Any
 
 from pydantic import Field
 
-from tactile_core.builtin.device_access import held, permission_advice
+from tactile_core.builtin.device_access import CLAIM, INSTEAD, held, holders, permission_advice
 from tactile_core.builtin.leds.led_box import BoxOptions
 from tactile_core.builtin.leds.serial_link import SERIAL
-from tactile_core.errors import DeviceBusy, DeviceError
+from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden
+from tactile_core.interfaces.connected_device import ConnectedDevice
 
 _BUSY = (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK)
 
@@ -41,7 +42,7 @@ def find_port(options: SerialOptions) -> str:
 
     Raises
     ------
-    DeviceError
+    DeviceAbsent
         None fits, or several do; the message lists them.
     """
     if options.port is not None:
@@ -49,6 +50,22 @@ def find_port(options: SerialOptions) -> str:
     from serial.tools import list_ports
 
     return choose(list_ports.comports(), options)
+
+
+def usb_ports() -> Iterator[ConnectedDevice]:
+    """Yield the serial ports of USB devices."""
+    from serial.tools import list_ports
+
+    for port in list_ports.comports():
+        if port.vid is not None:
+            yield ConnectedDevice(
+                port.device,
+                port.product or "",
+                f"{port.vid:04x}:{port.pid:04x}",
+                port.serial_number or None,
+                _path_of(port),
+                tuple(holders(port.device)),
+            )
 
 
 def choose(ports: Iterable[Any], options: SerialOptions) -> str:
@@ -63,14 +80,15 @@ def choose(ports: Iterable[Any], options: SerialOptions) -> str:
         if (value := getattr(options, key)) is not None
     )
     if fitting:
-        raise DeviceError(
+        raise DeviceAbsent(
             f"several serial ports{f' with {wanted}' if wanted else ''} may be the light box: "
-            f"{_list(fitting)}; name one with 'usb_serial' or 'port_path' of the light driver"
+            f"{_list(fitting)}; name one with 'usb_serial' or 'port_path' of the light driver, or "
+            f"{CLAIM}"
         )
     others = f"; connected are {_list(usb)}" if usb else "; no USB serial port is connected"
-    raise DeviceError(
+    raise DeviceAbsent(
         f"no serial port{f' with {wanted}' if wanted else ''} for the light box{others}; plug it "
-        f"in, or correct the light driver's options"
+        f"in, correct the light driver's options, {INSTEAD}"
     )
 
 
@@ -107,9 +125,9 @@ def _explained(name: str, error: OSError | ValueError) -> DeviceError:
     if number in _BUSY or isinstance(error.__context__, BlockingIOError):
         return DeviceBusy(f"the serial port {name} is in use{held(name)}; close that first")
     if number == errno.EACCES or isinstance(error.__context__, PermissionError):
-        return DeviceError(f"the serial port {name} must not be opened; {permission_advice()}")
+        return DeviceForbidden(f"the serial port {name} must not be opened; {permission_advice()}")
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
-        return DeviceError(
+        return DeviceAbsent(
             f"there is no serial port {name}; plug the light box in, or correct the light driver's "
             f"'port'"
         )
@@ -117,12 +135,15 @@ def _explained(name: str, error: OSError | ValueError) -> DeviceError:
 
 
 def _fits(port: Any, options: SerialOptions) -> bool:
-    path = str(port.location or "").partition(":")[0]
     return (
         options.usb_id in (None, f"{port.vid:04x}:{port.pid:04x}")
         and options.usb_serial in (None, port.serial_number)
-        and options.port_path in (None, path)
+        and options.port_path in (None, _path_of(port))
     )
+
+
+def _path_of(port: Any) -> str | None:
+    return str(port.location or "").partition(":")[0] or None
 
 
 def _list(ports: list[Any]) -> str:

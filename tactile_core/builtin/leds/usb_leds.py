@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import errno
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, Field
 
+from tactile_core.builtin.device_access import CLAIM, INSTEAD
 from tactile_core.builtin.leds.led_box import BoxOptions, LedBox, Link
-from tactile_core.builtin.leds.usb_link import GONE, UsbLink, port_path, refused
-from tactile_core.errors import DeviceError
+from tactile_core.builtin.leds.usb_link import GONE, UsbLink, refused
+from tactile_core.builtin.usb_bus import described, port_path, usb_devices
+from tactile_core.errors import DeviceAbsent
+from tactile_core.interfaces.connected_device import ConnectedDevice
 
 PRODUCT = "Tactile lights"
 """How the product's name begins; ids may be shared with other projects."""
+
+USB_ID = "16c0:05dc"
+"""The id that projects share."""
 
 
 class UsbOptions(BoxOptions):
     """Options of ``core.usb_leds``; those that are given select the device."""
 
     usb_id: str = Field(
-        default="16c0:05dc",
+        default=USB_ID,
         pattern=r"^[0-9a-f]{4}:[0-9a-f]{4}$",
         description="Vendor and product id, as lsusb lists them.",
     )
@@ -34,6 +42,11 @@ class UsbLeds(LedBox):
     """
 
     Options: ClassVar[type[BaseModel]] = UsbOptions
+    selectors: ClassVar[Mapping[str, str]] = {
+        "usb_id": "usb_id",
+        "serial": "serial",
+        "port_path": "port_path",
+    }
 
     backend: ClassVar[Any] = None
     """Backend of pyusb; None for the installed libusb."""
@@ -42,8 +55,25 @@ class UsbLeds(LedBox):
         super().__init__(options)
         self._where = options
 
+    @classmethod
+    def connected(cls) -> Iterator[ConnectedDevice]:
+        """Yield the connected boxes with the shared USB id."""
+        closed = None
+        for device in _with_id(USB_ID, cls.backend):
+            found = described(device)
+            if not found.product:
+                reason = _reason(device)
+                if getattr(reason, "errno", None) != errno.EACCES:
+                    continue  # it has no name, or was unplugged just now
+                closed = closed or refused(device, reason)
+            elif not found.product.startswith(PRODUCT):
+                continue
+            yield found
+        if closed is not None:
+            raise closed
+
     def _connect(self) -> Link:
-        return UsbLink(find(self._where, self.backend or _bundled()), self._where.timeout_s)
+        return UsbLink(find(self._where, self.backend), self._where.timeout_s)
 
 
 def find(options: UsbOptions, backend: Any = None) -> Any:
@@ -61,23 +91,14 @@ def find(options: UsbOptions, backend: Any = None) -> Any:
     import usb.core
     import usb.util
 
-    vendor, product = (int(part, 16) for part in options.usb_id.split(":"))
-    try:
-        same = usb.core.find(find_all=True, backend=backend, idVendor=vendor, idProduct=product)
-        there = [one for one in same if options.port_path in (None, port_path(one))]
-    except usb.core.NoBackendError as error:
-        raise DeviceError(
-            "core.usb_leds needs libusb; run: pip install libusb-package, or install libusb 1.0 "
-            "(on Debian and Ubuntu 'apt install libusb-1.0-0')"
-        ) from error
-    except usb.core.USBError as error:
-        raise DeviceError(f"USB devices cannot be listed: {error.strerror or error}") from error
+    same = _with_id(options.usb_id, backend)
+    there = [one for one in same if options.port_path in (None, port_path(one))]
     boxes, serials, closed = [], [], None
     for device in there:
         try:
             name, serial = device.product, device.serial_number
         except (usb.core.USBError, ValueError, NotImplementedError) as error:
-            reason = _reason(device, error)
+            reason = _reason(device) or error
             if getattr(reason, "errno", None) not in GONE:  # else it was unplugged just now
                 closed = closed or refused(device, reason)
         else:
@@ -88,9 +109,9 @@ def find(options: UsbOptions, backend: Any = None) -> Any:
     if len(boxes) == 1:
         return boxes[0]
     if boxes:
-        raise DeviceError(
+        raise DeviceAbsent(
             f"several light boxes are connected: {', '.join(serials)}; name one with 'serial' or "
-            f"'port_path' of the light driver"
+            f"'port_path' of the light driver, or {CLAIM}"
         )
     if closed is not None:
         raise closed
@@ -99,27 +120,26 @@ def find(options: UsbOptions, backend: Any = None) -> Any:
         for name, value in (("serial number", options.serial), ("port path", options.port_path))
         if value is not None
     )
-    raise DeviceError(
+    raise DeviceAbsent(
         f"no light box with the USB id {options.usb_id}{wanted} and a product name that begins "
-        f"with {PRODUCT!r} is connected; plug it in, or correct the light driver's options"
+        f"with {PRODUCT!r} is connected; plug it in, correct the light driver's options, {INSTEAD}"
     )
 
 
-def _reason(device: Any, error: Exception) -> Exception:
+def _with_id(usb_id: str, backend: Any) -> list[Any]:
+    vendor, product = (int(part, 16) for part in usb_id.split(":"))
+    return usb_devices(backend, idVendor=vendor, idProduct=product)
+
+
+def _reason(device: Any) -> Exception | None:
     """Return why the names of a device are not readable; pyusb says so only when it is opened."""
     import usb.core
+    import usb.util
 
     try:
         device.get_active_configuration()
     except (usb.core.USBError, NotImplementedError) as opening:
         return opening
-    return error
-
-
-def _bundled() -> Any:
-    """Return the libusb of the package libusb-package; None if there is none."""
-    try:
-        import libusb_package
-    except ImportError:
-        return None
-    return libusb_package.get_libusb1_backend()
+    finally:
+        usb.util.dispose_resources(device)
+    return None

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from tactile_core.builtin.device_access import held, permission_advice
 from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError
-from tactile_core.errors import DeviceBusy, DeviceError
+from tactile_core.builtin.usb_bus import node_of, port_path
+from tactile_core.errors import DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 
 _TO_BOX, _FROM_BOX = 0x40, 0xC0
 """Request types: vendor request to the device, out and in."""
@@ -135,27 +136,20 @@ class UsbLink:
                 f"to this version of tactile-core"
             )
         if error.errno in GONE:
-            return DeviceError(
+            return LightsLost(
                 f"the light box at {self.place} was disconnected; plug it in and open the sensor "
                 f"again"
             )
         return refused(self._device, error)
 
 
-def refused(device: Any, error: Exception) -> DeviceError:
+def refused(device: Any, error: Exception | None) -> DeviceError:
     """Explain why a device cannot be opened or claimed."""
     number, where = getattr(error, "errno", None), f"the light box at USB {port_path(device)}"
     if number == errno.EACCES:
-        return DeviceError(f"{where} must not be opened; {permission_advice()}")
+        return DeviceForbidden(f"{where} must not be opened; {permission_advice()}")
     if number == errno.EBUSY:
-        node = f"/dev/bus/usb/{device.bus or 0:03}/{device.address or 0:03}"
-        return DeviceBusy(f"{where} is in use{held(node)}; close that first")
+        return DeviceBusy(f"{where} is in use{held(node_of(device))}; close that first")
     if isinstance(error, NotImplementedError):
         return DeviceError(f"{where} has no WinUSB driver; install it with Zadig (zadig.akeo.ie)")
     return DeviceError(f"{where} cannot be used: {getattr(error, 'strerror', None) or error}")
-
-
-def port_path(device: Any) -> str:
-    """Bus and ports that a device is plugged into, such as ``1-2.4``."""
-    ports = ".".join(map(str, device.port_numbers or ()))
-    return f"{device.bus}-{ports}" if ports else str(device.bus)

@@ -114,5 +114,5 @@ def _checked_count(plain: Variant, recording: ComparedInput, truth: Truth) -> in
     """Count the frames, after a check that each has ground truth."""
     per_frame = images_per_observation(plain.profile)
     files = open_recording(recording.input, images_per_observation=per_frame)
-    truth.check([observation.name for observation in files.files])
+    truth.check(list(files.names or ()))
     return files.count

@@ -8,7 +8,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
-from tactile_core.pipeline.sensor import Sensor, open_sensor
+from tactile_core.pipeline.opening import open_sensor
+from tactile_core.pipeline.sensor import Sensor
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -57,7 +58,7 @@ class Variant:
         Raises
         ------
         TactileError
-            As :func:`~tactile_core.pipeline.sensor.open_sensor`, prefixed by the variant's name.
+            As :func:`~tactile_core.pipeline.opening.open_sensor`, prefixed by the variant's name.
         """
         try:
             return open_sensor(

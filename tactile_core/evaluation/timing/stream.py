@@ -114,7 +114,7 @@ def _camera_image(image: ImageSection) -> Pixels:
     if image.crop is not None:
         x, y, width, height = image.crop
         width, height = x + width, y + height
-    shape = (height, width) if image.color == "grey" else (height, width, 3)
+    shape = (height, width, 3) if image.color == "rgb" else (height, width)
     dtype = np.uint8 if image.bit_depth == 8 else np.uint16
     return np.full(shape, int(image.full_scale) // 2, dtype)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
 from threading import Event, Thread
 from typing import ClassVar, NamedTuple
 
 from tactile_core.errors import CameraTimeout, DeviceError, words_of
+from tactile_core.interfaces.streaming.encoded_image import EncodedImage, TornImage
 from tactile_core.interfaces.streaming.image_queue import ImageQueue
 from tactile_core.quantities import Image
 
@@ -30,10 +30,6 @@ class ReaderParameters(NamedTuple):
     join_s: float = 15.0
 
 
-class TornImage(Exception):
-    """An image arrived incomplete or cannot be decoded; the next one may be whole."""
-
-
 class ImageSource(ABC):
     """A connected camera, as the reader's thread sees it.
 
@@ -46,10 +42,11 @@ class ImageSource(ABC):
     waits: ClassVar[bool] = False
 
     @abstractmethod
-    def grab(self) -> Image | None:
+    def grab(self) -> Image | EncodedImage | None:
         """Wait for the next image; return None if there will be none.
 
-        ``timestamp_s`` and ``wall_time_s`` are set (:func:`wall_time_at`), and timestamps of
+        A compressed image is decoded by whoever reads it: time spent here is missing for the next
+        one. ``timestamp_s`` and ``wall_time_s`` are set (see ``wall_time_at``), and timestamps of
         different exposures differ. The queue numbers the images.
 
         Raises
@@ -147,8 +144,3 @@ class ImageReader:
                 continue
             if image is None or not self._queue.put(image):
                 return
-
-
-def wall_time_at(timestamp_s: float) -> float:
-    """Return the wall-clock time at a time of the host's monotonic clock."""
-    return time.time() - (time.monotonic() - timestamp_s)

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from tactile_core.interfaces.camera import Camera, Drop, Trigger
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.stream_statistics import StreamStatistics
-from tactile_core.interfaces.streaming.image_queue import ImageQueue
+from tactile_core.interfaces.streaming.image_queue import ImageQueue, Tap
 from tactile_core.interfaces.streaming.image_reader import ImageReader, ImageSource
 from tactile_core.quantities import Image
 
@@ -35,6 +35,7 @@ class StreamingCamera(Camera):
     def __init__(self, options: BaseModel) -> None:
         super().__init__(options)
         self._drop: Drop = self.default_drop
+        self._taps: tuple[Tap, ...] = ()
         self._queue = ImageQueue(type(self).__name__)
         self._reader: ImageReader | None = None
 
@@ -42,6 +43,23 @@ class StreamingCamera(Camera):
         """Choose what happens to images that arrive before earlier ones are read."""
         self._drop = self.default_drop if drop is None else drop
         self._queue.drop = self._drop
+
+    def add_tap(self, tap: Tap) -> None:
+        """Pass each image on as it arrives, before it is decoded or dropped; unread ones at once.
+
+        Parameters
+        ----------
+        tap : callable
+            Called in the reader's thread; it must return at once and never raise. It stays when
+            the camera is opened again.
+        """
+        self._taps = (*self._taps, tap)
+        self._queue.add_tap(tap)
+
+    def remove_tap(self, tap: Tap) -> None:
+        """Pass no more images on to it."""
+        self._taps = tuple(one for one in self._taps if one != tap)
+        self._queue.remove_tap(tap)
 
     @property
     def statistics(self) -> StreamStatistics:
@@ -59,7 +77,7 @@ class StreamingCamera(Camera):
 
     def _open(self) -> None:
         source = self._connect()
-        self._queue = ImageQueue(self._name, self._drop)
+        self._queue = ImageQueue(self._name, self._drop, taps=self._taps)
         try:
             self._reader = ImageReader(source, self._queue, self._name)
         except BaseException:

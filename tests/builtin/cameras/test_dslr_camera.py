@@ -94,3 +94,10 @@ def test_without_the_library_the_error_says_how_to_install_it(
     monkeypatch.setitem(sys.modules, "gphoto2", None)
     with pytest.raises(DeviceError, match="pip install gphoto2"):
         DslrCamera(DslrOptions()).open()
+
+
+def test_a_connected_camera_is_listed_by_its_model(card: Path) -> None:
+    (found,) = DslrCamera.connected()
+    assert "Nikon" in found.product
+    assert found.fits({"model": "nikon"}, DslrCamera.selectors)
+    assert not found.fits({"model": "Canon"}, DslrCamera.selectors)

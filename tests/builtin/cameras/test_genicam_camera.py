@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.gige_camera import ADDRESS, OtherProcess, PaintedCamera
+from support.gige_camera import ADDRESS, OtherProcess, PaintedCamera, alone, missing
 
-from tactile_core.builtin.cameras import genicam_source
+from tactile_core import claim_device, load_profile, open_sensor
+from tactile_core.builtin.cameras import genicam_camera, genicam_source
 from tactile_core.builtin.cameras.genicam_camera import GenicamCamera, GenicamOptions
-from tactile_core.builtin.cameras.genicam_source import library
-from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
+from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
+from tactile_core.errors import CameraLost, CameraTimeout, DeviceError, InputError
 from tactile_core.interfaces.camera import Trigger
+from tactile_core.interfaces.connected_device import ConnectedDevice
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.testing.footprint import Footprint
 
 PATIENCE_S = 20.0
 WIDTH, HEIGHT = 128, 64
 
-try:
-    library()
-    MISSING = ""
-except DeviceError as missing:
-    MISSING = str(missing)
-needs_aravis = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+needs_aravis = pytest.mark.skipif(bool(missing()), reason=missing())
 
 
 def camera_of(**options: object) -> GenicamCamera:
@@ -41,10 +37,8 @@ def camera_of(**options: object) -> GenicamCamera:
 
 @pytest.fixture(autouse=True)
 def _alone() -> Iterator[None]:
-    """Emulated cameras share one port, so only one test on this computer may use it."""
-    fcntl = pytest.importorskip("fcntl")
-    with (Path(tempfile.gettempdir()) / "tactile-gige-camera.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    pytest.importorskip("fcntl")
+    with alone():
         yield
 
 
@@ -89,10 +83,8 @@ def test_each_read_of_a_triggered_camera_shows_the_light_that_is_on() -> None:
 
 @needs_aravis
 def test_each_exposure_may_have_its_own_time() -> None:
-    times: list[float] = []
-
     def paint(exposure_us: float) -> int:
-        times.append(exposure_us)
+        time.sleep(exposure_us / 1e6)
         return min(255, int(exposure_us / 100))
 
     painted = PaintedCamera("TACT03", paint, WIDTH * HEIGHT)
@@ -105,6 +97,35 @@ def test_each_exposure_may_have_its_own_time() -> None:
         images = [camera.read(PATIENCE_S) for _ in range(4)]
     assert [image.exposure_time_s for image in images if image] == [0.005, 0.02] * 2
     assert [int(image.pixels[0, 0]) for image in images if image] == [50, 200] * 2
+
+
+@needs_aravis
+@pytest.mark.parametrize("name", ["Mono8", "Mono16", "RGB8", "BayerRG8", "BayerGB8"])
+def test_pixels_arrive_as_the_camera_sent_them(name: str) -> None:
+    form = PIXEL_FORMATS[name]
+    random = np.random.default_rng(0)
+    sent = random.integers(0, 256, form.size(HEIGHT, WIDTH), np.uint8)
+    with (
+        PaintedCamera("TACT05", lambda _: sent, sent.nbytes),
+        camera_of(trigger="software", pixel_format=name) as camera,
+    ):
+        camera.arm([Exposure({}, ("grey",))])
+        image = camera.read(PATIENCE_S)
+    assert image is not None
+    np.testing.assert_array_equal(image.pixels, form.pixels(sent.tobytes(), HEIGHT, WIDTH))
+
+
+@needs_aravis
+def test_a_camera_that_waits_for_its_line_sends_nothing_by_itself(other: OtherProcess) -> None:
+    exposures = [Exposure({f"light{i}": 1.0}, (f"light{i}",)) for i in range(3)]
+    with camera_of(trigger="line", line="Line0", fps=100) as camera:
+        assert camera.arm(exposures) is Trigger.CAMERA
+        device = camera._camera.get_device()
+        features = ("TriggerMode", "TriggerSelector", "TriggerSource")
+        set_to = [device.get_string_feature_value(name) for name in features]
+        assert set_to == ["On", "FrameStart", "Line0"]
+        with pytest.raises(CameraTimeout):
+            camera.read(0.2)
 
 
 @needs_aravis
@@ -180,3 +201,42 @@ def test_without_the_library_the_error_says_how_to_install_it(
     monkeypatch.setattr(genicam_source, "_DEBIAN_PACKAGES", "/nowhere")
     with pytest.raises(DeviceError, match=r"sudo apt install gir1\.2-aravis-0\.8 python3-gi"):
         camera_of().open()
+
+
+@needs_aravis
+def test_a_connected_camera_is_listed_with_serial_and_address(other: OtherProcess) -> None:
+    (found,) = [one for one in GenicamCamera.connected() if one.serial == "TACT01"]
+    assert (found.place, found.usb_id, found.port_path) == (ADDRESS, None, None)
+    assert "Aravis" in found.product
+
+
+def test_without_aravis_what_libusb_finds_is_listed_and_the_library_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def no_aravis() -> None:
+        raise DeviceError("core.genicam needs the library Aravis")
+
+    on_usb = ConnectedDevice("", "acA2440", "2676:ba02", "40012345", "2-1")
+    monkeypatch.setattr(genicam_camera, "library", no_aravis)
+    monkeypatch.setattr(genicam_camera, "usb_cameras", lambda _: iter([on_usb]))
+    listed = GenicamCamera.connected()
+    assert next(listed) == on_usb
+    with pytest.raises(DeviceError, match="needs the library Aravis"):
+        next(listed)
+
+
+@needs_aravis
+def test_a_unit_opens_the_camera_that_it_has_claimed_and_no_other_unit_does(
+    other: OtherProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    (claimed,) = claim_device("R3", "TACT01")
+    assert (claimed.use, claimed.unit) == ("core.genicam", None)
+    assert "desktop_three_colour" in claimed.profiles
+    with open_sensor("desktop_three_colour", serial="R3", timeout_s=PATIENCE_S) as sensor:
+        assert sensor.read().frame.pixels.shape == (480, 640, 3)
+    with pytest.raises(InputError, match=r"camera of the unit 'R4' is not connected: .*to 'R3'; c"):
+        open_sensor("desktop_three_colour", serial="R4")
+    refused = load_profile("desktop_three_colour", overrides={"camera": {"exposure_time_s": 99}})
+    with pytest.raises(DeviceError, match=r"TACT01 does not take exposure_time_s: 99; it takes"):
+        open_sensor(refused, serial="R3")

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 from support.sysfs import Sysfs
 
+from tactile_core.builtin.cameras import uvc_camera
 from tactile_core.builtin.cameras.uvc_camera import UvcCamera, UvcOptions
 from tactile_core.errors import DeviceError, InputError
+from tactile_core.interfaces.connected_device import ConnectedDevice
 from tactile_core.testing.footprint import Footprint
 
 
@@ -66,3 +69,29 @@ def test_a_device_file_that_is_missing_leaves_nothing_open(sysfs: Sysfs) -> None
 def test_a_usb_id_has_the_form_of_the_list_of_devices() -> None:
     with pytest.raises(ValidationError):
         UvcOptions(usb_id="46d:81b")
+
+
+def test_connected_webcams_are_listed_although_libusb_is_missing(
+    sysfs: Sysfs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_libusb(_: object) -> Iterator[ConnectedDevice]:
+        raise DeviceError("no libusb")
+
+    (path, _) = sysfs.plug("1-2.4", serial="A")
+    monkeypatch.setattr(uvc_camera, "usb_cameras", no_libusb)
+    listed = UvcCamera.connected()
+    assert next(listed) == ConnectedDevice(path, "HD Webcam C310", "046d:081b", "A", "1-2.4")
+    with pytest.raises(DeviceError, match="no libusb"):
+        next(listed)
+
+
+def test_a_webcam_without_a_device_file_is_listed_once(
+    sysfs: Sysfs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (path, _) = sysfs.plug("1-1")
+    on_usb = [ConnectedDevice("", "C310", "046d:081b", None, port) for port in ("1-1", "1-2")]
+    monkeypatch.setattr(uvc_camera, "usb_cameras", lambda _: iter(on_usb))
+    assert [(one.place, one.port_path) for one in UvcCamera.connected()] == [
+        (path, "1-1"),
+        ("", "1-2"),
+    ]

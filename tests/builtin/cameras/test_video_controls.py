@@ -24,7 +24,7 @@ from tactile_core.builtin.cameras.video_controls import (
     opened_for_controls,
     set_named,
 )
-from tactile_core.errors import DeviceError
+from tactile_core.errors import DeviceError, DeviceForbidden
 
 
 class Webcam:
@@ -152,3 +152,14 @@ def test_a_control_that_is_unknown_missing_or_refused_is_named() -> None:
         set_named(camera, "the camera", "zoom", 1)
     with pytest.raises(DeviceError, match=r"refuses white_balance 3000 .* 2800 to 6500"):
         set_named(camera, "the camera", "white_balance", 3000)
+
+
+def test_a_device_file_without_permission_names_the_udev_rules(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> int:
+        raise PermissionError
+
+    monkeypatch.setattr("os.open", refuse)
+    with pytest.raises(DeviceForbidden, match=r"60-tactile.rules /etc/udev/rules.d/ && sudo udev"):
+        opened_for_controls(str(tmp_path / "video0"))

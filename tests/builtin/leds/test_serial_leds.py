@@ -17,6 +17,7 @@ if not sys.platform.startswith(("linux", "darwin")):
 pytest.importorskip("serial", reason="needs pyserial")
 
 from support.light_box import LIGHTS, LightBox, after, light_box
+from support.soak import share_of
 
 from tactile_core.builtin.leds import serial_link
 from tactile_core.builtin.leds.protocol import encode
@@ -290,7 +291,7 @@ def test_without_pyserial_the_command_to_install_it_is_named(
 def test_a_hundred_unplugs_at_random_moments() -> None:
     random = np.random.default_rng(0)
     before = Footprint.now()
-    for _ in range(100):
+    for _ in range(share_of(100)):
         box = LightBox()
         driver = leds(box).open()
         unplugging = threading.Timer(random.uniform(0, 0.3), box.unplug)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import pytest
 
+from tactile_core.builtin.leds.serial_leds import SerialLeds
 from tactile_core.builtin.leds.serial_port import SerialOptions, choose, open_port
 from tactile_core.errors import DeviceBusy, DeviceError
+from tactile_core.interfaces.connected_device import ConnectedDevice
 
 
 @dataclass
@@ -20,6 +22,7 @@ class Port:
     pid: int | None = None
     serial_number: str | None = None
     location: str | None = None
+    product: str | None = None
 
 
 BOARD = Port("/dev/ttyS0")
@@ -90,3 +93,12 @@ def test_the_reason_is_explained(
     monkeypatch.setattr(serial, "Serial", fails)
     with pytest.raises(kind, match=message):
         open_port("/dev/ttyACM0", 0.1)
+
+
+def test_only_usb_ports_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [BOARD, UNO, CLONE])
+    uno, clone = SerialLeds.connected()
+    assert uno == ConnectedDevice("/dev/ttyACM0", "", "2341:0043", "ARD42", "1-2.1")
+    assert (clone.serial, clone.port_path) == (None, "1-3")
+    assert uno.fits({"usb_serial": "ARD42"}, SerialLeds.selectors)
+    assert not clone.fits({"port": "/dev/ttyACM0"}, SerialLeds.selectors)

@@ -136,3 +136,19 @@ def test_without_libusb_the_package_to_install_is_named(monkeypatch: pytest.Monk
     monkeypatch.setattr(usb.core, "find", no_backend)
     with pytest.raises(DeviceError, match="pip install libusb-package"):
         leds().open()
+
+
+def test_connected_boxes_are_listed_and_other_devices_with_their_id_are_not(bus: UsbBus) -> None:
+    (found,) = UsbLeds.connected()
+    assert (found.serial, found.port_path, found.usb_id) == ("L0001", "1-2", "16c0:05dc")
+
+
+def test_a_box_without_permission_is_listed_and_what_to_do_is_said(
+    bus: UsbBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    bus.protected = True
+    listed = UsbLeds.connected()
+    assert {next(listed).port_path, next(listed).port_path} == {"1-1", "1-2"}
+    with pytest.raises(DeviceError, match="install the udev rules"):
+        next(listed)

@@ -104,7 +104,8 @@ class UnrulyBox(_Unruly, LightDriver):
         self.at("open")
 
     def _close(self) -> None:
-        """Nothing to release."""
+        if self.options.when == "close":
+            self.at("close")
 
     def _set(self, levels: Mapping[str, float]) -> None:
         self.at("set")

@@ -1,4 +1,4 @@
-"""core.uvc against real kernel drivers, in a guest; with ``make test-hardware``."""
+"""Cameras and lights against real kernel drivers, in a guest; with ``make test-hardware``."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ import pytest
 from hardware.guest import Unavailable, run_in_guest
 
 ROOT = Path(__file__).resolve().parents[2]
+MODULES = ("vhci_hcd", "uvcvideo", "cdc_acm")
+SIZES = ("TACTILE_FRAMES", "TACTILE_OBSERVATIONS", "TACTILE_UNPLUGS")
+"""How many images, observations of six lights and unplugs the guest tries, if set."""
 
 pytestmark = [pytest.mark.hardware, pytest.mark.timeout(900)]
 
@@ -25,7 +28,7 @@ def free_port() -> int:
 
 @pytest.fixture
 def rig() -> Iterator[str]:
-    """The ports of emulated webcams."""
+    """The ports of the emulated devices."""
     pytest.importorskip("usbip", reason="'pip install usbip' emulates USB devices")
     ports = [str(free_port()), str(free_port())]
     path = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
@@ -43,18 +46,17 @@ def rig() -> Iterator[str]:
         server.stdin.close()
 
 
-def test_webcams_in_a_guest(rig: str, tmp_path: Path) -> None:
-    frames = os.environ.get("TACTILE_FRAMES", "90")
+def test_cameras_and_lights_in_a_guest(rig: str, tmp_path: Path) -> None:
+    asked = " ".join(f"{name}={os.environ[name]}" for name in SIZES if name in os.environ)
+    files = os.environ.get("TACTILE_GUEST_TESTS", "tests/hardware/*_in_guest.py")
     command = (
-        f"TACTILE_FRAMES={frames} TACTILE_FAST=0 TACTILE_RIG='{rig}' "
+        f"{asked} TACTILE_FAST=0 TACTILE_RIG='{rig}' "
         f"{sys.executable} -m pytest -p no:cacheprovider -p no:benchmark "
         f"-rA --tb=short --color=no -o addopts=--import-mode=importlib "
-        f"tests/hardware/webcam_in_guest.py"
+        f"{files}"
     )
     try:
-        status, printed = run_in_guest(
-            command, ROOT, tmp_path, modules=("vhci_hcd", "uvcvideo"), timeout_s=800
-        )
+        status, printed = run_in_guest(command, ROOT, tmp_path, modules=MODULES, timeout_s=800)
     except Unavailable as reason:
         pytest.skip(str(reason))
     print(printed)

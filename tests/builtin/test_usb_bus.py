@@ -1,8 +1,7 @@
-"""Listing of USB cameras by their descriptors."""
+"""USB cameras by their descriptors."""
 
 from __future__ import annotations
 
-import json
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,10 +10,9 @@ import usb.core
 import usb.util
 from usb.backend import IBackend
 
-from tactile_core.acquisition import usb_devices
-from tactile_core.acquisition.usb_devices import UsbDevice, usb_cameras
-from tactile_core.cli import main
+from tactile_core.builtin.usb_bus import USB3_VISION, VIDEO, usb_cameras
 from tactile_core.errors import DeviceError
+from tactile_core.interfaces.connected_device import ConnectedDevice
 
 LANGUAGES = bytes([4, 3, 0x09, 0x04])
 CAMERA = {
@@ -85,21 +83,22 @@ class Bus(IBackend):
         return len(answer)
 
 
-def test_only_cameras_are_listed_sorted_by_port() -> None:
+def test_webcams_and_machine_vision_cameras_are_told_by_their_interface() -> None:
     bus = Bus(MOUSE, CAMERA, HUB, MACHINE_VISION)
-    first, second = usb_cameras(bus)
-    assert (first.usb_id, first.port_path) == ("1e10:4000", "1-1")
-    assert second == UsbDevice(0x2833, 0x0209, "DIGIT", "D20025", "1-2.4")
+    (webcam,) = usb_cameras(VIDEO, bus)
+    assert webcam == ConnectedDevice("", "DIGIT", "2833:0209", "D20025", "1-2.4")
+    (camera,) = usb_cameras(USB3_VISION, bus)
+    assert (camera.usb_id, camera.port_path) == ("1e10:4000", "1-1")
     assert bus.opened == 0
 
 
 def test_a_device_without_access_is_listed_without_its_strings() -> None:
-    (device,) = usb_cameras(Bus(PROTECTED))
-    assert (device.usb_id, device.product, device.serial) == ("2833:0209", None, None)
+    (device,) = usb_cameras(VIDEO, Bus(PROTECTED))
+    assert (device.usb_id, device.product, device.serial) == ("2833:0209", "", None)
 
 
 def test_without_cameras_the_list_is_empty() -> None:
-    assert usb_cameras(Bus(MOUSE)) == []
+    assert list(usb_cameras(VIDEO, Bus(MOUSE))) == []
 
 
 def test_missing_libusb_is_reported_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,8 +106,8 @@ def test_missing_libusb_is_reported_with_what_to_install(monkeypatch: pytest.Mon
         raise usb.core.NoBackendError("No backend available")
 
     monkeypatch.setattr(usb.core, "find", no_backend)
-    with pytest.raises(DeviceError, match="install libusb"):
-        usb_cameras()
+    with pytest.raises(DeviceError, match="pip install libusb-package"):
+        usb_cameras(VIDEO)
 
 
 def test_a_libusb_error_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,45 +116,4 @@ def test_a_libusb_error_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(usb.core, "find", fails)
     with pytest.raises(DeviceError, match="cannot be listed: Other error"):
-        usb_cameras()
-
-
-def run_devices(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[object, str, str]:
-    with pytest.raises(SystemExit) as caught:
-        main(["devices", *options])
-    return caught.value.code, *capsys.readouterr()
-
-
-def test_the_command_prints_the_devices(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    plugged: list[UsbDevice] = []
-    monkeypatch.setattr(usb_devices, "usb_cameras", lambda: plugged)
-    assert run_devices(capsys) == (0, "", "")
-    assert run_devices(capsys, "--json") == (0, '{"devices": []}\n', "")
-    plugged.append(UsbDevice(0x2833, 0x0209, "DIGIT", "D20025", "1-2.4"))
-    code, out, _ = run_devices(capsys)
-    assert code == 0
-    assert out.splitlines()[1].split() == ["2833:0209", "1-2.4", "D20025", "DIGIT"]
-    _, out, _ = run_devices(capsys, "--json")
-    assert json.loads(out)["devices"] == [
-        {
-            "usb_id": "2833:0209",
-            "vendor_id": 0x2833,
-            "product_id": 0x0209,
-            "product": "DIGIT",
-            "serial": "D20025",
-            "port_path": "1-2.4",
-        }
-    ]
-
-
-def test_the_command_exits_with_1_without_libusb(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(usb_devices, "usb_cameras", _without_libusb)
-    assert run_devices(capsys) == (1, "", "tactile: no libusb\n")
-
-
-def _without_libusb() -> list[UsbDevice]:
-    raise DeviceError("no libusb")
+        usb_cameras(VIDEO)

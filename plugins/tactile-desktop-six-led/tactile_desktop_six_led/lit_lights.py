@@ -1,0 +1,195 @@
+"""Slopes beyond the calibrated ones, from the lights that still reach the gel surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.arrays import regression
+
+Float32 = NDArray[np.float32]
+Bool = NDArray[np.bool_]
+
+_NORMAL = 3
+"""Unknowns of a normal times an albedo: the fewest lights that determine it."""
+
+
+class LitLightsParameters(NamedTuple):
+    """Parameters of the lit lights. Nothing sets them: they are relative.
+
+    Attributes
+    ----------
+    most_dark : int, count
+        The darkest lights, at most so many, are left out.
+        Source: half of six lights around the gel are behind a steep wall.
+    floor_quantile : float, share
+        Share of the calibration pixels whose response to a light is below its floor.
+        Source: above single pixels of noise; no script derives it.
+    dark_share : float, share
+        A light is dark if its response is within this share of the range from the floor to the
+        undeformed gel. Source: width of the half-shadow on virtual units; 0.1 to 0.25 are alike.
+    shaded_share : float, ratio
+        Slopes below this share of those at which half of the calibration pixels have turned away
+        from a light are too gentle to turn away. Source: noise and the width of the half-shadow on
+        virtual units; 0.6 to 0.75 are alike.
+    ridge : float, weight per sample
+        Ridge penalty. Source: keeps the equations regular.
+    bins : int, count
+        Levels of steepness at which the model may take over.
+        Source: chosen by hand; finer than what the result depends on.
+    least_gain : float, share
+        The model takes over only if that lowers the error by so much.
+        Source: chosen by hand; less is chance.
+    ramp : float, ratio
+        The model takes over entirely where slopes are steeper by this ratio.
+        Source: chosen by hand; avoids a step in the slopes.
+    """
+
+    most_dark: int = 3
+    floor_quantile: float = 0.005
+    dark_share: float = 0.15
+    shaded_share: float = 0.7
+    ridge: float = 1e-4
+    bins: int = 20
+    least_gain: float = 0.01
+    ramp: float = 1.1
+
+
+LIT_LIGHTS = LitLightsParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True, eq=False)
+class LitLights:
+    """Normals from the lights that are not behind the surface.
+
+    Where a wall turns away from a light, its response stays at a floor, and a model of all lights
+    levels off. The responses of the other lights remain linear in the normal [1]_, for every slope:
+
+        normal_xy = M_S(x, y) · r_S,   S the set of lit lights
+
+    Attributes
+    ----------
+    floors : (K,) float32
+        Response of each light to a surface that faces away from it.
+    sets : (S, K) bool
+        Sets of lit lights.
+    rows : (S, 2, 3, K) float32
+        M_S for the components along x and y (uphill), linear in the position; 0 for dark lights.
+    begins : float
+        Length of normal_xy from which this model replaces the light field; infinite if the light
+        field is better on all calibrated slopes.
+    shaded : float
+        Length of normal_xy from which calibration pixels turn away from a light. Gentler slopes
+        with a dark light lie in a cast shadow.
+
+    References
+    ----------
+    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
+       images", Optical Engineering 19(1), 1980.
+    """
+
+    floors: Float32
+    sets: Bool
+    rows: Float32
+    begins: float
+    shaded: float
+
+    def __call__(self, response: Float32, position: Float32) -> Float32:
+        """Return normal_xy (2, N) of (K, N) responses at (N, 2) positions."""
+        terms = regression.terms(position, 1).T
+        number = self._set_of(response)
+        result = np.empty((2, len(number)), np.float32)
+        for s in np.unique(number):
+            at = number == s
+            result[:, at] = np.einsum(
+                "jtk,tn,kn->jn", self.rows[s], terms[:, at], response[:, at], optimize=True
+            )
+        return result
+
+    def beyond(self, fitted: Float32, response: Float32, position: Float32) -> Float32:
+        """Return normal_xy (2, N): the light field's, or this model's where that one fails.
+
+        That is where a light is dark, on walls steeper than the calibration and in cast shadows.
+        """
+        own = self(response, position)
+        length = np.linalg.norm(own, axis=0)
+        share = np.clip((length / self.begins - 1) / (LIT_LIGHTS.ramp - 1), 0, 1)
+        share[length < self.shaded] = 1
+        share = np.where(self.lit(response).all(axis=0), 0, share).astype(np.float32)
+        return np.asarray(fitted + share * (own - fitted), np.float32)
+
+    @property
+    def dark_below(self) -> Float32:
+        """(K,) responses below which a light is dark."""
+        return np.float32(1 - LIT_LIGHTS.dark_share) * self.floors
+
+    def lit(self, response: Float32) -> Bool:
+        """Return (K, N): which lights reach the surface."""
+        dark = response < self.dark_below[:, None]
+        most = min(LIT_LIGHTS.most_dark, len(response) - _NORMAL)
+        rank = np.argsort(np.argsort(response, axis=0), axis=0)
+        return np.asarray(~(dark & (rank < most)))
+
+    def _set_of(self, response: Float32) -> NDArray[np.intp]:
+        bits = 1 << np.arange(len(self.floors), dtype=np.int64)
+        codes = self.sets @ bits
+        order = np.argsort(codes)
+        return np.asarray(order[np.searchsorted(codes[order], bits @ self.lit(response))])
+
+
+def fit_lit_lights(
+    response: Float32, position: Float32, normal_xy: Float32, fitted: Float32
+) -> LitLights:
+    """Fit a linear model for each set of lit lights.
+
+    It takes over at the steepness from which it has the smaller error on the calibration's own
+    pixels, if there is one.
+
+    Parameters
+    ----------
+    response : (K, N) float32
+        Linear responses of calibration pixels.
+    position : (N, 2) float32
+    normal_xy, fitted : (N, 2) float32
+        The true components of the normal, and those of the light field.
+    """
+    lights = len(response)
+    floors = np.quantile(response, LIT_LIGHTS.floor_quantile, axis=1).astype(np.float32)
+    most = min(LIT_LIGHTS.most_dark, lights - _NORMAL)
+    dark = [set(some) for n in range(most + 1) for some in combinations(range(lights), n)]
+    sets = np.array([[k not in some for k in range(lights)] for some in dark])
+    terms = regression.terms(position, 1).astype(np.float64)
+    rows = np.zeros((len(sets), 2, terms.shape[1], lights), np.float32)
+    bright = response >= ((1 - LIT_LIGHTS.dark_share) * floors)[:, None]
+    for number, lit in enumerate(sets):
+        seen = bright[lit].all(axis=0)
+        design = (terms[seen][:, :, None] * response[lit][:, seen].T[:, None, :]).reshape(
+            np.count_nonzero(seen), terms.shape[1] * np.count_nonzero(lit)
+        )
+        # a set that no calibration pixel shows gets zeros
+        weight = LIT_LIGHTS.ridge * max(1, len(design))
+        normal = design.T @ design + weight * np.eye(design.shape[1])
+        found = np.linalg.solve(normal, design.T @ normal_xy[seen])
+        rows[number][:, :, lit] = found.T.reshape(2, terms.shape[1], -1)
+    dark_at = np.linalg.norm(normal_xy[~bright.all(axis=0)], axis=1)
+    shaded = float(np.median(dark_at)) * LIT_LIGHTS.shaded_share if len(dark_at) else 0.0
+    model = LitLights(floors, sets, rows, np.inf, shaded)
+    own = model(response, position).T
+    return replace(model, begins=_begins(normal_xy, fitted, own))
+
+
+def _begins(normal_xy: Float32, fitted: Float32, own: Float32) -> float:
+    """Return the steepness at which changing from one model to the other errs least."""
+    steep = np.linalg.norm(normal_xy, axis=1)
+    wrong = [np.linalg.norm(model - normal_xy, axis=1) for model in (fitted, own)]
+    limits = np.linspace(0.5, 1, LIT_LIGHTS.bins) * steep.max()
+    total = [wrong[0][steep < limit].sum() + wrong[1][steep >= limit].sum() for limit in limits]
+    best = int(np.argmin(total))
+    if total[best] < (1 - LIT_LIGHTS.least_gain) * wrong[0].sum():
+        return float(limits[best])
+    return np.inf

@@ -1,0 +1,45 @@
+"""Finds forces and torques among the fields of any quantity."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from tactile_core.quantities import Quantity
+from tactile_core.quantities.fields import fields_of
+from tactile_rosbag.si_units import si_unit
+
+_COMPONENT = re.compile(r"([ft][xyz])(?:_n|_nmm|_nm)?")
+"""Names of the components of a wrench, with or without their unit."""
+
+
+class RosWrench(NamedTuple):
+    """A force and a torque on the sensor, in its right-handed frame (z away from the camera).
+
+    Attributes
+    ----------
+    force_n, torque_nm : (x, y, z)
+    """
+
+    force_n: tuple[float, float, float]
+    torque_nm: tuple[float, float, float]
+
+
+def wrench_of(quantity: Quantity) -> RosWrench | None:
+    """Return the wrench in a quantity with fields such as ``fz`` in N; None if it has none.
+
+    The fields have the convention of tactile sensing, where a compression is positive ``fz``. In
+    the right-handed frame of the sensor it pushes towards the camera, along −z.
+    """
+    found: dict[str, float] = {}
+    for field in fields_of(type(quantity)):
+        name = _COMPONENT.fullmatch(field.name)
+        value = getattr(quantity, field.name)
+        unit = si_unit(field.spec.unit)
+        is_force = field.form is float and unit.name in ("N", "N·m")
+        if name is not None and value is not None and is_force:
+            found[name[1]] = float(value) * unit.factor
+    if "fz" not in found:
+        return None
+    fx, fy, fz, tx, ty, tz = (found.get(name, 0.0) for name in ("fx", "fy", "fz", "tx", "ty", "tz"))
+    return RosWrench((fx, fy, 0.0 - fz), (tx, ty, tz))

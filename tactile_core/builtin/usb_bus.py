@@ -1,0 +1,113 @@
+"""Devices on USB, as libusb lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator
+from typing import Any
+
+from tactile_core.builtin.device_access import holders
+from tactile_core.errors import DeviceError, LibraryMissing
+from tactile_core.interfaces.connected_device import ConnectedDevice
+
+VIDEO = frozenset((0x0E, subclass) for subclass in range(256))
+"""USB interface class of webcams, with every subclass."""
+
+USB3_VISION = frozenset({(0xEF, 0x05)})
+"""USB interface class and subclass of USB3 Vision cameras."""
+
+
+def usb_devices(backend: Any = None, **wanted: Any) -> list[Any]:
+    """Return the connected devices, as pyusb describes them.
+
+    Parameters
+    ----------
+    backend : usb.backend.IBackend, optional
+        Default: the installed libusb, or that of the package ``libusb-package``.
+    **wanted
+        What :func:`usb.core.find` selects by.
+
+    Raises
+    ------
+    DeviceError
+        libusb is missing or fails.
+    """
+    import usb.core
+
+    try:
+        return list(usb.core.find(find_all=True, backend=backend or _bundled(), **wanted))
+    except usb.core.NoBackendError as error:
+        raise LibraryMissing(
+            "USB devices cannot be found without libusb; run: pip install libusb-package, or "
+            "install libusb 1.0 (on Debian and Ubuntu 'apt install libusb-1.0-0', on macOS 'brew "
+            "install libusb')"
+        ) from error
+    except usb.core.USBError as error:
+        raise DeviceError(f"USB devices cannot be listed: {error.strerror or error}") from error
+
+
+def usb_cameras(
+    kinds: Container[tuple[int, int]], backend: Any = None
+) -> Iterator[ConnectedDevice]:
+    """Yield the connected devices with an interface of these kinds; see :data:`VIDEO`.
+
+    Raises
+    ------
+    DeviceError
+        libusb is missing or fails.
+    """
+
+    def is_one(device: Any) -> bool:
+        return any(
+            (interface.bInterfaceClass, interface.bInterfaceSubClass) in kinds
+            for configuration in device
+            for interface in configuration
+        )
+
+    return map(described, usb_devices(backend, custom_match=is_one))
+
+
+def described(device: Any) -> ConnectedDevice:
+    """Describe a device; without its strings if it must not be opened."""
+    import usb.util
+
+    try:
+        return ConnectedDevice(
+            "",
+            _asked(lambda: device.product) or "",
+            f"{device.idVendor:04x}:{device.idProduct:04x}",
+            _asked(lambda: device.serial_number),
+            port_path(device),
+            tuple(holders(node_of(device))),
+        )
+    finally:
+        usb.util.dispose_resources(device)
+
+
+def port_path(device: Any) -> str:
+    """Bus and ports that a device is plugged into, such as ``1-2.4``."""
+    ports = ".".join(map(str, device.port_numbers or ()))
+    return f"{device.bus}-{ports}" if ports else str(device.bus)
+
+
+def node_of(device: Any) -> str:
+    """Device file of a USB device on Linux."""
+    return f"/dev/bus/usb/{device.bus or 0:03}/{device.address or 0:03}"
+
+
+def _asked(question: Callable[[], str | None]) -> str | None:
+    """Return a device's answer; None if it gives none or must not be opened."""
+    import usb.core
+
+    try:
+        return question()
+    except (usb.core.USBError, ValueError, NotImplementedError):
+        return None
+
+
+def _bundled() -> Any:
+    """Return the libusb of the package libusb-package; None if there is none."""
+    try:
+        import libusb_package
+    except ImportError:
+        return None
+    return libusb_package.get_libusb1_backend()

@@ -1,0 +1,135 @@
+"""From ground truth to a bundle: fit, cross-validate, and collect what contradicts the result."""
+
+from __future__ import annotations
+
+import platform
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from tactile_core import __version__
+from tactile_core.bundles.bundle import Bundle, names_of, now
+from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
+from tactile_core.calibration.doubts import doubts
+from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
+from tactile_core.calibration.plausibility import implausible
+from tactile_core.calibration.result import Calibrated
+from tactile_core.calibration.scoring import cross_validate
+from tactile_core.calibration.targets import CalibrationTarget, thickness_of
+from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.conditioning.sequence_check import is_sequential
+from tactile_core.errors import InputError
+from tactile_core.interfaces.artefact import Artefact
+from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.progress import Progress
+from tactile_core.plugins.calibrators import fitted_by
+from tactile_core.profiles.loader import profile_hash
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Reference
+
+
+def conditioning_for(
+    profile: Profile, reference: Reference, calibrator: Calibrator
+) -> Conditioning:
+    """Return the conditioning of the frames that a calibrator is fitted on.
+
+    Raises
+    ------
+    InputError
+        The markers of the reference contradict the profile.
+    """
+    compensates = calibrator.compensation == "channel"
+    condition = Conditioning.of(profile, reference, compensates=compensates)
+    miscounted = condition.finder.miscounted(condition.undeformed) if condition.finder else ""
+    if miscounted:
+        raise InputError(miscounted)
+    return condition
+
+
+def fitted_bundle(
+    profile: Profile,
+    ground_truth: CalibrationTarget[Any],
+    undeformed: Reference,
+    calibrator: Calibrator,
+    *,
+    serial: str = "",
+    gel: str = "",
+    scored: bool = True,
+    notes: tuple[str, ...] = (),
+    progress: Progress,
+) -> Calibrated:
+    """Fit and score a calibrator on surfaces with ground truth.
+
+    Parameters
+    ----------
+    profile : Profile
+    ground_truth : CalibrationTarget
+    undeformed : Reference
+        Conditioned.
+    calibrator : Calibrator
+    serial, gel : str
+    scored : bool
+        False skips the cross-validation.
+    notes : tuple of str
+        Notes until now; others follow them.
+    progress : Progress
+    """
+    surfaces = tuple(ground_truth.surfaces)
+    good = [surface for surface in surfaces if surface.used]
+    fit = partial(fitted_by, calibrator)
+    score = None
+    if scored:
+        progress.stage("scoring on held-out presses", 0.6)
+        score = cross_validate(
+            surfaces,
+            ground_truth.without,
+            undeformed,
+            fit,
+            thickness_mm=thickness_of(profile),
+            progress=progress,
+        )
+    progress.stage("fitting", 0.15)
+    fitted = fit([*(surface.training() for surface in good), *ground_truth.undeformed], undeformed)
+    artefacts: dict[str, Artefact] = {LIGHT: fitted}
+    if score is not None and score.errors is not None:
+        artefacts[ERRORS] = score.errors
+    progress.fraction(1.0)
+    azimuths = channel_azimuths(good, undeformed)
+    if is_sequential(good[0].frame):
+        notes = (*notes, *misplaced_lights(profile, undeformed.channels, azimuths))
+    manifest = Manifest(
+        profile=profile.name,
+        revision=profile.revision,
+        serial=serial,
+        gel_id=gel,
+        artefacts=names_of(artefacts),
+        image_size_px=(profile.image.width_px, profile.image.height_px),
+        crop=profile.image.crop,
+        channels=undeformed.channels,
+        channel_azimuth_deg=azimuths,
+        mm_per_px=profile.image.mm_per_px,
+        bit_depth=profile.image.bit_depth,
+        created=now(),
+        ball_diameters_mm=ground_truth.ball_diameters_mm,
+        presses_used=len(good),
+        held_out=None if score is None else score.summary(),
+        versions=_versions(),
+        profile_hash=profile_hash(profile),
+    )
+    notes = (*notes, *implausible(surfaces, undeformed, profile.gel))
+    if scored:
+        notes = (*notes, *doubts(score, good))
+    bundle = Bundle(manifest, artefacts, undeformed)
+    return Calibrated(bundle, surfaces, score, notes, ground_truth.basis)
+
+
+def _versions() -> dict[str, str]:
+    import cv2
+
+    return {
+        "tactile-core": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "opencv": cv2.__version__,
+    }

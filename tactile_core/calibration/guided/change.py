@@ -1,0 +1,116 @@
+"""Change of a live frame against the reference, on few cells, so that it takes milliseconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Bool, Float64
+from tactile_core.quantities import Frame, Reference
+
+
+class ChangeParameters(NamedTuple):
+    """Parameters of the change of live frames. Nothing sets them: they are ratios.
+
+    Attributes
+    ----------
+    cells_per_ball : float, cells per ball radius
+        Size of the cells: a contact is at least a few cells wide.
+        Source: chosen by hand.
+    most_cells : int, count
+        Cells along the longer side, at most, so that a small ball costs no more time.
+        Source: chosen by hand.
+    blur_balls : float, ball radii
+        Radius over which the change is averaged before it is called a contact.
+        Source: that of the circle search (``StartParameters.blur_radii``).
+    dark_share : float, share of the full scale
+        Added to both intensities before the logarithm, which would dwell on noise in the dark.
+        Source: that of the drift estimate (``DriftParameters.dark_share``).
+    imprint_share : float, share of the strongest change
+        Cells with a larger change belong to the imprint.
+        Source: chosen by hand.
+    """
+
+    cells_per_ball: float = 5.0
+    most_cells: int = 96
+    blur_balls: float = 0.35
+    dark_share: float = 0.02
+    imprint_share: float = 0.35
+
+
+CHANGE = ChangeParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Change of one frame.
+
+    Attributes
+    ----------
+    log_ratio : (h, w, K) float32
+        Logarithm of frame over reference in each cell, less its median over the image.
+    light : (K,) float32
+        That median: the change of the light.
+    strength : float
+        Largest change, averaged over a part of the ball; 0.1 is a change by a tenth.
+    middle_px : (2,) float64
+        Middle of the imprint, in image pixels.
+    imprint : (h, w) bool
+        Cells of the imprint.
+    """
+
+    log_ratio: np.ndarray
+    light: np.ndarray
+    strength: float
+    middle_px: Float64
+    imprint: Bool
+
+    def motion(self, earlier: Change) -> float:
+        """Return how much the imprint differs from an earlier one, relative to its strength."""
+        where = self.imprint | earlier.imprint
+        now, before = self.log_ratio[where], earlier.log_ratio[where]
+        total = float((now**2).sum() + (before**2).sum())
+        return float(np.sqrt(2 * ((now - before) ** 2).sum() / total)) if total > 0 else 0.0
+
+
+class UndeformedCells:
+    """The reference on the cells with which live frames are compared.
+
+    Parameters
+    ----------
+    reference : Reference
+    ball_radius_px : float
+    """
+
+    def __init__(self, reference: Reference, ball_radius_px: float) -> None:
+        rows, columns = reference.pixels.shape[:2]
+        side = max(ball_radius_px / CHANGE.cells_per_ball, max(rows, columns) / CHANGE.most_cells)
+        self._size = max(1, round(columns / side)), max(1, round(rows / side))
+        self._scale = columns / self._size[0], rows / self._size[1]
+        self._blur = max(0.5, CHANGE.blur_balls * ball_radius_px / self._scale[0])
+        self._offset = CHANGE.dark_share * reference.full_scale
+        self._undeformed = np.log(self._cells(reference.pixels))
+
+    def change(self, frame: Frame) -> Change:
+        """Compare a frame with the reference."""
+        ratio = np.log(self._cells(frame.pixels)) - self._undeformed
+        light = np.median(ratio, axis=(0, 1))
+        ratio -= light
+        energy = np.asarray(cv2.GaussianBlur((ratio**2).sum(2), (0, 0), self._blur))
+        top = float(energy.max())
+        imprint = energy > CHANGE.imprint_share**2 * top
+        weight = np.where(imprint, energy, 0)
+        total = max(float(weight.sum()), 1e-30)
+        y, x = np.mgrid[: energy.shape[0], : energy.shape[1]]
+        middle = np.array([(weight * x).sum(), (weight * y).sum()]) / total
+        middle_px = (middle + 0.5) * self._scale - 0.5
+        return Change(ratio, light, float(np.sqrt(top)), middle_px, imprint)
+
+    def _cells(self, pixels: np.ndarray) -> np.ndarray:
+        cells = shrunk(pixels, self._size).astype(np.float32)
+        return cells.reshape(*cells.shape[:2], -1) + np.float32(self._offset)

@@ -1,0 +1,186 @@
+"""Whether a still frame is a press to calibrate on, by the circles of ``tactile calibrate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.circles import Circle, find_circles
+from tactile_core.calibration.guided.bench import NOWHERE, Bench
+from tactile_core.calibration.presses import FoundPress
+from tactile_core.errors import SequenceError
+from tactile_core.quantities import Frame
+
+
+class ExaminationParameters(NamedTuple):
+    """Limits of a press that is kept. Nothing sets them: they are ratios of lengths.
+
+    Attributes
+    ----------
+    smallest_contact : float, ball radii
+        A smaller contact shows hardly any slopes.
+        Source: chosen by hand, more than the circle search needs (``FitParameters``).
+    largest_contact : float, ball radii
+        A larger one is too deep: the sides are dark, and the gel may touch its plate.
+        Source: geometry: the depth of a fifth of the diameter, which the guide asks for, gives 0.63
+        on a half-space and 0.8 if all of the cap touches, as on a thin layer.
+    deepest : float, share of the gel's thickness
+        A ball with this contact would be too deep for the gel.
+        Source: chosen by hand.
+    visible : float, share
+        Less of the contact inside the image is too little.
+        Source: geometry: the circle is whole but for a pixel's error.
+    irregular : float, ball radii
+        Largest standard deviation of the contact's radius.
+        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
+    beside : float, ratio
+        Largest change farther than ``far_balls`` from the centre, over that on the ball, for a
+        contact of ``beside_contact``; less for others with the third power of the contact, as
+        the shadow of a ball is longer and steeper the deeper it is.
+        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): good presses have
+        less than two thirds of it.
+    beside_contact : float, ball radii
+        Contact for which ``beside`` holds.
+        Source: chosen by hand: near the largest contact.
+    far_balls : float, ball radii
+        Change beyond this distance from the centre is next to the ball.
+        Source: chosen on virtual rigs: farther than most shadows of low lights reach.
+    saturated : float, share
+        Largest share of the contact that is saturated.
+        Source: chosen by hand.
+    blur_balls : float, ball radii
+        Radius over which the change is averaged.
+        Source: that of the circle search (``StartParameters.blur_radii``).
+    """
+
+    smallest_contact: float = 0.35
+    largest_contact: float = 0.78
+    deepest: float = 0.75
+    visible: float = 0.97
+    irregular: float = 0.12
+    beside: float = 0.6
+    beside_contact: float = 0.75
+    far_balls: float = 1.7
+    saturated: float = 0.2
+    blur_balls: float = 0.35
+
+
+EXAMINATION = ExaminationParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What the examination of a frame has found.
+
+    Attributes
+    ----------
+    name : str
+        Of the frame.
+    circle : Circle
+    why : str
+        Why it is not kept; empty if it is.
+    circles : mapping of str to Circle
+        Those of all presses that are kept, as they are found together.
+    withdrawn : mapping of str to str
+        Earlier presses that are no longer kept, each with the reason.
+    """
+
+    name: str
+    circle: Circle
+    why: str
+    circles: dict[str, Circle]
+    withdrawn: dict[str, str]
+
+
+class Examiner:
+    """Keeps the presses of a ball, and judges each new one together with them.
+
+    Parameters
+    ----------
+    bench : Bench
+
+    Attributes
+    ----------
+    kept : list of FoundPress
+    """
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        self.kept: list[FoundPress] = []
+
+    def examine(self, name: str, frame: Frame) -> Verdict:
+        """Judge a frame, and keep it if it is a good press."""
+        try:
+            press = self._bench.prepared(name, frame)
+        except SequenceError as error:
+            return self._verdict(name, NOWHERE, str(error))
+        starts = [one.start for one in (*self.kept, press) if one.start is not None]
+        *others, circle = find_circles(starts)
+        press = replace(press, circle=circle)
+        why = circle.why or self._flaw(press)
+        if why:
+            # its presence must not change the circles of the others
+            return self._verdict(name, circle, why)
+        found = [replace(one, circle=c) for one, c in zip(self.kept, others, strict=True)]
+        withdrawn = {one.file: one.why for one in found if not one.used}
+        self.kept = [*(one for one in found if one.used), press]
+        return self._verdict(name, circle, "", withdrawn)
+
+    def _verdict(
+        self, name: str, circle: Circle, why: str, withdrawn: dict[str, str] | None = None
+    ) -> Verdict:
+        circles = {press.file: press.circle for press in self.kept}
+        return Verdict(name, circle, why, circles, withdrawn or {})
+
+    def _flaw(self, press: FoundPress) -> str:
+        """Return why a press whose circle was found is not kept; empty if it is."""
+        share = press.radius_px / self._bench.touching_px
+        depth_mm = (1 - np.sqrt(max(0.0, 1 - share**2))) * press.ball_diameter_mm / 2
+        if visible_share(press) < EXAMINATION.visible:
+            return "the image border cuts the contact; press further inside"
+        if share < EXAMINATION.smallest_contact:
+            return "the contact is too small; press deeper"
+        deepest_mm = EXAMINATION.deepest * press.thickness_mm
+        if share > EXAMINATION.largest_contact or depth_mm > deepest_mm:
+            return "the contact is too large; press less deep"
+        if press.circle.radius_std_px > EXAMINATION.irregular * press.ball_radius_px:
+            return "the contact is not round; press the ball alone, straight down"
+        if beside(press) > EXAMINATION.beside * (share / EXAMINATION.beside_contact) ** 3:
+            return "something else touches next to the ball; press the ball alone"
+        contact = press.area()
+        if press.frame.saturated[contact].any(axis=-1).mean() > EXAMINATION.saturated:
+            return "much of the contact is saturated; press less deep, or expose for less time"
+        return ""
+
+
+def visible_share(press: FoundPress) -> float:
+    """Return the share of the contact's disc that is inside the image."""
+    h, w = press.frame.pixels.shape[:2]
+    (x, y), r = press.centre_px, press.radius_px
+    inside = 1.0
+    for place, side in ((x, w), (y, h)):
+        for distance in (place + 0.5, side - 0.5 - place):
+            # share of a disc beyond a straight line at this distance from its centre
+            c = float(np.clip(distance / max(r, 1e-9), -1, 1))
+            inside -= (np.arccos(c) - c * np.sqrt(1 - c * c)) / np.pi
+    return float(inside)
+
+
+def beside(press: FoundPress) -> float:
+    """Return the strongest change far from a press's centre, over that on the ball."""
+    assert press.start is not None
+    change = press.start.shading.change
+    ball = press.start.ball
+    energy = (change.weighted**2).sum(2)
+    sigma = EXAMINATION.blur_balls * ball
+    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 0.1)
+    local = cv2.GaussianBlur(energy, (0, 0), sigma) / total
+    x, y = change.to_working(np.asarray(press.centre_px))
+    h, w = local.shape
+    distance = np.hypot(np.arange(w) - x, np.arange(h)[:, None] - y)
+    far, near = local[distance > EXAMINATION.far_balls * ball], local[distance < ball]
+    return float(np.sqrt(far.max() / near.max())) if far.size and near.size else 0.0

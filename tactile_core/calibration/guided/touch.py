@@ -1,0 +1,161 @@
+"""Touches in a stream of changes: when something touches, holds still, slides, and lifts."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.calibration.guided.change import Change
+from tactile_core.quantities import Frame
+
+
+class TouchParameters(NamedTuple):
+    """Parameters of following touches. Nothing sets them from outside: they are ratios and times.
+
+    Attributes
+    ----------
+    touches : float, logarithm of the intensity
+        A stronger change is a touch.
+        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
+    touches_noise : float, ratio
+        The same, over the change while nothing touches.
+        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
+    lifted_share : float, ratio
+        With a change below this share of that of a touch, the touch has ended.
+        Source: chosen by hand, so that noise between the two is neither.
+    quiet_frames : int, count
+        Latest frames without a touch whose median change is the noise.
+        Source: chosen by hand.
+    still_s : float, s
+        A press is still if it does not change for this time.
+        Source: chosen by hand: a hand that stops for less is about to move.
+    still_frames : int, count
+        Frames of that time, at least. The middle one is kept: nothing moved before or after it, so
+        nothing moved during the exposures of a sequence either.
+        Source: definition; three are the fewest with a middle.
+    still_change : float, ratio
+        Largest change of the imprint between any frame of that time and the last, relative to the
+        imprint, besides noise.
+        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): a tremor by 1 % of
+        the depth changes 0.02 to 0.1, a slide by a tenth of the ball's radius 0.25 and more.
+    slide_balls : float, ball radii
+        A touch whose imprint has moved further has slid.
+        Source: virtual rigs (``benchmarks/guided_calibration.py``).
+    imprinted : float, ratio
+        The position of an imprint counts if it is this strong, relative to when it is still:
+        before, contact is a point, and noise moves it.
+        Source: virtual rigs (``benchmarks/guided_calibration.py``).
+    """
+
+    touches: float = 0.05
+    touches_noise: float = 2.5
+    lifted_share: float = 0.6
+    quiet_frames: int = 50
+    still_s: float = 0.3
+    still_frames: int = 4
+    still_change: float = 0.13
+    slide_balls: float = 0.3
+    imprinted: float = 0.6
+
+
+TOUCH = TouchParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True, eq=False)
+class Still:
+    """A press that held still.
+
+    Attributes
+    ----------
+    frame : Frame
+        The middle one of the frames in which nothing moved.
+    slid_balls : float
+        How far the imprint had moved until then.
+    middle_px : (2,) float64
+        Middle of the imprint.
+    """
+
+    frame: Frame
+    slid_balls: float
+    middle_px: Float64
+
+
+class Touches:
+    """Follows what touches the gel from frame to frame.
+
+    Parameters
+    ----------
+    ball_radius_px : float
+
+    Attributes
+    ----------
+    touching : bool
+    since_still : bool
+        The touch has been still; it has to end before another press can begin.
+    ended_restless : bool
+        The latest frame ended a touch that was never still.
+    """
+
+    def __init__(self, ball_radius_px: float) -> None:
+        self._ball_px = ball_radius_px
+        self._recent: deque[tuple[Frame, Change]] = deque()
+        self._path: list[tuple[float, np.ndarray]] = []
+        self._quiet: deque[float] = deque(maxlen=TOUCH.quiet_frames)
+        self.touching = self.since_still = False
+        self.ended_restless = False
+
+    @property
+    def noise(self) -> float:
+        """Median change of the latest frames in which nothing touched; 0 before there are any."""
+        return float(np.median(self._quiet)) if self._quiet else 0.0
+
+    def add(self, frame: Frame, change: Change) -> Still | None:
+        """Add a frame; return the press if it has just become still."""
+        self.ended_restless = False
+        least = max(TOUCH.touches, TOUCH.touches_noise * self.noise)
+        if change.strength < least * (TOUCH.lifted_share if self.touching else 1):
+            self._quiet.append(change.strength)
+            self.ended_restless = self.touching and not self.since_still and len(self._path) > 2
+            self.touching = self.since_still = False
+            self._recent.clear()
+            self._path.clear()
+            return None
+        self.touching = True
+        self._path.append((change.strength, change.middle_px))
+        if self.since_still:
+            return None
+        self._recent.append((frame, change))
+        while (
+            len(self._recent) > TOUCH.still_frames
+            and frame.timestamp_s - self._recent[1][0].timestamp_s >= TOUCH.still_s
+        ):
+            self._recent.popleft()
+        if not self._is_still(frame, change):
+            return None
+        self.since_still = True
+        middle = self._recent[len(self._recent) // 2][0]
+        self._recent.clear()
+        return Still(middle, self._slid(change), change.middle_px)
+
+    def _is_still(self, frame: Frame, change: Change) -> bool:
+        first = self._recent[0][0]
+        if (
+            len(self._recent) < TOUCH.still_frames
+            or frame.timestamp_s - first.timestamp_s < TOUCH.still_s
+        ):
+            return False
+        largest = float(np.hypot(TOUCH.still_change, self.noise / change.strength))
+        return all(change.motion(earlier) <= largest for _, earlier in self._recent)
+
+    def _slid(self, last: Change) -> float:
+        away = [
+            float(np.hypot(*(middle - last.middle_px)))
+            for strength, middle in self._path
+            if strength >= TOUCH.imprinted * last.strength
+        ]
+        return max(away, default=0.0) / self._ball_px

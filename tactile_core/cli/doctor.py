@@ -1,0 +1,155 @@
+"""``tactile doctor``: examines the installation and a sensor, or watches its health."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
+
+import typer
+
+from tactile_core.cli.output import print_data, print_json, terminal
+from tactile_core.cli.signals import interrupt_ends
+
+if TYPE_CHECKING:
+    from tactile_core.interfaces.reading import Reading
+    from tactile_core.pipeline.examination import Check
+    from tactile_core.pipeline.health import Health
+
+EVERY_S = 1.0
+"""Time between two lines of ``--watch``."""
+
+
+def doctor(
+    profile: Annotated[str | None, typer.Argument(help="A profile to examine as well.")] = None,
+    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="Open its virtual sensor.")] = False,
+    input: Annotated[
+        Path | None, typer.Option(help="A recording to examine instead of the devices.")
+    ] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
+    ] = None,
+    bundle: Annotated[
+        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
+    ] = None,
+    timeout: Annotated[float, typer.Option(help="Longest wait for an image, s.")] = 1.0,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show the health until Ctrl-C or the end.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object; with --watch, one a second.")
+    ] = False,
+) -> None:
+    """Examine the installed plugins, and a sensor part by part, and say what to do."""
+    from tactile_core.errors import InputError
+    from tactile_core.pipeline.examination import examine, examine_plugins, exit_code_of
+
+    if profile is None and (sim or watch or input or reference or bundle or serial):
+        raise InputError("these options are about a sensor; name its profile")
+    if input is not None and sim:
+        raise InputError("--input and --sim exclude each other; give one of them")
+    options: dict[str, Any] = {
+        "serial": serial,
+        "sim": sim,
+        "input": input,
+        "reference": reference,
+        "bundle": bundle,
+        "timeout_s": timeout,
+    }
+    if watch and profile is not None:
+        _watch(profile, options, as_json)
+        return
+    checks: list[Check] = []
+    for examined in (examine_plugins(), examine(profile, **options) if profile else ()):
+        for check in examined:
+            checks.append(check)
+            if not as_json:
+                _print(check)
+    code = exit_code_of(checks)
+    if as_json:
+        verdict = "problem" if code else "ok"
+        keys = ("part", "verdict", "message")
+        found = [{key: getattr(check, key) for key in keys} for check in checks]
+        print_json({"verdict": verdict, "checks": found})
+    if code:
+        raise typer.Exit(code)
+
+
+def _print(check: Check) -> None:
+    verdict = check.verdict.upper() if check.verdict == "problem" else check.verdict
+    if check.verdict == "ok":
+        print_data(f"{verdict:<9}{check.part}{f': {check.message}' if check.message else ''}")
+        return
+    print_data(f"{verdict:<9}{check.part}")
+    if check.message:
+        print_data(f"{'':<9}{check.message}")
+
+
+def _watch(profile: str, options: dict[str, Any], as_json: bool) -> None:
+    from tactile_core.pipeline.opening import open_sensor
+
+    with interrupt_ends(), open_sensor(profile, **options) as sensor, _shown(as_json) as show:
+        last, shown_s = None, float("-inf")
+        for reading in sensor.stream():
+            last = reading
+            if monotonic() - shown_s >= EVERY_S:
+                show(reading, sensor.health())
+                last, shown_s = None, monotonic()
+        if last is not None:
+            show(last, sensor.health())
+
+
+class _Show(Protocol):
+    def __call__(self, reading: Reading, health: Health) -> None: ...
+
+
+@contextmanager
+def _shown(as_json: bool) -> Iterator[_Show]:
+    """Yield what shows a health: a table that is redrawn, or a line."""
+    if as_json:
+        yield _print_json
+    elif (screen := terminal()) is None:
+        yield _print_line
+    else:
+        from rich.console import Console
+        from rich.live import Live
+
+        with Live(console=Console(file=screen), auto_refresh=False) as live:
+            yield lambda reading, health: live.update(_table(reading, health), refresh=True)
+
+
+def _print_json(reading: Reading, health: Health) -> None:
+    frame = reading.frame
+    place = {"sequence": frame.sequence, "timestamp_s": frame.timestamp_s, "source": reading.source}
+    print_json({**place, **health.summary()})
+
+
+def _print_line(reading: Reading, health: Health) -> None:
+    from tactile_core.pipeline.examination import quantity_text
+
+    known = [
+        f"{name.replace('_', ' ')} {quantity_text(found)}"
+        for name, found in health.findings()
+        if found.value is not None
+    ]
+    print_data(f"{reading.source}: {', '.join(known)}")
+    for sentence in health.warnings:
+        print_data(f"{'':<9}{sentence}")
+
+
+def _table(reading: Reading, health: Health) -> Any:
+    from rich.table import Table
+
+    from tactile_core.pipeline.examination import quantity_text
+
+    table = Table(title=f"{reading.source}, Ctrl-C to end", expand=True)
+    for column in ("", "now", "", "advice"):
+        table.add_column(column)
+    colours = {"ok": "green", "warning": "red", "unknown": "dim"}
+    for name, found in health.findings():
+        verdict = f"[{colours[found.verdict]}]{found.verdict}"
+        table.add_row(name.replace("_", " "), quantity_text(found), verdict, found.message)
+    return table

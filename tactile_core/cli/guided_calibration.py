@@ -1,0 +1,200 @@
+"""``tactile calibrate --live``: leads a person from press to press, fits, saves and measures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tactile_core.cli.output import print_data, print_json, print_message
+
+if TYPE_CHECKING:
+    from tactile_core.calibration.guided.session import GuidedCalibration
+    from tactile_core.calibration.result import Calibrated
+    from tactile_core.pipeline.sensor import Sensor
+
+SETTLING_FRAMES = 15
+"""Frames before the reference: time to take the hand away, and for the camera to settle."""
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """What ``tactile calibrate --live`` was given.
+
+    Attributes
+    ----------
+    profile : str
+    out : Path
+        Folder of the bundle.
+    ball_diameter_mm : float
+    reference : Path or None
+    record : Path or None
+        The recording of the session; by default beside the bundle.
+    model : str or None
+    serial, gel : str
+    input, script : Path or None
+    sim : bool
+    timeout_s, reconnect_s : float
+    as_json : bool
+    """
+
+    profile: str
+    out: Path
+    ball_diameter_mm: float
+    reference: Path | None = None
+    record: Path | None = None
+    model: str | None = None
+    serial: str = ""
+    gel: str = ""
+    input: Path | None = None
+    script: Path | None = None
+    sim: bool = False
+    timeout_s: float = 1.0
+    reconnect_s: float = 0.0
+    as_json: bool = False
+
+
+def calibrate_live(options: LiveOptions) -> None:
+    """Lead a person through a calibration, and save it."""
+    from tactile_core.calibration.guided.session import GuidedCalibration
+
+    path = options.record or _free(options.out)
+    with _opened(options) as sensor:
+        if options.reference is None:
+            print_message("Keep your hands off the gel: the reference is taken.")
+            for _ in range(SETTLING_FRAMES if sensor.is_live else 0):
+                sensor.acquire()
+            sensor.capture_reference()
+        reference = sensor.pipeline.reference
+        assert reference is not None
+        with (
+            sensor.record(path) as recording,
+            GuidedCalibration(
+                sensor.profile,
+                reference,
+                options.ball_diameter_mm,
+                model=options.model,
+                serial=options.serial,
+                gel=options.gel,
+                note=recording.add_event,
+            ) as guided,
+            _kept(options, path, guided),
+        ):
+            _lead(sensor, guided, as_json=options.as_json)
+            print_message(f"{len(guided.presses)} presses are kept; fitting and scoring.")
+            result = guided.finish(options.out)
+        if recording.failure is not None:
+            print_message(f"note: {recording.failure}")
+        _report(result, options, path)
+        _measure_next(sensor, result, as_json=options.as_json)
+
+
+def _opened(options: LiveOptions) -> Sensor:
+    """Open the sensor without its bundle, which is about to be replaced and may not fit."""
+    from tactile_core.acquisition.unit_devices import with_unit_devices
+    from tactile_core.errors import InputError
+    from tactile_core.pipeline.sensor import Sensor
+    from tactile_core.profiles.loader import load_profile
+
+    overrides = None
+    if options.script is not None:
+        if not options.sim:
+            raise InputError(f"the script {options.script} controls the virtual sensor; add --sim")
+        overrides = {"camera": {"script": str(options.script)}}
+    profile = load_profile(options.profile, sim=options.sim, overrides=overrides)
+    if options.serial and options.input is None:
+        profile = with_unit_devices(profile, options.serial)
+    return Sensor(
+        profile,
+        None,
+        options.reference,
+        serial=options.serial or None,
+        input=options.input,
+        timeout_s=options.timeout_s,
+        reconnect_s=options.reconnect_s,
+    ).open()
+
+
+def _lead(sensor: Sensor, guided: GuidedCalibration, *, as_json: bool) -> None:
+    """Feed live frames until more presses would not help, or a recording ends."""
+    from tactile_core.cli.guided_display import shown
+
+    image = sensor.profile.image
+    with shown((image.width_px, image.height_px), as_json=as_json) as show:
+        while (frame := sensor.acquire()) is not None:
+            guidance = guided.feed(frame)
+            show(guidance)
+            if guidance.examining and not sensor.is_live:
+                guided.wait()  # simulated time is faster than the examination
+            if guidance.done:
+                return
+        guided.wait()
+
+
+@contextmanager
+def _kept(options: LiveOptions, path: Path, guided: GuidedCalibration) -> Iterator[None]:
+    """Say how to finish from the recording if the session ends early."""
+    try:
+        yield
+    except BaseException:
+        count = len(guided.presses)
+        if count:
+            print_message(
+                f"{count} presses are kept in {path}; finish with: tactile calibrate "
+                f"{options.profile} --presses {path} --out {options.out}"
+            )
+        else:
+            print_message(f"no press was kept; {path} holds what the camera sent")
+        raise
+
+
+def _report(result: Calibrated, options: LiveOptions, path: Path) -> None:
+    for note in result.notes:
+        print_message(f"note: {note}")
+    if options.as_json:
+        print_json({**result.summary(options.out), "recording": str(path)})
+        return
+    print_data(f"{options.out}: {result.bundle.manifest.model} on {result.basis}")
+    for sentence in () if result.score is None else result.score.sentences(result.coverage()):
+        print_data(sentence)
+    print_data(f"the session is recorded in {path}; the report is {options.out / 'report.html'}")
+
+
+def _measure_next(sensor: Sensor, result: Calibrated, *, as_json: bool) -> None:
+    """Measure the next thing that touches and holds still, with the new calibration."""
+    from tactile_core.calibration.guided.change import UndeformedCells
+    from tactile_core.calibration.guided.touch import Touches
+    from tactile_core.pipeline.pipeline import Pipeline
+    from tactile_core.plugins.blame import blame_of
+
+    if not sensor.is_live:
+        return
+    pipeline = Pipeline(sensor.profile, result.bundle, compiled=False)
+    diameter_mm = min(result.bundle.manifest.ball_diameters_mm)
+    ball_px = diameter_mm / 2 / sensor.profile.image.mm_per_px
+    cells, touches = UndeformedCells(result.bundle.reference, ball_px), Touches(ball_px)
+    print_message("Lift the ball, then touch the gel with anything: it is measured. Ctrl-C ends.")
+    lifted = False
+    while (frame := sensor.acquire()) is not None:
+        still = touches.add(frame, cells.change(frame))
+        lifted |= not touches.touching
+        if still is None or not lifted:
+            continue
+        measured = pipeline.process(still.frame).summary(blame_of)
+        if as_json:
+            print_json({"measured": measured})
+        else:
+            depth, area = measured["max_height_mm"], measured["contact_area_mm2"]
+            depth_words = "no depth" if depth is None else f"{depth:.3f} mm deep"
+            print_data(f"measured: {depth_words}" + (f", {area:.2f} mm²" if area else ""))
+        return
+
+
+def _free(out: Path) -> Path:
+    """Return the path of a new recording beside the bundle."""
+    name = out.resolve().name
+    first = out.with_name(f"{name}.mcap")
+    numbered = (out.with_name(f"{name}_{number}.mcap") for number in range(2, 10_000))
+    return first if not first.exists() else next(path for path in numbered if not path.exists())

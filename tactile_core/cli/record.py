@@ -1,0 +1,113 @@
+"""``tactile record`` and ``tactile recover``: what a camera sends, exactly, in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactile_core.cli.output import print_data, print_json, print_message
+
+
+def record(
+    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    out: Annotated[
+        Path, typer.Option(help="A new .mcap or .h5 file, or a new folder for single images.")
+    ],
+    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
+    gel: Annotated[str | None, typer.Option(help="Name of the gel on the unit.")] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="Use the virtual sensor.")] = False,
+    script: Annotated[
+        Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
+    ] = None,
+    input: Annotated[
+        Path | None, typer.Option(help="An image, a folder of images, a video or a scan.")
+    ] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
+    ] = None,
+    bundle: Annotated[
+        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Stop after this time. Default: with Ctrl-C.")
+    ] = None,
+    frames: Annotated[
+        int | None, typer.Option(min=1, help="Stop after this number of frames.")
+    ] = None,
+    readings: Annotated[
+        bool, typer.Option("--readings", help="Measure, and record the quantities, too.")
+    ] = False,
+    timeout: Annotated[
+        float, typer.Option(help="Longest wait for an image of a live camera, s.")
+    ] = 1.0,
+    reconnect_s: Annotated[
+        float,
+        typer.Option(help="How long to try to open an unplugged camera or light box again, s."),
+    ] = 0.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Record what the camera sends, exactly, with profile, bundle and reference inside."""
+    from time import monotonic
+
+    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.signals import interrupt_ends
+    from tactile_core.errors import InputError
+    from tactile_core.pipeline.opening import open_sensor
+    from tactile_core.pipeline.recording_session import recorded
+
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise InputError(f"--seconds {seconds:g}? give a positive number")
+    if input is not None and sim:
+        raise InputError("--input and --sim exclude each other; give one of them")
+    with open_sensor(
+        profile,
+        serial=serial,
+        gel=gel,
+        bundle=bundle,
+        input=input,
+        reference=reference,
+        sim=sim,
+        script=script,
+        timeout_s=timeout,
+        reconnect_s=reconnect_s,
+    ) as sensor:
+        for note in sensor.notes if readings else ():
+            print_message(f"note: {note}")
+        began_s = monotonic()
+        with interrupt_ends(), sensor.record(out, readings) as recording, Bar() as bar:
+            bar.stage("recording", 1.0)
+            steps = recorded(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
+            for share in steps:
+                bar.fraction(share)
+    took_s = monotonic() - began_s
+    if recording.failure is not None:
+        raise OSError(recording.failure)
+    if recording.dropped:
+        print_message(
+            f"note: {recording.dropped} images were left out, because the disk was too slow; "
+            f"record on a faster one"
+        )
+    counts = {"images": recording.images, "dropped": recording.dropped, "bytes": recording.bytes}
+    if as_json:
+        print_json({"out": str(out), **counts, "seconds": round(took_s, 3)})
+        return
+    print_data(f"{out}: {recording.images} images, {recording.bytes / 1e6:.1f} MB, {took_s:.1f} s")
+
+
+def recover(
+    file: Annotated[Path, typer.Argument(help="An interrupted .mcap recording.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The new file. Default: NAME.recovered.mcap beside it.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Write every complete frame of an interrupted recording to a new, indexed file."""
+    from tactile_core.recordings.mcap.recovery import recover as recovered
+
+    found = recovered(file, out)
+    if as_json:
+        print_json({"out": str(found.path), "messages": found.messages})
+        return
+    print_data(f"{found.path}: {found.messages} messages")

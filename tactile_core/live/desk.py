@@ -1,0 +1,249 @@
+"""What can be done with one live sensor: the buttons of its part of the page."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from tactile_core.errors import InputError
+from tactile_core.live.alternative import (
+    TRUTH,
+    Alternative,
+    Choice,
+    alternative_pipeline,
+    choices_for,
+    chosen,
+)
+from tactile_core.live.commands import (
+    AnyCommand,
+    Calibrate,
+    Compare,
+    Finish,
+    Move,
+    Play,
+    Record,
+    Snapshot,
+    Take,
+    TakeReference,
+    Tare,
+)
+from tactile_core.live.guiding import Guiding, described_guidance
+from tactile_core.live.live_sensor import LiveSensor
+from tactile_core.live.snapshot import new_path, save_snapshot
+from tactile_core.recordings.running_recording import RunningRecording
+from tactile_core.sim.hand import Aim, Hand
+
+T = TypeVar("T")
+
+_OBJECTS: dict[str, Callable[[float], dict[str, Any]]] = {
+    "sphere": lambda mm: {"diameter_mm": mm},
+    "cylinder": lambda mm: {"diameter_mm": mm, "length_mm": 1.6 * mm},
+    "flat": lambda mm: {"diameter_mm": mm},
+    "cone": lambda mm: {"diameter_mm": mm},
+    "coin": lambda mm: {"diameter_mm": mm},
+    "screw": lambda mm: {"diameter_mm": mm},
+}
+"""Objects for the hand, and their options for one size."""
+
+_REMEMBERED = 300
+"""Times from frame to screen that are kept."""
+
+
+class Desk:
+    """Carries out the commands of pages that watch a sensor.
+
+    Parameters
+    ----------
+    live : LiveSensor
+    bundles : iterable of Path
+        Calibrations that can be compared, besides those in the user's data directory.
+    """
+
+    def __init__(self, live: LiveSensor, bundles: Iterable[Path] = ()) -> None:
+        self.live = live
+        self.choice = ""
+        self.shown_ms: deque[float] = deque(maxlen=_REMEMBERED)
+        self._bundles = tuple(bundles)
+        self.guiding = Guiding(live)
+        self._recording: RunningRecording | None = None
+
+    @property
+    def name(self) -> str:
+        """The sensor's name."""
+        return self.live.sensor.name
+
+    @cached_property
+    def choices(self) -> list[Choice]:
+        """What the readings can be compared with."""
+        virtual = self.live.hand is not None
+        return choices_for(self.live.sensor, truth=virtual, bundles=self._bundles)
+
+    def shown(self, ms: float) -> None:
+        """Note the time from a frame to the screen."""
+        self.shown_ms.append(ms)
+
+    def described(self, number: int = 0) -> dict[str, Any]:
+        """Return what does not change, for the beginning of a page.
+
+        Parameters
+        ----------
+        number : int
+            Of the sensor on the page.
+        """
+        sensor = self.live.sensor
+        image, hand = sensor.profile.image, self.live.hand
+        return {
+            "sensor": self.name,
+            "profile": sensor.profile.name,
+            "description": sensor.profile.description,
+            "serial": sensor.serial,
+            "kind": _kind(self.live),
+            "number": number,
+            "notes": list(sensor.notes),
+            "size": [image.width_px, image.height_px],
+            "mm_per_px": image.mm_per_px,
+            "choices": [{"key": choice.key, "title": choice.title} for choice in self.choices],
+            "hand": None
+            if hand is None
+            else {"objects": list(_OBJECTS), "deepest_mm": hand.deepest_mm},
+            "out": str(self.live.out),
+            "status": self.status(),
+        }
+
+    def status(self) -> dict[str, Any]:
+        """Return what the buttons show."""
+        playback, hand, recording = self.live.playback, self.live.hand, self._recording
+        return {
+            "playback": None if playback is None else playback.state.described(),
+            "choice": self.choice,
+            "problem": "" if hand is None else hand.problem,
+            "failure": self.live.failure,
+            "calibration": self.guiding.state,
+            "report": bool(self.guiding.report),
+            "guidance": described_guidance(self.live),
+            "recording": None if recording is None else _recorded(recording),
+        }
+
+    async def do(self, command: AnyCommand) -> str:
+        """Carry out a command, and return what was done, as a sentence.
+
+        Raises
+        ------
+        TactileError, OSError
+            It cannot be done; the message says why.
+        """
+        live = self.live
+        match command:
+            case Move():
+                values = command.model_dump(exclude={"id", "do"})
+                self._hand().aim(Aim(**values))
+                return ""
+            case Take():
+                if command.kind not in _OBJECTS:
+                    raise InputError(f"there is no object {command.kind!r}; choose from the list")
+                self._hand().take(command.kind, _OBJECTS[command.kind](command.size_mm))
+                return f"{command.kind} of {command.size_mm:g} mm"
+            case TakeReference():
+                taken = await self._between(lambda: live.sensor.capture_reference(command.frames))
+                return f"Reference taken, the mean of {taken.frames} observations"
+            case Tare():
+                await self._between(live.sensor.tare)
+                return "Tared: later readings are relative to this load"
+            case Play():
+                how = command.model_dump(exclude={"id", "do"})
+                await self._between(lambda: live.play(**how))
+                return ""
+            case Snapshot():
+                return await self._snapshot()
+            case Compare():
+                return await self._compare(command.choice)
+            case Record():
+                return await self._record(on=command.on)
+            case Calibrate():
+                if command.on:
+                    return await self.guiding.begin(self._between, command.ball_diameter_mm)
+                return self.guiding.end()
+            case Finish():
+                return await self.guiding.finish(self._between)
+        raise InputError("this command has nothing to do")
+
+    def close(self) -> None:
+        """End a recording, and close the sensor."""
+        try:
+            self.guiding.end()
+            self._end_recording()
+        finally:
+            self.live.close()
+
+    def _hand(self) -> Hand:
+        if self.live.hand is None:
+            raise InputError(f"{self.name} is no virtual sensor, so there is no object to move")
+        return self.live.hand
+
+    async def _between(self, work: Callable[[], T]) -> T:
+        return await asyncio.wrap_future(self.live.do(work))
+
+    async def _snapshot(self) -> str:
+        state = self.live.newest.value
+        if state is None:
+            raise InputError("there is no reading yet; wait for the first picture")
+        pipeline = self.live.sensor.pipeline
+        folder = await asyncio.to_thread(
+            save_snapshot, pipeline, state.reading, self.live.out, self.name
+        )
+        return f"Saved in {folder}"
+
+    async def _compare(self, key: str) -> str:
+        if not key or key == TRUTH:
+            if key:
+                chosen(self.choices, key)
+            self.live.compare(None)
+            self.choice = key
+            return "Shown beside the truth" if key else "The comparison has ended"
+        choice = chosen(self.choices, key)
+        pipeline = await asyncio.to_thread(alternative_pipeline, self.live.sensor, choice)
+        self.live.compare(Alternative(choice, pipeline))
+        self.choice = key
+        return f"Compared with {choice.title}"
+
+    async def _record(self, *, on: bool) -> str:
+        if on and self._recording is None:
+            path = new_path(self.live.out, self.name, ".mcap")
+            # between two observations, as the recording begins with a whole one
+            self._recording = await self._between(lambda: self._begin_recording(path))
+            return f"Recording to {path}"
+        if not on and self._recording is not None:
+            return await asyncio.to_thread(self._end_recording)
+        return ""
+
+    def _begin_recording(self, path: Path) -> RunningRecording:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return self.live.sensor.record(path)
+
+    def _end_recording(self) -> str:
+        recording, self._recording = self._recording, None
+        if recording is None:
+            return ""
+        recording.close()
+        if recording.failure:
+            raise InputError(recording.failure)
+        return f"Recorded {recording.images} images"
+
+
+def _kind(live: LiveSensor) -> str:
+    if live.hand is not None:
+        return "virtual"
+    return "live" if live.sensor.is_live else "recording"
+
+
+def _recorded(recording: RunningRecording) -> dict[str, Any]:
+    return {
+        "images": recording.images,
+        "dropped": recording.dropped,
+        "bytes": recording.bytes,
+        "failure": recording.failure or "",
+    }

@@ -1,0 +1,121 @@
+"""One page that watches one sensor: pictures out, commands in."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from tactile_core.acquisition.clock import HOST
+from tactile_core.errors import TactileError, words_of
+from tactile_core.live.alternative import TRUTH, Comparison
+from tactile_core.live.commands import AnyCommand, Move, Shown, Want, read_command
+from tactile_core.live.desk import Desk
+from tactile_core.live.shown_state import View, encoded_state
+from tactile_core.live.state import LiveState
+from tactile_core.live.truth import true_quantities
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+
+_WAITING = 8
+"""Commands of one page that may wait for each other."""
+
+
+class Session:
+    """Sends the newest state whenever the page has shown the one before, and obeys its commands.
+
+    Parameters
+    ----------
+    desk : Desk
+        Of the sensor.
+    number : int
+        Of the sensor on the page.
+    connection : ServerConnection
+    """
+
+    def __init__(self, desk: Desk, number: int, connection: ServerConnection) -> None:
+        self._desk, self._number, self._connection = desk, number, connection
+        self._view, self._period_s = View(), 0.0
+        self._shown = asyncio.Event()
+        self._shown_ms: float | None = None
+        self._commands: asyncio.Queue[AnyCommand] = asyncio.Queue(_WAITING)
+
+    async def run(self) -> None:
+        """Serve the page until it leaves."""
+        await self._say(await asyncio.to_thread(self._desk.described, self._number))
+        tasks = [asyncio.create_task(work()) for work in (self._send_states, self._obey)]
+        try:
+            async for message in self._connection:
+                await self._receive(message)
+        finally:
+            for task in tasks:
+                task.cancel()
+            for task in tasks:
+                with suppress(asyncio.CancelledError, Exception):
+                    await task
+
+    async def _receive(self, message: str | bytes) -> None:
+        try:
+            command = read_command(message)
+        except TactileError as error:
+            await self._say({"refused": str(error)})
+            return
+        if isinstance(command, Shown):
+            self._shown.set()
+        elif isinstance(command, Want):
+            self._view = View(tuple(command.maps), command.channel)
+            self._period_s = 1 / command.pictures_per_s
+        elif isinstance(command, Move):
+            await self._do(command)
+        else:
+            try:
+                self._commands.put_nowait(command)
+            except asyncio.QueueFull:
+                await self._say({"id": command.id, "refused": "too many commands wait already"})
+
+    async def _obey(self) -> None:
+        while True:
+            await self._do(await self._commands.get())
+
+    async def _do(self, command: AnyCommand) -> None:
+        try:
+            done = await self._desk.do(command)
+        except TactileError as error:
+            await self._say({"id": command.id, "refused": str(error)})
+        except OSError as error:
+            await self._say({"id": command.id, "refused": error.strerror or str(error)})
+        except Exception as error:
+            await self._say({"id": command.id, "refused": words_of(error)})
+        else:
+            await self._say({"id": command.id, "done": done, "status": self._desk.status()})
+
+    async def _send_states(self) -> None:
+        live, count, sent = self._desk.live, 0, 0
+        while True:
+            began_s = HOST.now()
+            count, state = await live.newest.after(count)
+            message = await asyncio.to_thread(self._encoded, state, sent)
+            sent = state.number
+            self._shown.clear()
+            await self._connection.send(message)
+            await self._shown.wait()
+            self._shown_ms = 1e3 * (HOST.now() - state.taken_s)
+            self._desk.shown(self._shown_ms)
+            await asyncio.sleep(max(0.0, self._period_s - (HOST.now() - began_s)))
+
+    def _encoded(self, state: LiveState, sent: int) -> bytes:
+        """Encode a state; only called when the page is ready for it."""
+        extras = {**self._desk.status(), "shown_ms": self._shown_ms}
+        samples = self._desk.live.samples_between(sent, state.number)
+        return encoded_state(state, self._view, samples, self._comparison(state), extras)
+
+    def _comparison(self, state: LiveState) -> Comparison | None:
+        if self._desk.choice == TRUTH and state.truth is not None:
+            return Comparison(state, "the truth", true_quantities(state.truth))
+        alternative = self._desk.live.alternative
+        return None if alternative is None else alternative.result
+
+    async def _say(self, words: dict[str, Any]) -> None:
+        await self._connection.send(json.dumps(words, allow_nan=False))

@@ -1,0 +1,160 @@
+"""The message that shows one state of a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tactile_core.acquisition.clock import HOST
+from tactile_core.formats.json import plain
+from tactile_core.live.alternative import Comparison
+from tactile_core.live.message import Parts
+from tactile_core.live.numbers import entries_of
+from tactile_core.live.pictures import (
+    NamedLayer,
+    grid,
+    layers_of,
+    map_of,
+    overlays,
+    picture,
+    titles,
+)
+from tactile_core.live.state import LiveState, Sample
+from tactile_core.quantities import Frame
+from tactile_core.quantities.layers import ScalarMap, Surface
+
+
+@dataclass(frozen=True)
+class View:
+    """What a page looks at.
+
+    Attributes
+    ----------
+    maps : tuple of str
+        Keys of the maps that are visible; without any, the first map there is.
+    channel : int or None
+        The light whose picture is wanted.
+    """
+
+    maps: tuple[str, ...] = ()
+    channel: int | None = None
+
+
+def encoded_state(
+    state: LiveState,
+    view: View,
+    samples: Sequence[Sample],
+    comparison: Comparison | None,
+    extras: dict[str, Any],
+) -> bytes:
+    """Return the message for a state.
+
+    Parameters
+    ----------
+    state : LiveState
+    view : View
+    samples : sequence of Sample
+        Numbers that the page does not have yet.
+    comparison : Comparison or None
+        A frame that was measured in two ways.
+    extras : dict
+        Further values of the header, JSON-ready.
+    """
+    parts, reading, frame = Parts(), state.reading, state.frame
+    layers, faults = layers_of(reading.quantities.values())
+    there = titles(layers)
+    wanted = [key for key in view.maps if any(key == one["key"] for one in there)]
+    wanted = wanted or [one["key"] for one in there[:1]]
+    header = {
+        "number": state.number,
+        "source": reading.source,
+        "time_s": reading.frame.timestamp_s,
+        "latency_ms": reading.latency_ms,
+        "rate_hz": state.rate_hz,
+        "relative": reading.relative,
+        "size": [frame.pixels.shape[1], frame.pixels.shape[0]],
+        "mm_per_px": frame.mm_per_px,
+        "channels": list(frame.channels),
+        "picture": picture(frame, view.channel, parts),
+        "maps_there": there,
+        "maps": [map_of(one, parts) for one in layers if one.key in wanted],
+        "overlays": list(overlays(layers, frame.mm_per_px, parts)),
+        "entries": [[one.key, one.title, one.unit, one.value] for one in state.entries],
+        "featured": [one.key for one in state.entries if one.featured],
+        "samples": _plotted(samples, parts),
+        "warnings": [*reading.warnings, *state.faults, *faults],
+        "health": state.health,
+        "failure": state.failure,
+        "versus": None if comparison is None else _versus(comparison, wanted, parts),
+        **extras,
+    }
+    header["age_ms"] = 1e3 * (HOST.now() - state.taken_s)
+    return parts.message(plain(header))
+
+
+def _plotted(samples: Sequence[Sample], parts: Parts) -> dict[str, Any]:
+    keys = list(dict.fromkeys(key for sample in samples for key in sample.values))
+    rows = np.full((len(samples), 1 + len(keys)), np.nan)
+    for row, sample in zip(rows, samples, strict=True):
+        row[0] = sample.taken_s
+        for column, key in enumerate(keys, 1):
+            row[column] = sample.values.get(key, np.nan)
+    return {"keys": keys, "rows": parts.array(rows)}
+
+
+def _versus(comparison: Comparison, wanted: Sequence[str], parts: Parts) -> dict[str, Any]:
+    """Describe the two ways to measure the same frame, with their difference."""
+    state = comparison.state
+    quantities = comparison.quantities
+    own, _ = layers_of(state.reading.quantities.values())
+    other, faults = layers_of(quantities)
+    reading = type(state.reading)(
+        frame=state.reading.frame,
+        quantities={type(quantity): quantity for quantity in quantities},
+        steps={},
+    )
+    entries, more = entries_of(reading)
+    pairs = [
+        _pair(one, two, parts)
+        for one in own
+        for two in other
+        if one.key == two.key and one.key in wanted
+    ]
+    return {
+        "title": comparison.title,
+        "number": state.number,
+        "latency_ms": comparison.latency_ms,
+        "failure": comparison.failure,
+        "pairs": [pair for pair in pairs if pair],
+        "overlays": list(overlays(other, _scale(state.frame), parts)),
+        "entries": [[one.key, one.title, one.unit, one.value] for one in entries],
+        "faults": [*faults, *more],
+    }
+
+
+def _pair(one: NamedLayer, two: NamedLayer, parts: Parts) -> dict[str, Any] | None:
+    own, other = _values(one), _values(two)
+    if own is None or other is None or own.shape != other.shape:
+        return {"one": map_of(one, parts), "two": map_of(two, parts), "difference": None}
+    difference = own.astype(np.float32) - other.astype(np.float32)
+    rms = float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))
+    return {
+        "one": map_of(one, parts),
+        "two": map_of(two, parts),
+        "difference": grid(difference, parts),
+        "rms": rms,
+    }
+
+
+def _values(named: NamedLayer) -> Any:
+    layer = named.layer
+    if isinstance(layer, Surface):
+        return layer.mm
+    return layer.values if isinstance(layer, ScalarMap) else None
+
+
+def _scale(frame: Frame) -> float:
+    return frame.mm_per_px

@@ -1,0 +1,1 @@
+"""Many recordings through one pipeline: in this process, in several, or on a cluster."""

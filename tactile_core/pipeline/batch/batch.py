@@ -1,0 +1,168 @@
+"""Measures many recordings: in this process, in several, or on a cluster."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+from tactile_core.errors import InputError
+from tactile_core.formats.folders import make_folder
+from tactile_core.formats.unfinished import remove_leftovers
+from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.batch.cluster import on_cluster
+from tactile_core.pipeline.batch.crew import Step, in_processes
+from tactile_core.pipeline.batch.plan import check_folders, planned
+from tactile_core.pipeline.batch.recording_job import (
+    MeasuredRecording,
+    RecordingJob,
+    measured,
+    measured_earlier,
+)
+from tactile_core.profiles.model import Profile
+
+
+class Batch:
+    """Recordings that are measured alike, each with results of its own.
+
+    Each recording is measured as :func:`~tactile_core.pipeline.opening.open_sensor` measures it
+    alone, whatever the number of processes. One that an earlier run has measured completely, with
+    the same profile, calibration and options, is not measured again.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+        A profile, its name, or the path of its YAML file.
+    inputs : sequence of Path
+        Recordings, and folders of recordings; see
+        :func:`~tactile_core.recordings.recording_list.list_recordings`.
+    out : Path, optional
+        Folder in which each recording has its results in a folder of its name. They appear there
+        when they are complete.
+    save : sequence of str
+        Names of the sinks; see :class:`~tactile_core.pipeline.sinks.Sinks`.
+    bundle, reference, serial, gel
+        As of :func:`~tactile_core.pipeline.opening.open_sensor`.
+    tare_frame, frames : int, optional
+        Number of the frame of each recording whose load is subtracted; most frames of each.
+
+    Attributes
+    ----------
+    jobs : tuple of RecordingJob
+        One for each recording, in order.
+
+    Raises
+    ------
+    ProfileError, PluginError, CalibrationError, InputError
+        An argument is unusable, or results would replace files that no command wrote.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | str | Path,
+        inputs: Sequence[Path],
+        *,
+        out: Path | None = None,
+        save: Sequence[str] = (),
+        bundle: Path | None = None,
+        reference: Path | str | None = None,
+        serial: str | None = None,
+        gel: str | None = None,
+        tare_frame: int | None = None,
+        frames: int | None = None,
+    ) -> None:
+        self._out = out
+        self.jobs = planned(
+            profile,
+            inputs,
+            out=out,
+            save=save,
+            bundle=bundle,
+            reference=reference,
+            serial=serial,
+            gel=gel,
+            tare_frame=tare_frame,
+            frames=frames,
+        )
+        earlier = [measured_earlier(job) for job in self.jobs]
+        self._earlier = {found.name: found for found in earlier if found is not None}
+        check_folders([job for job in self.jobs if job.name not in self._earlier])
+
+    def measure(
+        self, *, workers: int = 1, cluster: str | None = None, progress: Progress | None = None
+    ) -> Generator[MeasuredRecording, None, None]:
+        """Measure the recordings and yield what came of each, in order.
+
+        Closing the generator ends the processes.
+
+        Parameters
+        ----------
+        workers : int
+            Number of processes; 1 measures in this process. As with :mod:`multiprocessing`, a
+            script that uses more needs ``if __name__ == "__main__":``.
+        cluster : str, optional
+            Address of a dask scheduler, whose workers measure instead. They need the same
+            packages, and the same paths for recordings, bundle and results.
+        progress : Progress, optional
+
+        Raises
+        ------
+        InputError
+            Several processes and a cluster are asked for, or the extra ``cluster`` is missing.
+        ClusterError
+            The cluster does not answer, or has no workers.
+        """
+        if cluster is not None and workers > 1:
+            raise InputError(
+                "a cluster decides itself how many processes measure; give either workers or a "
+                "cluster"
+            )
+        progress = Silent() if progress is None else progress
+        done = dict(self._earlier)
+        jobs = [job for job in self.jobs if job.name not in done]
+        left, shares = deque(self.jobs), dict.fromkeys((job.name for job in jobs), 0.0)
+
+        def show(job: RecordingJob, share: float) -> None:
+            shares[job.name] = share
+            progress.fraction(sum(shares.values()) / len(shares))
+
+        progress.stage(f"measuring {len(jobs)} recordings", 1.0)
+        if self._out is not None:
+            make_folder(self._out)
+        try:
+            yield from _ready(left, done)
+            with closing(_steps(jobs, workers, cluster, show)) as steps:
+                for job, step in steps:
+                    if isinstance(step, MeasuredRecording):
+                        done[job.name], step = step, 1.0
+                    show(job, step)
+                    yield from _ready(left, done)
+        finally:
+            if self._out is not None:
+                remove_leftovers(self._out)  # of processes that were killed
+
+
+def _steps(
+    jobs: Sequence[RecordingJob],
+    workers: int,
+    cluster: str | None,
+    show: Callable[[RecordingJob, float], None],
+) -> Generator[Step, None, None]:
+    if not jobs:
+        return
+    if cluster is not None:
+        yield from on_cluster(jobs, cluster)
+    elif workers > 1:
+        yield from in_processes(jobs, workers)
+    else:
+        yield from ((job, measured(job, partial(show, job))) for job in jobs)
+
+
+def _ready(
+    left: deque[RecordingJob], done: dict[str, MeasuredRecording]
+) -> Iterator[MeasuredRecording]:
+    """Yield what came of the next recordings, as far as it is known, and forget it."""
+    while left and left[0].name in done:
+        yield done.pop(left.popleft().name)

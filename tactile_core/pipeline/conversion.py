@@ -1,0 +1,239 @@
+"""Converts one kind of recording to another, or to what a sink writes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from tactile_core.errors import InputError, PluginError
+from tactile_core.formats.folders import fresh_folder, move_in, rename_new
+from tactile_core.interfaces.progress import Progress
+from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Sink
+from tactile_core.pipeline.opening import open_sensor
+from tactile_core.pipeline.recorded_sensor import recorded_session
+from tactile_core.pipeline.recording_session import recorded
+from tactile_core.pipeline.sensor import Sensor
+from tactile_core.pipeline.sinks import CORE, Sinks
+from tactile_core.plugins.registry import list_plugins, resolve
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Reference
+from tactile_core.recordings.inputs import Inputs
+from tactile_core.recordings.kinds import is_recorded, recording_file, recording_writer, writes
+from tactile_core.recordings.output_folder import OutputFolder
+from tactile_core.recordings.recorder import RecordedImage
+from tactile_core.recordings.recording_file import EventEntry, RecordingFile
+from tactile_core.recordings.session_files import profile_of
+
+_FLUSH_IMAGES = 32
+"""Images between two flushes of a copy."""
+
+
+class Converted(NamedTuple):
+    """What was written.
+
+    Attributes
+    ----------
+    path : Path
+    kind : str
+        ``recording``, or the name of the sink.
+    written : int
+        Images of a recording, observations of a sink.
+    notes : tuple of str
+        For the user.
+    """
+
+    path: Path
+    kind: str
+    written: int
+    notes: tuple[str, ...] = ()
+
+
+def convert(
+    source: Path,
+    out: Path,
+    *,
+    profile: Profile | str | None = None,
+    sink: str | None = None,
+    readings: bool = False,
+    bundle: Path | None = None,
+    reference: Reference | Path | str | None = None,
+    progress: Progress | None = None,
+) -> Converted:
+    """Write a recording in another kind, completely or not at all.
+
+    Parameters
+    ----------
+    source : Path
+        A recording, or images or a video with their ``profile``.
+    out : Path
+        Does not exist. Its ending decides: ``.mcap``, ``.h5``, none for a folder of images, or the
+        ending of a sink.
+    profile : Profile or str, optional
+        Default: that in the recording.
+    sink : str, optional
+        Name of a sink that writes, in place of the one with the ending of ``out``.
+    readings : bool
+        Whether everything is measured, and the quantities are written, too. From recording to
+        recording, images that no sensor measured are then left out.
+    bundle, reference : optional
+        For ``readings``. Default: those in the recording.
+    progress : Progress, optional
+
+    Raises
+    ------
+    InputError
+        ``out`` exists, nothing writes its kind, or an argument is unusable.
+    OSError
+        The disk is full or not writable; nothing is left behind.
+    """
+    if os.path.lexists(out):
+        raise InputError(f"{out} already exists, and nothing is overwritten; name another output")
+    Inputs.of({"the recording": source}).refuse_whole(out)
+    writer = sink
+    if writer is None and not writes(out):
+        writer = _sink_for(out)
+    advance = _progress(progress, f"converting to {out.name}")
+    notes: tuple[str, ...] = ()
+    with fresh_folder(out) as fresh:
+        if writer is None and is_recorded(source) and not readings:
+            count = _copy(source, fresh / out.name, advance)
+        else:
+            options = {"bundle": bundle, "reference": reference}
+            known = _profile(source, profile)
+            with open_sensor(known, input=source, **options) as sensor:  # type: ignore[arg-type]
+                notes = sensor.notes if readings else ()
+                if writer is None:
+                    count = _record(sensor, fresh / out.name, readings, advance)
+                else:
+                    count = _write(sensor, writer, fresh, readings, advance)
+        _move(fresh, out)
+    return Converted(out, writer or "recording", count, notes)
+
+
+def session_sinks() -> Iterator[tuple[str, type[Sink]]]:
+    """Yield name and class of the installed sinks that write one file or folder for a session."""
+    for plugin in list_plugins():
+        for short in plugin.components.get("sink", ()):
+            name = f"{plugin.name}.{short}"
+            with suppress(PluginError):
+                kind: type[Sink] = resolve("sink", name)
+                if kind.session_ending:
+                    yield short if plugin.name == CORE else name, kind
+
+
+def _sink_for(out: Path) -> str:
+    endings: dict[str, str] = {}
+    for name, kind in session_sinks():
+        endings.setdefault(kind.session_ending, name)
+    found = endings.get(out.suffix.lower())
+    if found is None:
+        known = ", ".join([".mcap", ".h5", *endings])
+        raise InputError(
+            f"nothing writes {out.suffix} files; end the output in {known}, or in nothing for a "
+            f"folder of images, or name a sink with --sink"
+        )
+    return found
+
+
+def _profile(source: Path, profile: Profile | str | None) -> Profile | str:
+    if profile is not None:
+        return profile
+    session = recorded_session(source)
+    if session is None:
+        raise InputError(
+            f"{source} does not say which sensor recorded it; name its profile with --profile"
+        )
+    return profile_of(session, source)
+
+
+def _copy(source: Path, out: Path, advance: Callable[[float], None]) -> int:
+    """Copy a recording exactly: all images, events and references."""
+    count = 0
+    with recording_file(source) as file:
+        writer = recording_writer(out)
+        try:
+            writer.open(file.session)
+            for number, entry in enumerate(file.entries):
+                if isinstance(entry, EventEntry):
+                    _copy_reference(file, entry, writer.write_reference)
+                    writer.write_event(entry.name, entry.values)
+                else:
+                    about = entry.described
+                    writer.write_image(
+                        RecordedImage(
+                            file.image(entry),
+                            int(about["number"]),
+                            about.get("observation"),
+                            int(about.get("exposure_index") or 0),
+                            about.get("levels") or {},
+                        )
+                    )
+                    count += 1
+                    if count % _FLUSH_IMAGES == 0:
+                        writer.flush()
+                advance((number + 1) / len(file.entries))
+        finally:
+            writer.close()
+    return count
+
+
+def _copy_reference(
+    file: RecordingFile, entry: EventEntry, write: Callable[[str, Reference], None]
+) -> None:
+    if entry.name == "reference" and isinstance(entry.values.get("name"), str):
+        name = entry.values["name"]
+        write(name, file.reference(name))
+
+
+def _record(sensor: Sensor, out: Path, readings: bool, advance: Callable[[float], None]) -> int:
+    with sensor.record(out, readings) as recording:
+        for _ in recorded(sensor, recording):
+            advance(_share(sensor, recording.images))
+    if recording.failure is not None:
+        raise OSError(recording.failure)
+    return recording.images
+
+
+def _write(
+    sensor: Sensor, name: str, folder: Path, readings: bool, advance: Callable[[float], None]
+) -> int:
+    sinks, count = Sinks(sensor.profile, [name]), 0
+    sensor.keep_raw = sinks.keeps_raw
+    with sinks.open(sensor.pipeline, OutputFolder(folder)):
+        while (frame := sensor.acquire()) is not None:
+            reading = sensor.measure(frame) if readings else Reading(frame, {}, {})
+            sinks.write(reading)
+            count += 1
+            advance(_share(sensor, count))
+    return count
+
+
+def _share(sensor: Sensor, done: int) -> float:
+    """Return the completed fraction; 0 for a video, whose length is unknown."""
+    return 0.0 if not sensor.observations else min(1.0, done / sensor.observations)
+
+
+def _move(fresh: Path, out: Path) -> None:
+    """Move what was written to its place: the one file or folder, or all files of observations."""
+    written = [path for path in fresh.iterdir() if not path.name.startswith(".")]
+    if len(written) != 1 or written[0].suffix != out.suffix:
+        move_in(fresh, out)
+        return
+    if written[0].is_dir():
+        move_in(written[0], out)
+    else:
+        rename_new(written[0], out)
+    for left in fresh.iterdir():
+        left.unlink()
+    fresh.rmdir()
+
+
+def _progress(progress: Progress | None, words: str) -> Callable[[float], None]:
+    if progress is None:
+        return lambda share: None
+    progress.stage(words, 1.0)
+    return progress.fraction

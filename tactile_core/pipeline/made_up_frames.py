@@ -1,0 +1,80 @@
+"""Frames that no camera took: measuring them loads and compiles code before the first real one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tactile_core.formats.video import NOMINAL_FPS
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.quantities import Float32, Frame, Reference
+
+
+class WarmingParameters(NamedTuple):
+    """The made-up frames.
+
+    Attributes
+    ----------
+    radius : float, share of the image height
+        Radius of a contact. Source: chosen by hand; that of a fingertip's usual contacts.
+    shading : float, relative
+        Change of the intensity at its border. Source: chosen by hand; large enough for a contact.
+    moves_px : tuple of int, px
+        Position of the contact along x in each frame; None without contact.
+        Source: chosen by hand; the second contact moves, so that trackers and slip steps measure.
+    level : float, share of the full scale
+        Intensity of the undeformed surface, if there is no reference. Source: chosen by hand.
+    marker_level : float, share of level
+        Intensity of its markers. Source: chosen by hand.
+    markers : int, count
+        Markers along x. Source: chosen by hand; shipped gels have 9 to 20.
+    """
+
+    radius: float = 0.2
+    shading: float = 0.4
+    moves_px: tuple[int | None, ...] = (None, 0, 2, None)
+    level: float = 0.5
+    marker_level: float = 0.3
+    markers: int = 12
+
+
+WARMING = WarmingParameters()
+"""The values in use."""
+
+
+def made_up_frames(reference: Reference, mm_per_px: float) -> Iterator[Frame]:
+    """Yield frames of an undeformed surface, and of a ball that moves on it."""
+    for number, moved_px in enumerate(WARMING.moves_px):
+        pixels = reference.pixels
+        if moved_px is not None:
+            pixels = np.minimum(_pressed(pixels, moved_px), reference.full_scale)
+        shown = Reference(pixels, reference.channels, reference.full_scale)
+        yield replace(shown.as_frame(mm_per_px), sequence=number, timestamp_s=number / NOMINAL_FPS)
+
+
+def made_up_reference(image: ImageSection, channels: tuple[str, ...]) -> Reference:
+    """Return an even undeformed surface with dark markers."""
+    height, width = image.height_px, image.width_px
+    pitch_px = width / WARMING.markers
+    y, x = np.indices((height, width))
+    away = np.hypot(*((at % pitch_px - pitch_px / 2) for at in (x, y)))
+    full_scale = float((1 << image.bit_depth) - 1)
+    level = np.where(away < pitch_px / 5, WARMING.marker_level, 1.0) * WARMING.level * full_scale
+    pixels = np.repeat(level[..., None], len(channels), axis=-1).astype(np.float32)
+    return Reference(pixels, channels, full_scale)
+
+
+def _pressed(pixels: Float32, moved_px: int) -> Float32:
+    """Shade a disc in the middle, each channel from another side, and move it along x."""
+    height, width, count = pixels.shape
+    radius_px = WARMING.radius * height
+    y, x = np.indices((height, width), dtype=np.float32)
+    x, y = (x - width / 2 - moved_px) / radius_px, (y - height / 2) / radius_px
+    angle = 2 * np.pi * np.arange(count) / count
+    slope = x[..., None] * np.cos(angle) + y[..., None] * np.sin(angle)
+    shaded = np.roll(pixels, moved_px, axis=1) * (1 + WARMING.shading * slope)
+    inside = (x**2 + y**2 < 1)[..., None]
+    return np.where(inside, shaded, pixels).astype(np.float32)

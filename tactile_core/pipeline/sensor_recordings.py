@@ -1,0 +1,141 @@
+"""The recordings of a sensor that are being written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
+
+from tactile_core.acquisition.acquisition import Acquisition
+from tactile_core.acquisition.clock import HOST
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.streaming.image_queue import Tap
+from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.pipeline.health_monitor import HealthMonitor
+from tactile_core.quantities import Frame, Image, Reference
+from tactile_core.recordings.running_recording import RunningRecording
+
+
+class SensorRecordingParameters(NamedTuple):
+    """What is recorded besides images and readings.
+
+    Attributes
+    ----------
+    health_s : float, s
+        Time between two records of the sensor's health. Source: the time over which health counts
+        images.
+    """
+
+    health_s: float = 10.0
+
+
+SENSOR_RECORDING = SensorRecordingParameters()
+"""The values in use."""
+
+
+class SensorRecordings:
+    """Passes what a sensor does to its recordings.
+
+    All images that a streaming camera sends are recorded if each is an observation; else the
+    exposures of each observation.
+
+    Parameters
+    ----------
+    camera : Camera
+    acquisition : Acquisition
+
+    Attributes
+    ----------
+    streamed : bool
+        Whether every image that arrives is recorded, also those that nobody reads.
+    """
+
+    def __init__(self, camera: Camera, acquisition: Acquisition) -> None:
+        self._camera, self._acquisition = camera, acquisition
+        self.streamed = isinstance(camera, StreamingCamera) and len(acquisition.exposures) == 1
+        self._levels: tuple[Mapping[str, float], ...] = tuple(
+            exposure.levels for exposure in acquisition.exposures
+        )
+        self._running: tuple[RunningRecording, ...] = ()
+        self._taps: dict[RunningRecording, Tap] = {}
+        self._begun: set[RunningRecording] = set()
+        self._reported: set[RunningRecording] = set()
+        self._health_at_s = float("-inf")
+
+    def add(self, recording: RunningRecording) -> None:
+        """Record from now on."""
+        self._running = (*self._running, recording)
+        self._health_at_s = float("-inf")
+        self._acquisition.keep_images = not self.streamed
+        if self.streamed:
+            assert isinstance(self._camera, StreamingCamera)
+            tap = self._taps[recording] = partial(recording.add_image, levels=self._levels[0])
+            self._camera.add_tap(tap)
+
+    def acquired(self, frame: Frame, images: tuple[Image, ...], *, earlier: bool = False) -> None:
+        """Record an observation; ``earlier`` if it was acquired before the recordings began."""
+        for recording in self._open():
+            if not self.streamed:
+                recording.add_observation(frame, images, self._levels)
+            elif earlier:
+                recording.add_image(images[0], self._levels[0])
+
+    def measuring(self, frame: Frame, *, tare: bool) -> bool:
+        """Record that a frame is measured; return whether tracking must start again with it.
+
+        It must with the first frame of a recording, because a replay starts with it.
+        """
+        known = [one for one in self._open() if one.knows(frame, streamed=self.streamed)]
+        new = [one for one in known if one not in self._begun]
+        for recording in known:
+            if new and recording not in new:
+                recording.add_event("resumed", {})
+            recording.add_measured(frame, tare=tare, streamed=self.streamed)
+        self._begun.update(new)
+        return bool(new)
+
+    def measured(self, reading: Reading) -> None:
+        """Record a reading."""
+        for recording in self._open():
+            recording.add_reading(reading)
+
+    def referenced(self, reference: Reference) -> None:
+        """Record a new reference."""
+        for recording in self._open():
+            recording.add_reference(reference)
+
+    def resumed(self) -> None:
+        """Record that tracking started again."""
+        for recording in self._open():
+            recording.add_event("resumed", {})
+
+    def healthy(self, monitor: HealthMonitor) -> None:
+        """Record the sensor's health from time to time."""
+        if self._running and HOST.now() >= self._health_at_s:
+            self._health_at_s = HOST.now() + SENSOR_RECORDING.health_s
+            summary = monitor.health().summary()
+            for recording in self._open():
+                recording.add_event("health", summary)
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return why recordings have ended early, once each."""
+        failed = [one for one in self._running if one.failure and one not in self._reported]
+        self._reported.update(failed)
+        return tuple(one.failure for one in failed if one.failure)
+
+    def close(self) -> None:
+        """Complete all recordings."""
+        for recording in self._running:
+            recording.close()
+        self._open()
+
+    def _open(self) -> tuple[RunningRecording, ...]:
+        for recording in [one for one in self._running if one.is_closed]:
+            self._running = tuple(one for one in self._running if one is not recording)
+            self._begun.discard(recording)
+            self._acquisition.keep_images = bool(self._running) and not self.streamed
+            if self.streamed:
+                assert isinstance(self._camera, StreamingCamera)
+                self._camera.remove_tap(self._taps.pop(recording))
+        return self._running

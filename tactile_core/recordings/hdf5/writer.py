@@ -1,0 +1,86 @@
+"""Writes a recording as HDF5, for analysis."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactile_core.interfaces.reading import Reading
+from tactile_core.quantities import Reference
+from tactile_core.recordings.hdf5.columns import ImageColumns, ReadingColumns
+from tactile_core.recordings.hdf5.growing_file import GrowingFile
+from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
+from tactile_core.recordings.session_files import reference_bytes, session_files
+
+FORMAT, VERSION = "tactile recording", 1
+"""Attributes ``format`` and ``version`` of the file."""
+
+SESSION, REFERENCES = "session/", "references/"
+"""Groups of files: those of the session, and references by name."""
+
+EVENTS, BEFORE, FINISHED = "events", "events_after_image", "finished"
+"""Columns: each event as JSON, the number of images before it, and a row at the very end."""
+
+
+class Hdf5Writer(RecordingWriter):
+    """Writes ``.h5``: a column for everything, with units and axes as attributes.
+
+    Parameters
+    ----------
+    path : Path
+        Does not exist yet.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._file: GrowingFile | None = None
+
+    def open(self, session: RecordedSession) -> None:
+        """Create the file and write the session."""
+        file = self._file = GrowingFile(self.path)
+        file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
+        for name, content in session_files(session).items():
+            file.put(SESSION + name, content)
+        self._images, self._readings = ImageColumns(file), ReadingColumns(file)
+        self._image_count = 0
+        file.flush()
+
+    def write_image(self, recorded: RecordedImage) -> None:
+        """Write an image, losslessly; one that came compressed as the same bytes."""
+        self._images.write(recorded)
+        self._image_count += 1
+
+    def write_event(self, name: str, values: Mapping[str, Any]) -> None:
+        """Write an event."""
+        line = json.dumps({"name": name, "values": dict(values)})
+        self._opened.append_bytes(EVENTS, line.encode())
+        self._opened.append(BEFORE, np.array([self._image_count], np.int64))
+
+    def write_reference(self, name: str, reference: Reference) -> None:
+        """Write a reference under a name."""
+        self._opened.put(REFERENCES + name, reference_bytes(reference))
+
+    def write_reading(self, reading: Reading) -> None:
+        """Write the quantities of a reading and the line of ``tactile run --json``."""
+        self._readings.write(reading)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._opened.flush()
+
+    def close(self) -> None:
+        """Complete the file and close it."""
+        if self._file is not None:
+            file, self._file = self._file, None
+            file.append(FINISHED, np.array([True]))
+            file.close()
+
+    @property
+    def _opened(self) -> GrowingFile:
+        if self._file is None:
+            raise OSError(f"{self.path} is not open")
+        return self._file

@@ -1,0 +1,85 @@
+"""The formats of recordings that a sensor writes, by the ending of the path."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+from tactile_core.errors import InputError
+
+if TYPE_CHECKING:
+    from tactile_core.recordings.recorder import RecordingWriter
+    from tactile_core.recordings.recording_file import RecordingFile
+
+
+class _Kind(NamedTuple):
+    """Writer and reader of a format, each as ``module:class``."""
+
+    writer: str
+    file: str
+
+
+_ROOM = "tactile_core.recordings"
+_FOLDER = _Kind(f"{_ROOM}.folder.writer:FolderWriter", f"{_ROOM}.folder.file:FolderFile")
+_KINDS = MappingProxyType(
+    {
+        ".mcap": _Kind(f"{_ROOM}.mcap.writer:McapWriter", f"{_ROOM}.mcap.file:McapFile"),
+        ".h5": _Kind(f"{_ROOM}.hdf5.writer:Hdf5Writer", f"{_ROOM}.hdf5.file:Hdf5File"),
+    }
+)
+
+LIST = "recording.jsonl"
+"""Name of the list of images and events in a folder; it makes the folder a recording."""
+
+
+def is_recorded(path: Path) -> bool:
+    """Whether the path is that of a recording that a sensor wrote, judging by its name."""
+    return path.suffix.lower() in _KINDS or (path / LIST).is_file()
+
+
+def writes(path: Path) -> bool:
+    """Whether :func:`recording_writer` has a writer for a path: by its ending, or without one."""
+    return not path.suffix or path.suffix.lower() in _KINDS
+
+
+def recording_writer(path: Path) -> RecordingWriter:
+    """Return the writer for a path: MCAP, HDF5, or a folder if it has no ending.
+
+    Raises
+    ------
+    InputError
+        The path exists, or its ending is that of no format.
+    """
+    if path.exists() or path.is_symlink():
+        raise InputError(f"{path} already exists; name another file for the recording")
+    if path.suffix and path.suffix.lower() not in _KINDS:
+        raise InputError(
+            f"{path}: a recording ends in {' or '.join(_KINDS)}, or is a folder, whose name has no "
+            f"ending"
+        )
+    if not path.parent.is_dir():
+        raise InputError(f"{path.parent} is no folder; make it, or name another one")
+    kind = _KINDS.get(path.suffix.lower(), _FOLDER)
+    writer: RecordingWriter = _loaded(kind.writer)(path)
+    return writer
+
+
+def recording_file(path: Path) -> RecordingFile:
+    """Open a recording that a sensor wrote.
+
+    Raises
+    ------
+    InputError
+        It is damaged, or not of the format that its name says.
+    """
+    kind = _KINDS.get(path.suffix.lower(), _FOLDER)
+    file: RecordingFile = _loaded(kind.file)(path)
+    return file
+
+
+def _loaded(name: str) -> type:
+    module, _, attribute = name.partition(":")
+    loaded: type = getattr(import_module(module), attribute)
+    return loaded

@@ -1,0 +1,130 @@
+"""The interface of recordings that a sensor wrote: images, events and the session."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from tactile_core.errors import InputError
+from tactile_core.quantities import Image, Pixels, Reference
+from tactile_core.recordings.recorder import RecordedSession
+
+
+@dataclass(frozen=True)
+class ImageEntry:
+    """An image of a recording, not yet read.
+
+    Attributes
+    ----------
+    described : mapping
+        As :meth:`RecordedImage.described
+        <tactile_core.recordings.recorder.RecordedImage.described>` gave it.
+    place : object
+        Where the file has it; only the :class:`RecordingFile` that made it understands it.
+    """
+
+    described: Mapping[str, Any]
+    place: Any
+
+
+@dataclass(frozen=True)
+class EventEntry:
+    """An event of a recording.
+
+    Attributes
+    ----------
+    name : str
+    values : mapping
+        JSON-ready.
+    """
+
+    name: str
+    values: Mapping[str, Any]
+
+
+class RecordingFile(ABC):
+    """One recording of a sensor, in one format; it may still be growing, or be truncated.
+
+    Attributes
+    ----------
+    path : Path
+    session : RecordedSession
+    entries : tuple of ImageEntry or EventEntry
+        Everything that is complete, in the order in which it was written.
+    finished : bool
+        Whether the recording was closed.
+    """
+
+    path: Path
+    session: RecordedSession
+    entries: tuple[ImageEntry | EventEntry, ...]
+    finished: bool
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the file; may be called twice."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @abstractmethod
+    def image(self, entry: ImageEntry) -> Image:
+        """Read an image.
+
+        Raises
+        ------
+        InputError
+            It is damaged.
+        """
+
+    @abstractmethod
+    def reference(self, name: str) -> Reference:
+        """Read the reference of this name.
+
+        Raises
+        ------
+        InputError
+            It is damaged or missing.
+        """
+
+
+def recorded_image(pixels: Pixels, entry: ImageEntry, encoded: bytes | None = None) -> Image:
+    """Return an image with its pixels and what was recorded beside them.
+
+    Raises
+    ------
+    InputError
+        What was recorded beside them is damaged.
+    """
+    described = entry.described
+    try:
+        return Image(
+            pixels,
+            timestamp_s=float(described["timestamp_s"]),
+            wall_time_s=float(described["wall_time_s"]),
+            sequence=int(described["sequence"]),
+            exposure_index=int(described["exposure_index"]),
+            exposure_time_s=_optional(described.get("exposure_time_s")),
+            gain=_optional(described.get("gain")),
+            encoded=encoded,
+        )
+    except (ValueError, LookupError, TypeError, OverflowError) as error:
+        raise InputError(
+            "an image of the recording has a damaged description; copy the recording again"
+        ) from error
+
+
+def _optional(value: Any) -> float | None:
+    return None if value is None else float(value)

@@ -1,0 +1,169 @@
+"""The session of a recording as named files, which every format stores as they are."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.references import reference_arrays, reference_of
+from tactile_core.errors import InputError
+from tactile_core.formats.npz import npz_arrays, npz_bytes
+from tactile_core.formats.yaml import mapping_of, yaml_text
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Reference
+from tactile_core.recordings.recorder import RecordedSession
+
+SESSION, PROFILE, REFERENCE, BUNDLE = "session.json", "profile.yaml", "reference.npz", "bundle/"
+"""Names of the files of a session; those of the bundle begin with ``bundle/``."""
+
+_CREDENTIALS = re.compile(r"(?<=://)[^/@\s'\"]+@")
+"""User and password in an address, which nobody wants to pass on."""
+
+_NAME = re.compile(r"[\w+-][\w.+-]*(?:/[\w+-][\w.+-]*)*", re.ASCII)
+"""Names of files in a bundle that are safe to create."""
+
+_IN_FILES = frozenset({"profile", "reference", "bundle"})
+"""Attributes of a session with a file of their own."""
+
+
+def session_files(session: RecordedSession) -> dict[str, bytes]:
+    """Return the files of a session by name."""
+    values = {f.name: getattr(session, f.name) for f in fields(session) if f.name not in _IN_FILES}
+    values["channels"] = list(session.channels)
+    values["software"] = dict(session.software)
+    files = {SESSION: json.dumps(values, indent=1).encode(), PROFILE: session.profile.encode()}
+    if session.reference is not None:
+        files[REFERENCE] = reference_bytes(session.reference)
+    for name, content in (session.bundle or {}).items():
+        files[BUNDLE + name] = content
+    return files
+
+
+def session_of(files: Mapping[str, bytes], path: Path) -> RecordedSession:
+    """Return the session of a recording from its files.
+
+    Parameters
+    ----------
+    files : mapping of str to bytes
+    path : Path
+        The recording, in messages.
+
+    Raises
+    ------
+    InputError
+        A file is missing or damaged.
+    """
+    try:
+        values = json.loads(files[SESSION])
+        session = RecordedSession(
+            profile=files[PROFILE].decode(),
+            sensor=str(values["sensor"]),
+            channels=tuple(str(name) for name in values["channels"]),
+            exposures=int(values["exposures"]),
+            sim=bool(values["sim"]),
+            serial=_text(values["serial"]),
+            gel=_text(values["gel"]),
+            software={str(name): str(version) for name, version in values["software"].items()},
+            started=str(values["started"]),
+            compiled=bool(values.get("compiled", False)),
+            tared=bool(values.get("tared", False)),
+            bundle={
+                name.removeprefix(BUNDLE): content
+                for name, content in files.items()
+                if name.startswith(BUNDLE)
+            }
+            or None,
+            reference=(reference_from(files[REFERENCE], path) if REFERENCE in files else None),
+        )
+        if session.exposures < 1:
+            raise ValueError(session.exposures)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(
+            f"{path} does not say which sensor recorded it, because its beginning is damaged or "
+            f"another program wrote it; record again with 'tactile record'"
+        ) from error
+    return session
+
+
+def reference_bytes(reference: Reference) -> bytes:
+    """Return a reference as the content of an ``.npz`` file."""
+    return bytes(npz_bytes(reference_arrays(reference), REFERENCE))
+
+
+def reference_from(data: bytes, path: Path) -> Reference:
+    """Return the reference in the content of an ``.npz`` file.
+
+    Raises
+    ------
+    InputError
+        It is damaged.
+    """
+    try:
+        return reference_of(npz_arrays(data, f"the reference in {path}"))
+    except (ValueError, LookupError, TypeError, OverflowError) as error:
+        raise InputError(f"the reference in {path} is damaged; give --reference") from error
+
+
+def profile_text(profile: Profile) -> str:
+    """Return a profile as YAML that needs no other file, without passwords in addresses."""
+    return _CREDENTIALS.sub("", yaml_text(profile.model_dump(mode="json", by_alias=True)))
+
+
+def profile_of(session: RecordedSession, path: Path) -> Profile:
+    """Return the profile that a recording was made with.
+
+    Raises
+    ------
+    InputError
+        It is damaged, or a newer version wrote it.
+    """
+    try:
+        return Profile.model_validate(mapping_of(session.profile, path))
+    except (ValueError, InputError) as error:
+        raise InputError(
+            f"the profile in {path} is damaged or of a newer version of tactile-core; copy the "
+            f"recording again, or update tactile-core"
+        ) from error
+
+
+def bundle_content(bundle: Bundle) -> dict[str, bytes]:
+    """Return the content of the files that a bundle saves."""
+    with TemporaryDirectory(prefix="tactile-") as folder:
+        place = Path(folder, "bundle")
+        bundle.save(place)
+        return {
+            path.relative_to(place).as_posix(): path.read_bytes()
+            for path in sorted(place.rglob("*"))
+            if path.is_file()
+        }
+
+
+def bundle_of(session: RecordedSession, path: Path) -> Bundle | None:
+    """Return the bundle in a recording; None if it has none.
+
+    Raises
+    ------
+    InputError, CalibrationError
+        It is damaged.
+    """
+    if session.bundle is None:
+        return None
+    with TemporaryDirectory(prefix="tactile-") as folder:
+        place = Path(folder, "bundle")
+        for name, content in session.bundle.items():
+            if not _NAME.fullmatch(name):
+                raise InputError(f"the bundle in {path} is damaged; give --bundle")
+            file = place / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        return Bundle.load(place)
+
+
+def _text(value: Any) -> str | None:
+    return None if value is None else str(value)

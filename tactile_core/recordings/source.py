@@ -1,0 +1,114 @@
+"""Where the observations of a recording come from: image files or a video."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactile_core.errors import InputError
+from tactile_core.formats.images import ImageKind, read_image
+from tactile_core.formats.video import NOMINAL_FPS, Video
+from tactile_core.quantities import Image
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """The exposures of one observation, in the order of the lights."""
+
+    name: str
+    images: tuple[Image, ...]
+
+
+@dataclass(frozen=True)
+class Files:
+    """The image files of one observation, not yet read."""
+
+    name: str
+    paths: tuple[Path, ...]
+
+
+class ObservationSource(ABC):
+    """The observations of a recording, read again with each iteration."""
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...] | None:
+        """Names of the observations; None if their number is unknown before the end."""
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Observation]:
+        """Read the observations.
+
+        Raises
+        ------
+        InputError
+            An image is truncated, or has changed since the recording was opened.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class FileSource(ObservationSource):
+    """Image files, which have no timestamps and are timed at 30 Hz.
+
+    Attributes
+    ----------
+    files : tuple of Files
+    kind : ImageKind
+        Of every image.
+    """
+
+    files: tuple[Files, ...]
+    kind: ImageKind
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the observations."""
+        return tuple(files.name for files in self.files)
+
+    def __iter__(self) -> Iterator[Observation]:
+        """Read the images."""
+        number = 0
+        for observation in self.files:
+            images = []
+            for path in observation.paths:
+                pixels = read_image(path)
+                if ImageKind.of(pixels) != self.kind:
+                    raise InputError(
+                        f"{path} is {ImageKind.of(pixels)}, but its header said {self.kind}; "
+                        f"record or save it again"
+                    )
+                time_s = number / NOMINAL_FPS
+                images.append(
+                    Image(pixels, timestamp_s=time_s, sequence=number, source=observation.name)
+                )
+                number += 1
+            yield Observation(observation.name, tuple(images))
+
+
+@dataclass(frozen=True, eq=False)
+class VideoSource(ObservationSource):
+    """The frames of a video, with its timestamps.
+
+    Attributes
+    ----------
+    stem : str
+        Beginning of the observations' names.
+    video : Video
+    """
+
+    stem: str
+    video: Video
+
+    @property
+    def names(self) -> None:
+        """The number of frames is unknown before the end."""
+        return None
+
+    def __iter__(self) -> Iterator[Observation]:
+        """Read the frames."""
+        for number, (pixels, time_s) in enumerate(self.video.frames()):
+            name = f"{self.stem}_{number:06d}"
+            image = Image(pixels, timestamp_s=time_s, sequence=number, source=name)
+            yield Observation(name, (image,))

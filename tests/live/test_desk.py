@@ -1,0 +1,240 @@
+"""The buttons of a sensor, without a page."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.virtual_lab import VirtualLab
+from support.watching import until
+
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.errors import CameraLost, InputError
+from tactile_core.live.commands import (
+    Calibrate,
+    Compare,
+    Finish,
+    Move,
+    Play,
+    Record,
+    Snapshot,
+    Take,
+    TakeReference,
+)
+from tactile_core.live.desk import Desk
+from tactile_core.live.live_sensor import LiveSensor
+from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
+from tactile_core.live.truth import AppliedForce, true_quantities
+from tactile_core.pipeline.opening import open_sensor
+from tactile_core.quantities import ContactMask, HeightMap
+
+
+def done(desk: Desk, command: Any) -> str:
+    return asyncio.run(desk.do(command))
+
+
+def test_a_snapshot_saves_what_run_would_save(desk: Desk, lab: VirtualLab) -> None:
+    done(desk, Play(do="play", paused=True))
+    sentence = done(desk, Snapshot(do="snapshot"))
+    folder = Path(sentence.removeprefix("Saved in "))
+    state = desk.live.newest.value
+    assert state is not None
+    (saved,) = folder.glob("*.npz")
+    with np.load(saved) as arrays:
+        np.testing.assert_array_equal(arrays["height_mm"], state.reading[HeightMap].mm)
+    assert len(list(folder.glob("*.png"))) == 2
+    assert done(desk, Snapshot(do="snapshot")) != sentence
+
+
+def test_a_full_disk_is_a_sentence_and_the_sensor_goes_on(desk: Desk, tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("a file where the folder should be")
+    with pytest.raises(InputError, match="is a file"):
+        done(desk, Snapshot(do="snapshot"))
+    before = desk.live.newest.count
+    until(lambda: desk.live.newest.count > before)
+
+
+def test_another_estimator_measures_the_same_frame(desk: Desk) -> None:
+    keys = [choice.key for choice in desk.choices]
+    assert "height=core.robust_poisson" in keys
+    assert not any(key.startswith("height=core.contact") for key in keys)
+    done(desk, Compare(do="compare", choice="height=core.robust_poisson"))
+    alternative = desk.live.alternative
+    assert alternative is not None
+    result = until(lambda: alternative.result)
+    other = {type(one): one for one in result.quantities}[HeightMap]
+    own = result.state.reading[HeightMap]
+    assert not np.array_equal(own.mm, other.mm)
+    assert np.abs(own.mm - other.mm).max() < 0.2
+    done(desk, Compare(do="compare"))
+    assert desk.live.alternative is None
+
+
+def test_another_calibration_can_be_compared(lab: VirtualLab, tmp_path: Path) -> None:
+    sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
+    live = LiveSensor(sensor, tmp_path)
+    desk = Desk(live, [lab.bundle])
+    live.play(speed=0.0)
+    live.start()
+    try:
+        (key,) = [one.key for one in desk.choices if one.bundle is not None]
+        done(desk, Compare(do="compare", choice=key))
+        assert live.alternative is not None
+        result = until(lambda: live.alternative and live.alternative.result)
+        other = {type(one): one for one in result.quantities}[HeightMap]
+        np.testing.assert_array_equal(other.mm, result.state.reading[HeightMap].mm)
+    finally:
+        desk.close()
+
+
+@pytest.mark.parametrize("choice", ["../../etc", "height=os.system", "truth", "calibration=9"])
+def test_only_what_was_offered_can_be_compared(desk: Desk, choice: str) -> None:
+    with pytest.raises(InputError, match="no choice"):
+        done(desk, Compare(do="compare", choice=choice))
+
+
+def test_a_recording_is_paused_stepped_and_played_again(desk: Desk) -> None:
+    live = desk.live
+    done(desk, Play(do="play", paused=True))
+    done(desk, Play(do="play"))  # the thread that measures waits now
+    count = live.newest.count
+    done(desk, Play(do="play", step=True))
+    until(lambda: live.newest.count == count + 1)
+    done(desk, Play(do="play", paused=False, loop=False))
+    assert live.playback is not None
+    until(lambda: live.playback and live.playback.state.ended)
+    last = live.newest.value
+    done(desk, Play(do="play", paused=False))
+    until(lambda: live.newest.value is not last)
+
+
+def test_a_reference_is_taken_from_the_next_observations(desk: Desk) -> None:
+    before = desk.live.sensor.pipeline.reference
+    said = done(desk, TakeReference(do="reference", frames=3))
+    assert "mean of 3" in said
+    assert desk.live.sensor.pipeline.reference is not before
+
+
+def test_only_a_virtual_sensor_has_an_object_to_move(desk: Desk) -> None:
+    with pytest.raises(InputError, match="no virtual sensor"):
+        done(desk, Move(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.1, pressed=True))
+
+
+def test_a_camera_that_is_lost_is_looked_for(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    sensor, fails = desk.live.sensor, [True]
+    done(desk, TakeReference(do="reference", frames=2))
+    reference = sensor.pipeline.reference
+    acquire: Callable[..., Any] = sensor.acquire
+
+    def lost(*given: Any) -> Any:
+        if fails:
+            fails.clear()
+            raise CameraLost("the camera was unplugged")
+        return acquire(*given)
+
+    monkeypatch.setattr(sensor, "acquire", lost)
+    until(lambda: not fails)
+    before = desk.live.newest.count
+    until(lambda: desk.live.newest.count > before + 1)
+    assert desk.live.failure == ""
+    assert sensor.pipeline.reference is not None
+    assert reference is not None
+    np.testing.assert_array_equal(sensor.pipeline.reference.pixels, reference.pixels)
+
+
+@pytest.fixture
+def virtual(lab: VirtualLab, tmp_path: Path) -> Any:
+    sensor = open_live(WantedSensor(str(lab.profile_path), bundle=lab.bundle), sim=True)
+    live = LiveSensor(sensor, tmp_path)
+    desk = Desk(live)
+    live.start()
+    until(lambda: live.newest.value is not None)
+    yield desk
+    desk.close()
+
+
+def test_an_object_is_moved_on_a_virtual_sensor_and_the_truth_is_known(virtual: Desk) -> None:
+    live = virtual.live
+    done(virtual, Take(do="take", kind="sphere", size_mm=5.0))
+    done(virtual, Move(do="move", x_mm=2, y_mm=-1, angle_deg=0, depth_mm=0.4, pressed=True))
+
+    def pressed() -> Any:
+        state = live.newest.value
+        deep = state is not None and state.reading[HeightMap].mm.max() > 0.2
+        return state if deep else None
+
+    state = until(pressed)
+    truth = {type(one): one for one in true_quantities(state.truth)}
+    measured, true = state.reading[HeightMap].mm, truth[HeightMap].mm
+    assert (
+        np.hypot(*(np.subtract(*(np.unravel_index(a.argmax(), a.shape) for a in (measured, true)))))
+        < 8
+    )
+    assert measured.max() == pytest.approx(true.max(), rel=0.4)
+    assert truth[AppliedForce].fz_n > 0
+    assert truth[ContactMask].mask.any()
+    done(virtual, Compare(do="compare", choice="truth"))
+    assert virtual.choice == "truth"
+    done(virtual, Move(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.4, pressed=False))
+    until(lambda: live.newest.value and live.newest.value.truth.wrench[2] == 0)
+
+
+def test_an_object_that_does_not_exist_is_refused(virtual: Desk) -> None:
+    with pytest.raises(InputError, match="no object 'mesh'"):
+        done(virtual, Take(do="take", kind="mesh", size_mm=5.0))
+
+
+def test_what_is_given_once_holds_for_all_sensors() -> None:
+    one, two = wanted_sensors(["hex"], serials=["A", "B"], bundles=[Path("b")])
+    assert (one.profile, one.serial, two.serial) == ("hex", "A", "B")
+    assert one.bundle == two.bundle == Path("b")
+    assert len(wanted_sensors(["hex", "baxter"])) == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"serials": ["A", "B"], "bundles": [Path("b")] * 3}, "there are 2 --serial for 3 sensors"),
+        ({"serials": ["A", "A"]}, "named twice"),
+    ],
+)
+def test_sensors_that_do_not_add_up_are_refused(given: Any, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        wanted_sensors(["hex"], **given)
+
+
+def test_a_recording_is_not_calibrated_live(desk: Desk) -> None:
+    with pytest.raises(InputError, match="tactile calibrate"):
+        done(desk, Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0))
+    with pytest.raises(InputError, match="no calibration is under way"):
+        done(desk, Finish(do="finish"))
+    assert "ended" in done(desk, Calibrate(do="calibrate", on=False))
+
+
+def test_an_implausible_ball_is_refused_and_nothing_stays_open(virtual: Desk) -> None:
+    with pytest.raises(InputError, match="ball"):
+        done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=0.01))
+    assert virtual.guiding.state == ""
+    assert virtual.live.guided is None
+
+
+def test_a_sensor_measures_with_another_bundle(lab: VirtualLab) -> None:
+    with open_sensor(lab.profile_path, input=lab.presses, reference=lab.reference) as sensor:
+        assert HeightMap not in sensor.read()
+        sensor.use_bundle(Bundle.load(lab.bundle))
+        assert HeightMap in sensor.read()
+
+
+def test_what_the_camera_sends_is_recorded_until_the_end(desk: Desk) -> None:
+    pytest.importorskip("mcap", reason="the extra 'record' is not installed")
+    said = done(desk, Record(do="record", on=True))
+    until(lambda: (desk.status()["recording"] or {}).get("images", 0) > 2)
+    assert "Recorded" in done(desk, Record(do="record", on=False))
+    assert desk.status()["recording"] is None
+    path = Path(said.removeprefix("Recording to "))
+    with open_sensor(desk.live.sensor.profile, input=path) as replayed:
+        assert replayed.read()[HeightMap].mm.shape == (120, 160)

@@ -155,8 +155,8 @@ class LiveSensor:
         if frame is None:
             if self.playback is not None and self.playback.end() and self._number:
                 self._rewind()
-            elif self.newest.value is not None:
-                self.newest.put(self.newest.value)  # says that it has ended
+            else:
+                self.newest.again()  # says that it has ended
             return
         if self.playback is not None:
             self._wait(frame.timestamp_s)

@@ -8,6 +8,7 @@ from threading import Lock
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
+Waiting = tuple[asyncio.AbstractEventLoop, asyncio.Future[None]]
 
 
 class Newest(Generic[T]):
@@ -20,7 +21,7 @@ class Newest(Generic[T]):
         self._lock = Lock()
         self._count = 0
         self._value: T | None = None
-        self._waiting: list[tuple[asyncio.AbstractEventLoop, asyncio.Future[None]]] = []
+        self._waiting: list[Waiting] = []
 
     @property
     def value(self) -> T | None:
@@ -37,9 +38,16 @@ class Newest(Generic[T]):
         with self._lock:
             self._count, self._value = self._count + 1, value
             waiting, self._waiting = self._waiting, []
-        for loop, future in waiting:
-            with suppress(RuntimeError):  # its loop has ended
-                loop.call_soon_threadsafe(_wake, future)
+        _wake_all(waiting)
+
+    def again(self) -> None:
+        """Wake those who wait, with the value that there is; may be called from any thread."""
+        with self._lock:
+            if self._value is None:
+                return
+            self._count += 1
+            waiting, self._waiting = self._waiting, []
+        _wake_all(waiting)
 
     async def after(self, count: int) -> tuple[int, T]:
         """Wait for a value newer than the one of this count, and return the newest."""
@@ -51,6 +59,12 @@ class Newest(Generic[T]):
                 future: asyncio.Future[None] = loop.create_future()
                 self._waiting.append((loop, future))
             await future
+
+
+def _wake_all(waiting: list[Waiting]) -> None:
+    for loop, future in waiting:
+        with suppress(RuntimeError):  # its loop has ended
+            loop.call_soon_threadsafe(_wake, future)
 
 
 def _wake(future: asyncio.Future[None]) -> None:

@@ -39,7 +39,7 @@ class Session:
         self._desk, self._number, self._connection = desk, number, connection
         self._view, self._period_s = View(), 0.0
         self._shown = asyncio.Event()
-        self._shown_ms: float | None = None
+        self._status: dict[str, Any] = {}
         self._commands: asyncio.Queue[AnyCommand] = asyncio.Queue(_WAITING)
 
     async def run(self) -> None:
@@ -89,7 +89,10 @@ class Session:
         except Exception as error:
             await self._say({"id": command.id, "refused": words_of(error)})
         else:
-            await self._say({"id": command.id, "done": done, "status": self._desk.status()})
+            if not isinstance(command, Move):
+                await self._say_status()
+                self._desk.live.newest.again()  # other pages learn of it as well
+            await self._say({"id": command.id, "done": done})
 
     async def _send_states(self) -> None:
         live, count, sent = self._desk.live, 0, 0
@@ -99,23 +102,32 @@ class Session:
             message = await asyncio.to_thread(self._encoded, state, sent)
             sent = state.number
             self._shown.clear()
+            await self._say_status()
             await self._connection.send(message)
             await self._shown.wait()
-            self._shown_ms = 1e3 * (HOST.now() - state.taken_s)
-            self._desk.shown(self._shown_ms)
+            self._desk.shown(1e3 * (HOST.now() - state.taken_s))
             await asyncio.sleep(max(0.0, self._period_s - (HOST.now() - began_s)))
 
     def _encoded(self, state: LiveState, sent: int) -> bytes:
         """Encode a state; only called when the page is ready for it."""
-        extras = {**self._desk.status(), "shown_ms": self._shown_ms}
         samples = self._desk.live.samples_between(sent, state.number)
-        return encoded_state(state, self._view, samples, self._comparison(state), extras)
+        return encoded_state(state, self._view, samples, self._comparison(state))
 
     def _comparison(self, state: LiveState) -> Comparison | None:
         if self._desk.choice == TRUTH and state.truth is not None:
             return Comparison(state, "the truth", true_quantities(state.truth))
         alternative = self._desk.live.alternative
         return None if alternative is None else alternative.result
+
+    async def _say_status(self) -> None:
+        """Say what the buttons show, if it has changed.
+
+        Apart from the pictures: one that was encoded before a command must not undo its answer.
+        """
+        status = self._desk.status()
+        if status != self._status:
+            self._status = status
+            await self._say({"status": status})
 
     async def _say(self, words: dict[str, Any]) -> None:
         await self._connection.send(json.dumps(words, allow_nan=False))

@@ -48,7 +48,6 @@ def encoded_state(
     view: View,
     samples: Sequence[Sample],
     comparison: Comparison | None,
-    extras: dict[str, Any],
 ) -> bytes:
     """Return the message for a state.
 
@@ -60,8 +59,6 @@ def encoded_state(
         Numbers that the page does not have yet.
     comparison : Comparison or None
         A frame that was measured in two ways.
-    extras : dict
-        Further values of the header, JSON-ready.
     """
     parts, reading, frame = Parts(), state.reading, state.frame
     layers, faults = layers_of(reading.quantities.values())
@@ -89,7 +86,6 @@ def encoded_state(
         "health": state.health,
         "failure": state.failure,
         "versus": None if comparison is None else _versus(comparison, wanted, parts),
-        **extras,
     }
     header["age_ms"] = 1e3 * (HOST.now() - state.taken_s)
     return parts.message(plain(header))

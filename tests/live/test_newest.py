@@ -28,6 +28,15 @@ def test_who_waits_is_woken_by_another_thread() -> None:
     assert asyncio.run(wait()) == (1, "there")
 
 
+def test_who_waits_is_woken_with_the_same_value_again() -> None:
+    newest: Newest[int] = Newest()
+    newest.again()
+    assert newest.count == 0
+    newest.put(4)
+    newest.again()
+    assert asyncio.run(newest.after(1)) == (2, 4)
+
+
 def test_who_has_left_does_not_disturb() -> None:
     newest: Newest[int] = Newest()
 

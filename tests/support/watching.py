@@ -52,6 +52,7 @@ class Watcher:
         self.connection = connection
         self.answers: list[dict[str, Any]] = []
         self.hello: dict[str, Any] = json.loads(connection.recv(PATIENCE_S))
+        self.status: dict[str, Any] = self.hello["status"]
 
     def next(self, *, shown: bool = True) -> Message:
         """Return the next state, and ask for another one."""
@@ -62,7 +63,7 @@ class Watcher:
                 if shown:
                     self.shown(message)
                 return message
-            self.answers.append(json.loads(received))
+            self._hear(received)
 
     def shown(self, message: Message) -> None:
         self.say(do="shown", number=message.header["number"])
@@ -82,7 +83,14 @@ class Watcher:
             if isinstance(received, bytes):
                 self.shown(Message(received))
             else:
-                self.answers.append(json.loads(received))
+                self._hear(received)
+
+    def _hear(self, received: str) -> None:
+        said = json.loads(received)
+        if "status" in said:
+            self.status = said["status"]
+        else:
+            self.answers.append(said)
 
 
 @contextmanager

@@ -52,7 +52,7 @@ export class Card {
 
   #hear(said) {
     if (said.sensor !== undefined) this.#meet(said);
-    else {
+    else if (said.status === undefined) {
       const button = this.waiting.get(said.id);
       this.waiting.delete(said.id);
       if (button) button.disabled = false;
@@ -203,7 +203,6 @@ export class Card {
     const listed = versus ? [...entries, ...versus.entries.filter(([key]) => !value.has(key)).map(([k, t, u]) => [k, t, u, null])] : entries;
     if (this.at(".all").open) this.numbers.show(listed, new Set(this.plots.keys()), others, versus?.title);
     this.#showWarnings(header);
-    this.#showStatus(header);
     this.at(".source").textContent = `${header.source}, ${header.time_s.toFixed(2)} s`;
     const relative = header.relative ? "relative to the first frame" : "";
     this.at(".picture-note").textContent = [this.cameraNote, relative].filter(Boolean).join(" · ");
@@ -267,7 +266,7 @@ export class Card {
   }
 
   #showWarnings(header) {
-    const bad = [header.failure, header.problem].filter(Boolean);
+    const bad = [header.failure, this.status?.problem].filter(Boolean);
     const words = [...bad, ...header.warnings];
     const text = words.join("\n");
     const now = performance.now();
@@ -286,6 +285,7 @@ export class Card {
   }
 
   #showStatus(status) {
+    this.status = status;
     const { playback, recording } = status;
     const bar = this.at(".playback");
     bar.hidden = !playback;
@@ -316,7 +316,8 @@ export class Card {
 
   #lookForLife() {
     const silent = this.seenMs && performance.now() - this.seenMs > STALE_MS && !document.hidden;
-    const playing = !this.last?.header.playback || !(this.last.header.playback.paused || this.last.header.playback.ended);
+    const { playback } = this.status ?? {};
+    const playing = !playback || !(playback.paused || playback.ended);
     if (silent && playing && !this.silent) this.#say("No picture has come for two seconds; is the camera plugged in?", true);
     else if (!silent && this.silent) this.#say("");
     this.silent = silent && playing;

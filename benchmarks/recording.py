@@ -99,7 +99,7 @@ def sensor_with(source: Paced) -> Sensor:
     """Return a sensor with the chain of the profile and a camera that sends these images."""
     profile = load_profile(PROFILE, sim=True)
     devices = Devices(PacedCamera(source), make_lights(profile), None)
-    with patch("tactile_core.pipeline.sensor.make_devices", return_value=devices):
+    with patch("tactile_core.pipeline.frame_source.make_devices", return_value=devices):
         return Sensor(profile, reference="first").open()
 
 

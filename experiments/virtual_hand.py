@@ -237,12 +237,13 @@ class VirtualHand:
             yield Step(*at, share * depth)
 
     def _both_touch(self) -> bool:
-        """Whether contact is found farther from the first ball than it could have."""
+        """Whether contact is found on the first ball, and farther than it could reach."""
         contact = self.stage.truth().contact
         x, y = self.attempts[-1].centre_px
         h, w = contact.shape
         away = np.hypot(np.arange(w) - x, np.arange(h)[:, None] - y)
-        return bool(contact[away > self.ball_radius_px].any())
+        far = away > self.ball_radius_px
+        return bool(contact[far].any() and contact[~far].any())
 
     def _moved(self, last: Step, step: Step) -> Frame:
         """Move the object and take a frame; in a sequence, half of it before the move has ended."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle, find_circles
 from tactile_core.calibration.guided.bench import NOWHERE, Bench
+from tactile_core.calibration.guided.beside import brightening, with_something_beside
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import SequenceError
 from tactile_core.quantities import Frame
@@ -36,24 +37,9 @@ class ExaminationParameters(NamedTuple):
     irregular : float, ball radii
         Largest standard deviation of the contact's radius.
         Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
-    beside : float, ratio
-        Largest change farther than ``far_balls`` from the centre, over that on the ball, for a
-        contact of ``beside_contact``; less for others with the third power of the contact, as
-        the shadow of a ball is longer and steeper the deeper it is.
-        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): good presses have
-        less than two thirds of it.
-    beside_contact : float, ball radii
-        Contact for which ``beside`` holds.
-        Source: chosen by hand: near the largest contact.
-    far_balls : float, ball radii
-        Change beyond this distance from the centre is next to the ball.
-        Source: chosen on virtual rigs: farther than most shadows of low lights reach.
     saturated : float, share
         Largest share of the contact that is saturated.
         Source: chosen by hand.
-    blur_balls : float, ball radii
-        Radius over which the change is averaged.
-        Source: that of the circle search (``StartParameters.blur_radii``).
     """
 
     smallest_contact: float = 0.35
@@ -61,15 +47,13 @@ class ExaminationParameters(NamedTuple):
     deepest: float = 0.75
     visible: float = 0.97
     irregular: float = 0.12
-    beside: float = 0.6
-    beside_contact: float = 0.75
-    far_balls: float = 1.7
     saturated: float = 0.2
-    blur_balls: float = 0.35
 
 
 EXAMINATION = ExaminationParameters()
 """The values in use."""
+
+_BESIDE = "something else touches next to the ball; press the ball alone"
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +95,7 @@ class Examiner:
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
         self.kept: list[FoundPress] = []
+        self._brightening: dict[str, Float64] = {}
 
     def examine(self, name: str, frame: Frame) -> Verdict:
         """Judge a frame, and keep it if it is a good press."""
@@ -122,12 +107,18 @@ class Examiner:
         *others, circle = find_circles(starts)
         press = replace(press, circle=circle)
         why = circle.why or self._flaw(press)
+        if not why:
+            self._brightening[name] = brightening(press)
+        crowded = with_something_beside(self._brightening)
+        if name in crowded:
+            why = _BESIDE
         if why:
             # its presence must not change the circles of the others
             return self._verdict(name, circle, why)
         found = [replace(one, circle=c) for one, c in zip(self.kept, others, strict=True)]
         withdrawn = {one.file: one.why for one in found if not one.used}
-        self.kept = [*(one for one in found if one.used), press]
+        withdrawn |= {one.file: _BESIDE for one in found if one.file in crowded}
+        self.kept = [*(one for one in found if one.file not in withdrawn), press]
         return self._verdict(name, circle, "", withdrawn)
 
     def _verdict(
@@ -149,8 +140,6 @@ class Examiner:
             return "the contact is too large; press less deep"
         if press.circle.radius_std_px > EXAMINATION.irregular * press.ball_radius_px:
             return "the contact is not round; press the ball alone, straight down"
-        if beside(press) > EXAMINATION.beside * (share / EXAMINATION.beside_contact) ** 3:
-            return "something else touches next to the ball; press the ball alone"
         contact = press.area()
         if press.frame.saturated[contact].any(axis=-1).mean() > EXAMINATION.saturated:
             return "much of the contact is saturated; press less deep, or expose for less time"
@@ -168,19 +157,3 @@ def visible_share(press: FoundPress) -> float:
             c = float(np.clip(distance / max(r, 1e-9), -1, 1))
             inside -= (np.arccos(c) - c * np.sqrt(1 - c * c)) / np.pi
     return float(inside)
-
-
-def beside(press: FoundPress) -> float:
-    """Return the strongest change far from a press's centre, over that on the ball."""
-    assert press.start is not None
-    change = press.start.shading.change
-    ball = press.start.ball
-    energy = (change.weighted**2).sum(2)
-    sigma = EXAMINATION.blur_balls * ball
-    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 0.1)
-    local = cv2.GaussianBlur(energy, (0, 0), sigma) / total
-    x, y = change.to_working(np.asarray(press.centre_px))
-    h, w = local.shape
-    distance = np.hypot(np.arange(w) - x, np.arange(h)[:, None] - y)
-    far, near = local[distance > EXAMINATION.far_balls * ball], local[distance < ball]
-    return float(np.sqrt(far.max() / near.max())) if far.size and near.size else 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from typing import Any
 
 from tactile_core.errors import InputError, TactileError
@@ -49,12 +50,30 @@ def on_cluster(
     client = _connected(distributed, address)
     try:
         _check_workers(client, address)
-        futures = {client.submit(measured, job, key=_key(job), pure=False): job for job in jobs}
-        for future in distributed.as_completed(futures, loop=client.loop):
-            job = futures.pop(future)
-            yield job, _result(future, job)
+        waiting = iter(jobs)
+        running = distributed.as_completed(loop=client.loop)
+        given = {}
+
+        def give(most: int) -> None:
+            # one for each thread: the scheduler shares out a few long recordings unevenly
+            for job in islice(waiting, max(0, most)):
+                future = client.submit(measured, job, key=_key(job), pure=False)
+                given[future] = job
+                running.add(future)
+
+        give(_threads(client))
+        for future in running:
+            job = given.pop(future)
+            found = _result(future, job)
+            give(_threads(client) - len(given))
+            yield job, found
     finally:
         client.close()  # forgets what is not measured yet; what is under way is written
+
+
+def _threads(client: Any) -> int:
+    """Return the number of recordings that can be measured at once; at least one."""
+    return max(1, sum(int(threads) for threads in client.nthreads().values()))
 
 
 def _key(job: RecordingJob) -> str:

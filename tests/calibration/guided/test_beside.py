@@ -1,4 +1,4 @@
-"""A second contact beside a ball, told from the light that a single ball throws around itself."""
+"""Whether something touches beside a ball, whatever light a single ball throws around itself."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def calibrated(profile: Profile, tmp_path_factory: pytest.TempPathFactory) -> Ca
         cv2.imwrite(str(folder / f"press_{i:02d}.png"), photograph(profile, press, i)[..., ::-1])
     undeformed = folder.parent / "undeformed_domed.png"
     cv2.imwrite(str(undeformed), photograph(profile, None, 99)[..., ::-1])
-    return calibrate(profile, folder, undeformed, ball_diameter_mm=2 * BALL_MM)
+    return calibrate(profile, folder, undeformed, ball_diameter_mm=2 * BALL_MM, scored=False)
 
 
 def test_presses_on_a_dome_are_found_at_the_first_contact(calibrated: Calibrated) -> None:

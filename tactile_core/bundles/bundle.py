@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from tactile_core.bundles.manifest import (
@@ -34,8 +35,8 @@ from tactile_core.quantities import Reference
 SCALE_TOLERANCE = 0.01
 """Scales of input and bundle may differ by this share."""
 
-_ATTEMPTS = 50
-"""A bundle that is replaced while it is read is read again this often."""
+_PATIENCE_S = 30.0
+"""Time for which a bundle that is replaced while it is read is read again."""
 
 _KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
 """Classes of the artefacts that the core uses itself."""
@@ -136,7 +137,8 @@ class Bundle:
             The folder is not a bundle, is damaged, or has the format of another version.
         """
         directory = Path(directory)
-        for _ in range(_ATTEMPTS):
+        end_s = monotonic() + _PATIENCE_S
+        while monotonic() < end_s:
             before = _identity(directory)
             try:
                 bundle = cls._loaded(directory)

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core import load_profile
+from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.contact_step import ContactModel, Precision
-from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.modes import Mode
 from tactile_core.sim.resampling import ImageSampler

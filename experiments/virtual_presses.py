@@ -14,15 +14,15 @@ from scipy.optimize import brentq
 
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.optics import LightBuild
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
-from tactile_core.sim.grid import Grid
 from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.optics.lights import LedArray, light_field
 from tactile_core.sim.optics.rig import RigOptics

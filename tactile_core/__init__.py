@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
     from tactile_core.quantities import SlipState as SlipState
+    from tactile_core.quantities import Wrench as Wrench
 
 __version__ = "0.1.0"
 
@@ -124,6 +125,7 @@ _HOMES = {
         "Quantity",
         "Reference",
         "SlipState",
+        "Wrench",
     ),
     "pipeline.opening": ("open_sensor",),
     "pipeline.sensor": ("Sensor",),

@@ -90,7 +90,12 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "displacement": (
         "Displacement fields",
         "A dense displacement field from markers or from optical flow.",
-        ("displacement", "elasticity"),
+        ("displacement",),
+    ),
+    "elasticity": (
+        "Elasticity",
+        "An elastic layer on a rigid plate: from loads to displacements, and back.",
+        ("elasticity",),
     ),
     "slip": (
         "Slip",
@@ -144,7 +149,6 @@ MODELS = {
         "Contact mechanics of a bonded elastic layer.",
         (
             "tactile_core.sim.gel_surface",
-            "tactile_core.sim.elastic_layer",
             "tactile_core.sim.normal_contact",
             "tactile_core.sim.friction",
             "tactile_core.sim.viscoelasticity",

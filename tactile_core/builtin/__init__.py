@@ -74,6 +74,7 @@ def tactile_estimators() -> Mapping[str, str]:
         "contact": "tactile_core.builtin.contact:Contact",
         "contact_shear": "tactile_core.builtin.contact_shear:ShearOfContact",
         "displacement": "tactile_core.builtin.displacement:Displacement",
+        "force_elastic": "tactile_core.builtin.force_elastic:ElasticForce",
         "imprint_motion": "tactile_core.builtin.imprint_motion:MotionOfImprint",
         "markers": "tactile_core.builtin.markers:MarkerDetection",
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",

@@ -27,6 +27,7 @@ from tactile_core.quantities.surface import (
     HeightMap,
     ReferenceGradients,
 )
+from tactile_core.quantities.wrench import Wrench
 
 __all__ = [
     "Bool",
@@ -54,4 +55,5 @@ __all__ = [
     "SlipContact",
     "SlipState",
     "TimestampS",
+    "Wrench",
 ]

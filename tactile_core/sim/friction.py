@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.sim.response import Response
+from tactile_core.algorithms.elasticity.response import Response
 
 
 class FrictionParameters(NamedTuple):

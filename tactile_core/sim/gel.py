@@ -15,9 +15,9 @@ from tactile_core.algorithms.elasticity import (
     THICKNESS_MM,
     Elastomer,
 )
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
-from tactile_core.sim.grid import Grid
 from tactile_core.sim.viscoelasticity import Branch
 
 NO_GEL_MM = -1e3

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.sim.contact_state import SurfaceState
 from tactile_core.sim.gel import SoftGel
-from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters.shape import Indenter
 
 _REACH_SPACINGS = 1.5

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.sim.contact_state import Move
 from tactile_core.sim.contact_step import ContactModel, Precision
-from tactile_core.sim.elastic_layer import ElasticLayer
 from tactile_core.sim.gel import SoftGel
-from tactile_core.sim.grid import Grid
 from tactile_core.sim.indenters import Indenter
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Float32
-from tactile_core.sim.grid import Grid
+from tactile_core.algorithms.elasticity.grid import Grid
 
 
 class InversionParameters(NamedTuple):

@@ -8,7 +8,11 @@ import pytest
 from support.followed import ROOT, Reader
 from support.virtual_lab import VirtualLab
 
+from tactile_core.evaluation.demo import calibrated_virtually
+from tactile_core.formats.images import write_png
+from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.analytic_ball import BallPress
+from tactile_core.sim.stage import VirtualStage
 
 pytestmark = pytest.mark.pages
 
@@ -36,6 +40,22 @@ def test_a_sensor_is_recorded_and_measured_again(tmp_path: Path) -> None:
         *(f"{number:06d}.npz" for number in range(4)),
         "recording.mcap",
     }
+
+
+def test_force_is_measured(tmp_path: Path) -> None:
+    calibrated_virtually(load_profile("hex_fingertip", sim=True)).save(tmp_path / "bundle")
+    stage = VirtualStage("hex_fingertip")
+    stage.indenter("sphere", diameter_mm=12)
+    (tmp_path / "recording").mkdir()
+    for number in range(2):
+        write_png(tmp_path / "recording" / f"{number}.png", stage.frame().pixels)
+        stage.press(depth_mm=0.4)
+    true_n = stage.truth().wrench[2]
+    reader = Reader(tmp_path)
+    reader.follow(DOCS / "how-to" / "measure-force.md")
+    before_n, pressed_n = (float(line.split()[2]) for line in reader.printed.splitlines()[-2:])
+    assert before_n == 0
+    assert pressed_n == pytest.approx(true_n, rel=0.15)
 
 
 def test_a_recording_is_passed_on(tmp_path: Path) -> None:

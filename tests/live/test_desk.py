@@ -28,9 +28,9 @@ from tactile_core.live.commands import (
 from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
-from tactile_core.live.truth import AppliedForce, true_quantities
+from tactile_core.live.truth import true_quantities
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.quantities import ContactMask, HeightMap, Wrench
 
 
 def done(desk: Desk, command: Any) -> str:
@@ -175,7 +175,7 @@ def test_an_object_is_moved_on_a_virtual_sensor_and_the_truth_is_known(virtual: 
         < 8
     )
     assert measured.max() == pytest.approx(true.max(), rel=0.4)
-    assert truth[AppliedForce].fz_n > 0
+    assert truth[Wrench].fz_n > 0
     assert truth[ContactMask].mask.any()
     done(virtual, Compare(do="compare", choice="truth"))
     assert virtual.choice == "truth"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.sim.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.sim.friction import Grip, solve_friction
-from tactile_core.sim.grid import Grid
 from tactile_core.sim.normal_contact import solve_normal
 
 FRICTION = 0.6

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import DTypeLike
 
-from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.sim.grid import Grid
-from tactile_core.sim.response import Response, Symbols
+from tactile_core.algorithms.elasticity.elastomer import Elastomer
+from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.response import Response, Symbols
 
 
 class ElasticLayer(Response):

@@ -1,0 +1,21 @@
+"""Mechanics of an elastic layer: its compliance, and what loads on its surface move."""
+
+from tactile_core.algorithms.elasticity.elastomer import (
+    GEL,
+    POISSON_RATIO,
+    SHEAR_MODULUS_MPA,
+    THICKNESS_MM,
+    Compliance,
+    Elastomer,
+    GelParameters,
+)
+
+__all__ = [
+    "GEL",
+    "POISSON_RATIO",
+    "SHEAR_MODULUS_MPA",
+    "THICKNESS_MM",
+    "Compliance",
+    "Elastomer",
+    "GelParameters",
+]

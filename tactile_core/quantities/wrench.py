@@ -1,0 +1,104 @@
+"""Force and torque of the object on the sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.quantities.fields import FieldSpec, TimestampS
+from tactile_core.quantities.quantity import Quantity
+
+_N, _NMM = FieldSpec("N", saved_as="wrench"), FieldSpec("N·mm", saved_as="wrench")
+_STD_N = FieldSpec("N", saved_as="wrench_std", std_of="wrench")
+_STD_NMM = FieldSpec("N·mm", saved_as="wrench_std", std_of="wrench")
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench(Quantity):
+    """The load that the object puts on the sensor.
+
+    Attributes
+    ----------
+    fx_n, fy_n : float
+        Shear force along x and y: a surface that is sheared towards +x has a positive fx.
+    fz_n : float
+        Normal force, positive in compression.
+    tz_nmm : float
+        Torque about the z axis through the image centre, positive from x towards y.
+    fx_std_n, fy_std_n, fz_std_n, tz_std_nmm : float or None
+        Standard deviations; all None if they are unknown.
+    """
+
+    fx_n: Annotated[float, _N]
+    fy_n: Annotated[float, _N]
+    fz_n: Annotated[float, _N]
+    tz_nmm: Annotated[float, _NMM]
+    fx_std_n: Annotated[float | None, _STD_N] = None
+    fy_std_n: Annotated[float | None, _STD_N] = None
+    fz_std_n: Annotated[float | None, _STD_N] = None
+    tz_std_nmm: Annotated[float | None, _STD_NMM] = None
+    timestamp_s: TimestampS = 0.0
+
+    @property
+    def values(self) -> Float64:
+        """(4,) float64: fx, fy, fz in N and tz in N·mm."""
+        return np.array([self.fx_n, self.fy_n, self.fz_n, self.tz_nmm])
+
+    @property
+    def std(self) -> Float64 | None:
+        """(4,) float64 standard deviations of :attr:`values`; None if they are unknown."""
+        found = self.fx_std_n, self.fy_std_n, self.fz_std_n, self.tz_std_nmm
+        return None if None in found else np.array(found, np.float64)
+
+    def about(self, point_mm: tuple[float, float]) -> Wrench:
+        """Return the same load with its torque about the z axis through another point.
+
+        The standard deviations of the components count as independent.
+
+        Parameters
+        ----------
+        point_mm : (x, y)
+            Relative to the image centre.
+        """
+        x_mm, y_mm = point_mm
+        moved = replace(self, tz_nmm=self.tz_nmm - x_mm * self.fy_n + y_mm * self.fx_n)
+        std = self.std
+        if std is None:
+            return moved
+        fx_std, fy_std, _, tz_std = std
+        total = np.sqrt(tz_std**2 + (x_mm * fy_std) ** 2 + (y_mm * fx_std) ** 2)
+        return replace(moved, tz_std_nmm=float(total))
+
+    def in_sensor_frame(self) -> Float64:
+        """(6,) float64: force in N and torque in N·mm in the right-handed frame of the sensor.
+
+        There z points away from the camera, so that a pressing load has a negative force along z.
+        Torques about x and y are not measured and 0.
+        """
+        return np.array([self.fx_n, self.fy_n, -self.fz_n, 0.0, 0.0, self.tz_nmm])
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return ``wrench`` and, if they are known, ``wrench_std``, as (4,) float32."""
+        found = super().arrays()
+        return {
+            name: array.astype(np.float32) if name.startswith("wrench") else array
+            for name, array in found.items()
+        }
+
+    def summary(self) -> Mapping[str, Any]:
+        """Return the entry ``wrench``."""
+        std = self.std
+        return {
+            "wrench": {
+                "fx_n": self.fx_n,
+                "fy_n": self.fy_n,
+                "fz_n": self.fz_n,
+                "tz_nmm": self.tz_nmm,
+                "std": None if std is None else std.tolist(),
+            }
+        }

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.options import BundlePath, ReferencePath, Serial
 from tactile_core.cli.output import print_data, print_json, print_message
 
 
@@ -32,13 +33,9 @@ def compare(
             "for more variants; each changes the original profile.",
         ),
     ] = None,
-    bundle: Annotated[
-        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
-    ] = None,
-    reference: Annotated[
-        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
-    ] = None,
-    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
+    bundle: BundlePath = None,
+    reference: ReferencePath = None,
+    serial: Serial = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for report.html, with pictures of one frame.")
     ] = None,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 
+from tactile_core.cli.options import BundlePath, ReferencePath, Serial
 from tactile_core.cli.output import print_data, print_json, terminal
 from tactile_core.cli.signals import interrupt_ends
 
@@ -24,17 +25,13 @@ EVERY_S = 1.0
 
 def doctor(
     profile: Annotated[str | None, typer.Argument(help="A profile to examine as well.")] = None,
-    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
+    serial: Serial = None,
     sim: Annotated[bool, typer.Option("--sim", help="Open its virtual sensor.")] = False,
     input: Annotated[
         Path | None, typer.Option(help="A recording to examine instead of the devices.")
     ] = None,
-    reference: Annotated[
-        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
-    ] = None,
-    bundle: Annotated[
-        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
-    ] = None,
+    reference: ReferencePath = None,
+    bundle: BundlePath = None,
     timeout: Annotated[float, typer.Option(help="Longest wait for an image, s.")] = 1.0,
     watch: Annotated[
         bool, typer.Option("--watch", help="Show the health until Ctrl-C or the end.")

@@ -7,6 +7,17 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.options import (
+    BundlePath,
+    GelName,
+    MostFrames,
+    ReconnectS,
+    ReferencePath,
+    Script,
+    Serial,
+    Simulated,
+    TimeoutS,
+)
 from tactile_core.cli.output import print_data, print_json, print_message
 
 
@@ -15,37 +26,24 @@ def record(
     out: Annotated[
         Path, typer.Option(help="A new .mcap or .h5 file, or a new folder for single images.")
     ],
-    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
-    gel: Annotated[str | None, typer.Option(help="Name of the gel on the unit.")] = None,
-    sim: Annotated[bool, typer.Option("--sim", help="Use the virtual sensor.")] = False,
-    script: Annotated[
-        Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
-    ] = None,
+    serial: Serial = None,
+    gel: GelName = None,
+    sim: Simulated = False,
+    script: Script = None,
     input: Annotated[
         Path | None, typer.Option(help="An image, a folder of images, a video or a scan.")
     ] = None,
-    reference: Annotated[
-        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
-    ] = None,
-    bundle: Annotated[
-        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
-    ] = None,
+    reference: ReferencePath = None,
+    bundle: BundlePath = None,
     seconds: Annotated[
         float | None, typer.Option(help="Stop after this time. Default: with Ctrl-C.")
     ] = None,
-    frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after this number of frames.")
-    ] = None,
+    frames: MostFrames = None,
     readings: Annotated[
         bool, typer.Option("--readings", help="Measure, and record the quantities, too.")
     ] = False,
-    timeout: Annotated[
-        float, typer.Option(help="Longest wait for an image of a live camera, s.")
-    ] = 1.0,
-    reconnect_s: Annotated[
-        float,
-        typer.Option(help="How long to try to open an unplugged camera or light box again, s."),
-    ] = 0.0,
+    timeout: TimeoutS = 1.0,
+    reconnect_s: ReconnectS = 0.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Record what the camera sends, exactly, with profile, bundle and reference inside."""

@@ -9,6 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tactile_core.cli.options import (
+    BundlePath,
+    GelName,
+    MostFrames,
+    ReconnectS,
+    ReferencePath,
+    Script,
+    Serial,
+    Simulated,
+    TimeoutS,
+)
 from tactile_core.cli.output import print_data, print_json, print_message
 
 if TYPE_CHECKING:
@@ -17,12 +28,10 @@ if TYPE_CHECKING:
 
 def run(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
-    serial: Annotated[str | None, typer.Option(help="Serial of the physical unit.")] = None,
-    gel: Annotated[str | None, typer.Option(help="Name of the gel on the unit.")] = None,
-    sim: Annotated[bool, typer.Option("--sim", help="Use the virtual sensor.")] = False,
-    script: Annotated[
-        Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
-    ] = None,
+    serial: Serial = None,
+    gel: GelName = None,
+    sim: Simulated = False,
+    script: Script = None,
     input: Annotated[
         list[Path] | None,
         typer.Option(
@@ -30,25 +39,14 @@ def run(
             "folder or by several --input."
         ),
     ] = None,
-    reference: Annotated[
-        str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
-    ] = None,
-    bundle: Annotated[
-        Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")
-    ] = None,
+    reference: ReferencePath = None,
+    bundle: BundlePath = None,
     tare_frame: Annotated[
         int | None, typer.Option(min=0, help="Sequence number of the frame with zero load.")
     ] = None,
-    frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after this number of frames.")
-    ] = None,
-    timeout: Annotated[
-        float, typer.Option(help="Longest wait for an image of a live camera, s.")
-    ] = 1.0,
-    reconnect_s: Annotated[
-        float,
-        typer.Option(help="How long to try to open an unplugged camera or light box again, s."),
-    ] = 0.0,
+    frames: MostFrames = None,
+    timeout: TimeoutS = 1.0,
+    reconnect_s: ReconnectS = 0.0,
     workers: Annotated[
         int, typer.Option(min=1, max=256, help="Number of processes that measure.")
     ] = 1,

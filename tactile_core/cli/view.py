@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactile_core.cli.options import GelName, Script, TimeoutS
 from tactile_core.cli.output import print_data, print_message
 from tactile_core.cli.signals import interrupt_ends
 
@@ -26,13 +27,11 @@ def view(
         list[str] | None,
         typer.Option(help="Serial of the physical unit; repeat it for several units."),
     ] = None,
-    gel: Annotated[str | None, typer.Option(help="Name of the gel on the unit.")] = None,
+    gel: GelName = None,
     sim: Annotated[
         bool, typer.Option("--sim", help="Use the virtual sensor; the page moves an object on it.")
     ] = False,
-    script: Annotated[
-        Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
-    ] = None,
+    script: Script = None,
     input: Annotated[
         list[Path] | None,
         typer.Option(help="An image, a folder of images, a video or a scan; one per sensor."),
@@ -52,9 +51,7 @@ def view(
     out: Annotated[Path, typer.Option(help="Folder for snapshots and recordings.")] = Path(
         "tactile-view"
     ),
-    timeout: Annotated[
-        float, typer.Option(help="Longest wait for an image of a live camera, s.")
-    ] = 1.0,
+    timeout: TimeoutS = 1.0,
     reconnect_s: Annotated[
         float,
         typer.Option(help="How long a tare outlives an unplugged camera, s."),

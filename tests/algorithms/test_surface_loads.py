@@ -58,6 +58,15 @@ def test_what_is_not_measured_is_not_needed(layer: ElasticLayer, pressure: np.nd
     assert not nothing.any()
 
 
+@pytest.mark.parametrize("columns", [slice(40, 41), slice(20, 60)])
+def test_a_contact_of_one_cell_or_one_row_has_a_force(layer: ElasticLayer, columns: slice) -> None:
+    contact = np.zeros(SHAPE, np.bool_)
+    contact[30, columns] = True
+    sheared = np.stack([0.02 * contact, np.zeros(SHAPE)])
+    found = traction_mpa(layer, layer.shift(sheared), EVERYWHERE, contact, np.zeros(SHAPE))
+    assert found[0].sum() == pytest.approx(sheared[0].sum(), rel=0.01)
+
+
 def test_a_force_beside_the_middle_turns_about_it() -> None:
     traction = np.zeros((2, *SHAPE))
     traction[1, 30, 79] = 1.0  # down, at the right

@@ -122,7 +122,9 @@ def traction_mpa(
     left = (shift_mm - np.asarray(response.spread(pressure)))[:, valid].ravel()
     normal = moves.T @ moves
     normal += SURFACE_LOADS.ridge * np.diag(np.diag(normal))
-    return np.asarray(np.tensordot(np.linalg.solve(normal, moves.T @ left), loads, 1))
+    # a contact of a single cell has no slope: such columns are zero, and their weights too
+    weights, *_ = np.linalg.lstsq(normal, moves.T @ left, rcond=None)
+    return np.asarray(np.tensordot(weights, loads, 1))
 
 
 def resultant(pressure: Array, traction: Array, cell_mm: float) -> Float64:

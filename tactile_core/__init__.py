@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.estimator import Estimator as Estimator
     from tactile_core.interfaces.estimator import External as External
     from tactile_core.interfaces.estimator import SensorContext as SensorContext
+    from tactile_core.interfaces.force_calibration import FittedForce as FittedForce
+    from tactile_core.interfaces.force_calibration import ForceModel as ForceModel
+    from tactile_core.interfaces.force_calibration import ForceSamples as ForceSamples
     from tactile_core.interfaces.illumination import Exposure as Exposure
     from tactile_core.interfaces.illumination import Illumination as Illumination
     from tactile_core.interfaces.illumination import Light as Light
@@ -62,16 +65,20 @@ if TYPE_CHECKING:
     from tactile_core.pipeline.sinks import Sinks as Sinks
     from tactile_core.profiles.loader import load_profile as load_profile
     from tactile_core.quantities import ContactMask as ContactMask
+    from tactile_core.quantities import ContactStress as ContactStress
     from tactile_core.quantities import DisplacementField as DisplacementField
     from tactile_core.quantities import FieldSpec as FieldSpec
     from tactile_core.quantities import Frame as Frame
+    from tactile_core.quantities import Friction as Friction
     from tactile_core.quantities import Gradients as Gradients
     from tactile_core.quantities import HeightMap as HeightMap
     from tactile_core.quantities import Image as Image
     from tactile_core.quantities import MarkerDetections as MarkerDetections
     from tactile_core.quantities import MarkerField as MarkerField
+    from tactile_core.quantities import NetworkOutput as NetworkOutput
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
+    from tactile_core.quantities import RelativeLoad as RelativeLoad
     from tactile_core.quantities import SlipState as SlipState
     from tactile_core.quantities import Wrench as Wrench
 
@@ -96,6 +103,7 @@ _HOMES = {
         "TactileError",
     ),
     "interfaces.estimator": ("Estimator", "External", "SensorContext"),
+    "interfaces.force_calibration": ("FittedForce", "ForceModel", "ForceSamples"),
     "interfaces.illumination": ("Exposure", "Illumination", "Light"),
     "interfaces.light_driver": ("LightDriver",),
     "interfaces.reading": ("Reading",),
@@ -114,16 +122,20 @@ _HOMES = {
     "profiles.loader": ("load_profile",),
     "quantities": (
         "ContactMask",
+        "ContactStress",
         "DisplacementField",
         "FieldSpec",
         "Frame",
+        "Friction",
         "Gradients",
         "HeightMap",
         "Image",
         "MarkerDetections",
         "MarkerField",
+        "NetworkOutput",
         "Quantity",
         "Reference",
+        "RelativeLoad",
         "SlipState",
         "Wrench",
     ),

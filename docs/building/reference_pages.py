@@ -49,7 +49,16 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "light": (
         "Light and undeformed surface",
         "The reference, the drift of the lights, and the pixels that can be measured.",
-        ("background", "drift", "levels", "lit_area", "rest_area", "sequence", "validity"),
+        (
+            "background",
+            "drift",
+            "levels",
+            "light_change",
+            "lit_area",
+            "rest_area",
+            "sequence",
+            "validity",
+        ),
     ),
     "poisson": ("Poisson integration", "From surface slopes to height.", ("poisson",)),
     "contact": (
@@ -92,6 +101,11 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "A dense displacement field from markers or from optical flow.",
         ("displacement",),
     ),
+    "force-fit": (
+        "Fitted force",
+        "Forces fitted to features of readings, and the faults of a load cell.",
+        ("force_fit",),
+    ),
     "elasticity": (
         "Elasticity",
         "An elastic layer on a rigid plate: from loads to displacements, and back.",
@@ -110,6 +124,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "slip.cues",
             "slip.fusion",
             "slip.state",
+            "slip.friction",
             "entropy",
         ),
     ),
@@ -126,7 +141,11 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "slip.contact_loss",
         ),
     ),
-    "arrays": ("Array helpers", "Filters, regression and sampling.", ("arrays",)),
+    "arrays": (
+        "Array helpers",
+        "Filters, regression, sampling, and images as the input of networks.",
+        ("arrays", "network_planes"),
+    ),
 }
 """Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages.
 
@@ -151,7 +170,6 @@ MODELS = {
             "tactile_core.sim.gel_surface",
             "tactile_core.sim.normal_contact",
             "tactile_core.sim.friction",
-            "tactile_core.sim.viscoelasticity",
         ),
     ),
     "virtual-light": (

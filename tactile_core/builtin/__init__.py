@@ -59,6 +59,7 @@ def tactile_calibrators() -> Mapping[str, str]:
 def tactile_artefacts() -> Mapping[str, str]:
     """What a calibration fits."""
     return {
+        "linear_force": "tactile_core.builtin.linear_force_model:LinearForceModel",
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.polynomial:Polynomial",
@@ -74,9 +75,14 @@ def tactile_estimators() -> Mapping[str, str]:
         "contact": "tactile_core.builtin.contact:Contact",
         "contact_shear": "tactile_core.builtin.contact_shear:ShearOfContact",
         "displacement": "tactile_core.builtin.displacement:Displacement",
+        "force_cnn": "tactile_core.builtin.networks.force_cnn:ForceNetwork",
         "force_elastic": "tactile_core.builtin.force_elastic:ElasticForce",
+        "force_linear": "tactile_core.builtin.force_linear:LinearForce",
+        "friction": "tactile_core.builtin.friction:FrictionEstimator",
         "imprint_motion": "tactile_core.builtin.imprint_motion:MotionOfImprint",
+        "load": "tactile_core.builtin.load:Load",
         "markers": "tactile_core.builtin.markers:MarkerDetection",
+        "onnx": "tactile_core.builtin.networks.onnx:Onnx",
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",

@@ -6,20 +6,29 @@ from typing import ClassVar, NamedTuple
 
 import cv2
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.surface_loads import pressure_mpa, resultant, traction_mpa
+from tactile_core.algorithms.elasticity.layer_fit import FittedLayer, fitted_layer
+from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
+from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Memory, TimeStep
 from tactile_core.errors import InputError
+from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.quantities import ContactMask, DisplacementField, HeightMap, Wrench
+from tactile_core.quantities import (
+    ContactMask,
+    ContactStress,
+    DisplacementField,
+    Frame,
+    HeightMap,
+    Wrench,
+)
 
 
 class ElasticForceParameters(NamedTuple):
-    """Parameters of the grid. Nothing sets them from outside: they are ratios.
+    """Parameters of the grid and of the errors. Nothing sets them from outside.
 
     Attributes
     ----------
@@ -29,14 +38,46 @@ class ElasticForceParameters(NamedTuple):
     margin : float, ratio
         Size of the periodic grid over that of the view, so that no load meets its own image.
         Source: virtual rigs: the response of a bonded layer ends within two thicknesses.
+    error : float, share
+        Standard deviation of a component, relative to its size, for a gel that is known exactly:
+        errors of height, contact and traction.
+        Source: virtual rigs (``experiments/elastic_force.py``).
+    alike : float, thicknesses
+        Displacement that the layer does not explain is alike within this distance.
+        Source: virtual rigs: shear force while an object is pressed straight down.
+    least_n : float, N
+        Least standard deviation of a force.
+        Source: virtual rigs: as above, for the lightest touches.
+    unnoticed_n : float, N
+        Standard deviation of the force without contact: a lighter touch is not found.
+        Source: virtual rigs: a ball of 12 mm is found from 0.06 N on.
     """
 
-    cells_per_thickness: float = 9.0
+    cells_per_thickness: float = 4.5
     margin: float = 1.6
+    error: float = 0.05
+    alike: float = 0.8
+    least_n: float = 0.001
+    unnoticed_n: float = 0.03
 
 
 ELASTIC_FORCE = ElasticForceParameters()
 """The values in use."""
+
+
+class ElasticForceOptions(Options):
+    """Options of ``core.force_elastic``."""
+
+    gel_tolerance: PositiveFloat = Field(
+        default=0.1,
+        description="Relative standard deviation of modulus, thickness and Poisson ratio as the "
+        "profile gives them.",
+    )
+    history: bool | None = Field(
+        default=None,
+        description="Follow the relaxation of a gel with a Prony series by the times of the "
+        "frames; null: where a camera stamped them, not for separate images.",
+    )
 
 
 class ElasticForce(Estimator):
@@ -44,14 +85,16 @@ class ElasticForce(Estimator):
 
     The gel is a linear elastic layer on a rigid plate; the shape of the object does not matter.
     Normal force comes from the height in the contact, shear force and torque from the displacement.
-    Nothing is trained: the force is as accurate as the gel's shear modulus, which scales it, and
-    normal force depends on its thickness and Poisson's ratio too.
+    How far the gel is displaced beside the contact corrects its thickness and Poisson's ratio.
+    Nothing is trained: the force is as accurate as the gel's shear modulus, which scales it.
     """
 
+    Options: ClassVar[type[BaseModel]] = ElasticForceOptions
     needs_markers: ClassVar[bool] = True
 
-    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+    def __init__(self, options: ElasticForceOptions, context: SensorContext) -> None:
         super().__init__(options, context)
+        self._tolerance = options.gel_tolerance
         gel, image = context.gel, context.image
         if gel.shear_modulus_mpa is None or gel.thickness_mm is None:
             missing = "shear_modulus_mpa" if gel.shear_modulus_mpa is None else "thickness_mm"
@@ -59,54 +102,118 @@ class ElasticForce(Estimator):
                 f"core.force_elastic needs the gel's stiffness: give gel.{missing} in the profile, "
                 f"or leave this step out"
             )
-        self._elastomer = Elastomer(
+        self._gel = Elastomer(
             gel.thickness_mm,
             gel.shear_modulus_mpa,
             POISSON_RATIO if gel.poisson_ratio is None else gel.poisson_ratio,
         )
+        series = () if options.history is False else gel.prony or ()
+        self._branches = tuple(Branch(part.modulus_share, part.time_s) for part in series)
+        self._always = options.history is True
+        self.stateful = bool(self._branches)
         per_cell_px = gel.thickness_mm / ELASTIC_FORCE.cells_per_thickness / image.mm_per_px
-        stride = max(1, round(per_cell_px))
-        self._size = max(1, image.width_px // stride), max(1, image.height_px // stride)
+        self._size = _cells((image.width_px, image.height_px), per_cell_px)
         self._cell_mm = image.width_px * image.mm_per_px / self._size[0]
-        self._layer: ElasticLayer | None = None
-        self._zero = np.zeros(4)
-        self._last = np.zeros(4)
+        width_mm, height_mm = (ELASTIC_FORCE.margin * count * self._cell_mm for count in self._size)
+        self._grid = Grid.covering(width_mm, height_mm, self._cell_mm)
+        self._zero, self._last = np.zeros(4), np.zeros(4)
+        self._memory: Memory | None = None
+        self._time_s = 0.0
 
     def reset(self) -> None:
-        """Forget the tare."""
+        """Forget the tare and the history."""
         self._zero, self._last = np.zeros(4), np.zeros(4)
+        self._memory = None
 
-    def tare(self, result: Wrench) -> Wrench:
-        """Subtract the present load from all later ones."""
+    def resume(self) -> None:
+        """Forget the history."""
+        self._memory = None
+
+    def tare(self, result: tuple[Wrench, ContactStress]) -> tuple[Wrench, ContactStress]:
+        """Subtract the present load from all later ones; the stress stays that of the contact."""
         self._zero = self._last
-        return Wrench(0.0, 0.0, 0.0, 0.0, timestamp_s=result.timestamp_s)
+        wrench, stress = result
+        return Wrench.of(np.zeros(4), wrench.std, wrench.timestamp_s), stress
 
     def estimate(
-        self, height: HeightMap, contact: ContactMask, displacement: DisplacementField
-    ) -> Wrench:
-        """Return the load; zero without contact."""
-        touching = shrunk(contact.mask.astype(np.float32), self._size) > 0.5
-        self._last = np.zeros(4)
-        if touching.any():
-            self._last = self._found(height, touching, displacement)
-        fx, fy, fz, tz = map(float, self._last - self._zero)
-        return Wrench(fx, fy, fz, tz, timestamp_s=height.timestamp_s)
+        self,
+        frame: Frame,
+        height: HeightMap,
+        contact: ContactMask,
+        displacement: DisplacementField,
+    ) -> tuple[Wrench, ContactStress]:
+        """Return the load, zero without contact, and the stress whose sum it is."""
+        follows = bool(self._branches) and (self._always or frame.wall_time_s > 0)
+        measured = self._measured(height, contact, displacement, follows=follows)
+        rows, columns = measured.contact.shape
+        pressure = np.zeros((rows, columns), np.float32)
+        shear = np.zeros((rows, columns, 2), np.float32)
+        self._last, variance = np.zeros(4), self._squared(ELASTIC_FORCE.unnoticed_n)
+        if measured.contact.any():
+            shares = Shares.of(measured.contact, self._cell_mm)
+            fit = fitted_layer(self._grid, self._gel, measured, shares, self._tolerance)
+            self._last, variance = fit.loads.resultant, self._variance(fit, measured)
+            pressure[:] = fit.loads.pressure_mpa
+            shear[:] = np.moveaxis(fit.loads.traction_mpa(shares), 0, 2)
+        stress = ContactStress(pressure, shear, contact.mask, height.mm_per_px, height.timestamp_s)
+        wrench = Wrench.of(self._last - self._zero, np.sqrt(variance), height.timestamp_s)
+        return wrench, stress
 
-    def _found(
-        self, height: HeightMap, touching: np.ndarray, displacement: DisplacementField
-    ) -> np.ndarray:
-        layer = self._layer or self._made()
-        pressure = pressure_mpa(layer, shrunk(height.mm, self._size), touching)
+    def _measured(
+        self,
+        height: HeightMap,
+        contact: ContactMask,
+        displacement: DisplacementField,
+        *,
+        follows: bool,
+    ) -> Deformation:
         moved = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
-        valid = shrunk(displacement.valid.astype(np.float32), self._size) > 0.5
-        traction = traction_mpa(layer, moved, valid, touching, pressure)
-        return resultant(pressure, traction, self._cell_mm)
-
-    def _made(self) -> ElasticLayer:
-        columns, rows = self._size
-        width_mm, height_mm = (
-            ELASTIC_FORCE.margin * count * self._cell_mm for count in (columns, rows)
+        moved = np.concatenate([moved, shrunk(height.mm, self._size)[None]])
+        if follows:
+            moved = self._relaxed(moved, height.timestamp_s)
+        valid, touching = (
+            shrunk(mask.view(np.uint8) * np.uint8(255), self._size) > 127
+            for mask in (displacement.valid, contact.mask)
         )
-        grid = Grid.covering(width_mm, height_mm, self._cell_mm)
-        self._layer = ElasticLayer(grid, self._elastomer, np.float64)
-        return self._layer
+        return Deformation(moved[2], moved[:2], valid, touching)
+
+    def _relaxed(self, moved: np.ndarray, time_s: float) -> np.ndarray:
+        """Return the displacement that the same loads cause after relaxation."""
+        if self._memory is None or time_s <= self._time_s:
+            self._memory = Memory.none(self._branches, moved)
+        else:
+            step = TimeStep(self._branches, time_s - self._time_s)
+            self._memory = self._memory.after(step, moved)
+        self._time_s = time_s
+        return self._memory.relaxed_mm(self._branches).astype(np.float32)
+
+    def _variance(self, fit: FittedLayer, measured: Deformation) -> np.ndarray:
+        """Return that of the resultant."""
+        known = ELASTIC_FORCE.error**2 + self._tolerance**2
+        variance = known * fit.loads.resultant**2 + np.diag(fit.covariance)
+        variance += self._squared(ELASTIC_FORCE.least_n)
+        if measured.valid.any():
+            unexplained = float((fit.loads.unexplained_mm[:, measured.valid] ** 2).mean())
+            alike_mm = ELASTIC_FORCE.alike * fit.elastomer.thickness_mm
+            cells = max(1.0, (alike_mm / self._cell_mm) ** 2)
+            variance[[0, 1, 3]] += cells * unexplained * np.diag(fit.loads.covariance)
+        return variance
+
+    def _squared(self, force_n: float) -> np.ndarray:
+        """Return the variance of a resultant whose forces have this standard deviation."""
+        arm_mm = self._size[0] * self._cell_mm / 4
+        return np.array([force_n, force_n, force_n, force_n * arm_mm]) ** 2
+
+
+def _cells(size_px: tuple[int, int], per_cell_px: float) -> tuple[int, int]:
+    """Return the number of columns and rows of nearly square cells of about this size."""
+    width_px, height_px = size_px
+    most = max(1, int(width_px / per_cell_px * 1.15))
+    least = max(1, int(width_px / per_cell_px * 0.87))
+    rows = {
+        columns: max(1, round(height_px * columns / width_px)) for columns in range(least, most + 1)
+    }
+    best = min(
+        rows, key=lambda columns: abs(np.log(height_px * columns / width_px / rows[columns]))
+    )
+    return best, rows[best]

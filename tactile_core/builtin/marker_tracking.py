@@ -30,7 +30,7 @@ class MarkerTracking(Estimator):
     reference truncates are tracked, because they help to identify the others, but not reported.
     """
 
-    stateful: ClassVar[bool] = True
+    stateful = True
     needs_markers: ClassVar[bool] = True
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:

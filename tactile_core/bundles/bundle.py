@@ -52,7 +52,8 @@ class Bundle:
     ----------
     manifest : Manifest
     artefacts : mapping of str to Artefact
-        Fitted models by the names in the manifest; ``"light"`` is a :class:`Calibration`.
+        Fitted models by the names in the manifest; ``"light"`` is a :class:`Calibration`. A bundle
+        without it holds models of steps, such as one of force.
     reference : Reference
         The undeformed sensor.
     """
@@ -62,10 +63,10 @@ class Bundle:
     reference: Reference
 
     @property
-    def calibration(self) -> Calibration:
-        """The light model."""
-        model = self.artefacts[LIGHT]
-        assert isinstance(model, Calibration)
+    def calibration(self) -> Calibration | None:
+        """The light model; None if only other models are fitted."""
+        model = self.artefacts.get(LIGHT)
+        assert isinstance(model, Calibration | None)
         return model
 
     @property

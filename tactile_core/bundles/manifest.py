@@ -41,9 +41,9 @@ class _Versioned(BaseModel):
     format: int
 
 
-def _with_light(artefacts: dict[str, str]) -> dict[str, str]:
-    if LIGHT not in artefacts:
-        raise ValueError(f"a bundle holds the artefact {LIGHT!r}")
+def _not_empty(artefacts: dict[str, str]) -> dict[str, str]:
+    if not artefacts:
+        raise ValueError("a bundle holds an artefact")
     return artefacts
 
 
@@ -54,7 +54,8 @@ class Manifest(BaseModel):
     ----------
     artefacts : dict
         ``plugin.name`` of each artefact's class, by the artefact's name. The name is also that of
-        the artefact's folder. The light model has the name :data:`LIGHT`.
+        the artefact's folder. The light model has the name :data:`LIGHT`; a bundle without it
+        holds models of steps.
     files : dict
         SHA-256 of every other file of the bundle, by its path in the folder.
     content_hash : str
@@ -68,7 +69,7 @@ class Manifest(BaseModel):
     revision: Text = ""
     serial: Text = ""
     gel_id: Text = ""
-    artefacts: Annotated[dict[Name, Text], AfterValidator(_with_light)]
+    artefacts: Annotated[dict[Name, Text], AfterValidator(_not_empty)]
     image_size_px: tuple[PositiveInt, PositiveInt]
     crop: tuple[int, int, int, int] | None = None
     channels: tuple[Text, ...]
@@ -87,8 +88,8 @@ class Manifest(BaseModel):
 
     @property
     def model(self) -> str:
-        """``plugin.name`` of the light model."""
-        return self.artefacts[LIGHT]
+        """``plugin.name`` of the light model; empty if there is none."""
+        return self.artefacts.get(LIGHT, "")
 
     def fingerprint(self) -> str:
         """Return the SHA-256 of all fields except ``content_hash``, as JSON with sorted keys."""

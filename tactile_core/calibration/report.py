@@ -112,11 +112,11 @@ def _score_parts(score: Score, coverage: Mapping[str, float]) -> list[str]:
         *map(html.paragraph, score.sentences(coverage)),
         html.paragraph(f"height RMSE: {1e3 * score.height_rmse_mm:.0f} µm"),
         html.figure(
-            _scatter(pitch[0], pitch[1], 0, REPORT.pitch_deg),
+            scatter(pitch[0], pitch[1], 0, REPORT.pitch_deg),
             "pitch in degrees: measured (vertical) against true (horizontal)",
         ),
         html.figure(
-            _scatter(yaw[0], yaw[1], -180, 180),
+            scatter(yaw[0], yaw[1], -180, 180),
             "yaw in degrees: measured (vertical) against true (horizontal)",
         ),
     ]
@@ -158,7 +158,8 @@ def _caption(press: TargetSurface, sphere: MeasuredSphere | None) -> str:
     )
 
 
-def _scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) -> Rgb:
+def scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) -> Rgb:
+    """Plot measured values (vertical) against true ones (horizontal) between two bounds."""
     plot_px, margin_px = REPORT.plot_px, REPORT.margin_px
     canvas = np.full((plot_px + 2 * margin_px,) * 2 + (3,), 255, np.uint8)
     first, last = margin_px, margin_px + plot_px

@@ -8,17 +8,20 @@ import typer
 
 from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate
+from tactile_core.cli.calibrate_force import calibrate_force
 from tactile_core.cli.compare import compare
 from tactile_core.cli.convert import convert
 from tactile_core.cli.demo import demo
 from tactile_core.cli.devices import devices
 from tactile_core.cli.doctor import doctor
+from tactile_core.cli.evaluate import evaluate
 from tactile_core.cli.guard import guarded
 from tactile_core.cli.new import new
 from tactile_core.cli.profiles import plugins, profiles, schema, validate
 from tactile_core.cli.record import record, recover
 from tactile_core.cli.run import run
 from tactile_core.cli.simulate import simulate
+from tactile_core.cli.train_force import train_force
 from tactile_core.cli.view import view
 
 app = typer.Typer(
@@ -51,9 +54,12 @@ COMMANDS = (
     convert,
     view,
     calibrate,
+    calibrate_force,
     new,
     simulate,
+    train_force,
     compare,
+    evaluate,
     bench,
     profiles,
     plugins,

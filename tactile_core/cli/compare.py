@@ -29,8 +29,9 @@ def compare(
         typer.Option(
             metavar="STEP=USE",
             help="One variant: the profile with another estimator in this step "
-            "(height=core.robust_poisson), or with another bundle (calibration=FOLDER). Repeat it "
-            "for more variants; each changes the original profile.",
+            "(height=core.robust_poisson, or with options 'force={use: core.force_cnn, manifest: "
+            "net.yaml}'), or with another bundle (calibration=FOLDER). Repeat it for more "
+            "variants; each changes the original profile.",
         ),
     ] = None,
     bundle: BundlePath = None,
@@ -63,7 +64,7 @@ def compare(
         "--truth": truth,
         "--bundle": bundle,
         "--reference": None if reference == FIRST else reference,
-        **{f"--swap {step}": use for step, use in swaps},
+        **{f"--swap {step}": use for step, use in swaps if not use.startswith("{")},
     }
     results = None if out is None else OutputFolder(out, Inputs.of(given))
     if results is not None:

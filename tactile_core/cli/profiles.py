@@ -86,7 +86,8 @@ def validate(
             check_steps(load_profile(path))
         except TactileError as error:
             failed = True
-            print_message(f"tactile: {error}")
+            named = str(error) if path in str(error) else f"{path}: {error}"
+            print_message(f"tactile: {named}")
         else:
             print_data(f"{path}: valid")
     if failed:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import csv
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tactile_core.errors import InputError
+from tactile_core.formats.cells import finite_number, observation_name
 from tactile_core.formats.files import read_text
-from tactile_core.formats.images import IMAGE_SUFFIXES
-from tactile_core.formats.printable import printable, shown
+from tactile_core.formats.printable import printable
 
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle
@@ -62,8 +61,8 @@ def read_labels(
         for row in reader:
             where = f"{path}:{reader.line_num}"
             cells = {key.strip(): (row[key] or "").strip() for key in row if key is not None}
-            name = _observation(cells["file"])
-            x, y, radius = (_number(cells[key], key, where) for key in _NUMBERS)
+            name = observation_name(cells["file"])
+            x, y, radius = (finite_number(cells[key], key, where) for key in _NUMBERS)
             if not name or not radius > 0:
                 what = "contact_radius_px must be positive" if name else "'file' is empty"
                 raise InputError(f"{where}: {what}")
@@ -97,18 +96,3 @@ def _check_circle(
             f"that this ball's circle can have; correct it, --ball-diameter-mm or the profile's "
             f"mm_per_px"
         )
-
-
-def _observation(file: str) -> str:
-    name = Path(file.replace("\\", "/"))
-    return name.stem if name.suffix.lower() in IMAGE_SUFFIXES else name.name
-
-
-def _number(text: str, column: str, where: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{where}: {column} must be a number, not {shown(text)}")
-    return value

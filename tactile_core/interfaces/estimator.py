@@ -65,14 +65,17 @@ class Estimator(ABC):
         class Contact(Estimator):
             def estimate(self, height: HeightMap) -> ContactMask: ...
 
+    A model that was fitted to the unit, and that its bundle holds, is an argument like any other:
+    a class that is both an artefact and a quantity. Without it, the step is left out.
+
     A step with several results returns a tuple and declares it: ``-> tuple[A, B]``. An input from
     outside the pipeline is annotated ``External[RobotPose]``.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
-    stateful: ClassVar[bool] = False
+    stateful: bool = False
     """True if a result depends on earlier frames (tracking, slip); such steps never run in
-    parallel workers."""
+    parallel workers. A class sets it, or an object for which that depends on its options."""
     needs_markers: ClassVar[bool] = False
     """True for a step that needs printed markers: it is skipped, with a note, if the profile sets
     ``gel.markers: null``."""

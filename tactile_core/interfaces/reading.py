@@ -104,7 +104,10 @@ class Reading:
         }
         for quantity in self.quantities.values():
             with guard(quantity):
-                line.update(plain(quantity.summary()))
+                for key, value in plain(quantity.summary()).items():
+                    entry = line.get(key)
+                    both = isinstance(entry, dict) and isinstance(value, dict)
+                    line[key] = entry | value if both else value
         line["source"] = self.source
         line["warnings"] = list(self.warnings)
         return {key: plain(value) for key, value in line.items()}

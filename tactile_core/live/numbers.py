@@ -32,7 +32,7 @@ _UNITS = {
 
 _SHOWN_UNITS = {"deg": "°", "mm/mm": ""}
 
-_FEATURED = ("max_height_mm", "contact_area_mm2", "slip.degree")
+_FEATURED = ("max_height_mm", "contact_area_mm2", "slip.degree", "load")
 """Keys of the best-known numbers; those of a wrench are plotted too."""
 
 _FEW = 6

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from tactile_core.errors import PluginError, ProfileError
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import EXTERNAL, Estimator
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
@@ -134,9 +135,11 @@ class Chain:
         Raises
         ------
         ProfileError
-            A step needs a quantity that neither comes with a frame nor from another step.
+            A step needs a quantity that neither comes with a frame nor from another step, nor is
+            fitted to the unit.
         """
         known = {*given, *self.external, *(kind for step in self.steps for kind in step.gives)}
+        known |= {kind for step in self.steps for kind in step.takes if issubclass(kind, Artefact)}
         for step in self.steps:
             missing = step.missing(known)
             if missing is not None:

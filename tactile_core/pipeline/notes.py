@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.quantities import Frame, Quantity, Reference
 
 _RELEVANT_SHARE = 0.01
@@ -40,10 +41,16 @@ def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> 
         Whether the pipeline has a bundle.
     """
     unreferenced = [name for name, kind in left_out.items() if kind is Reference]
-    others = [name for name in left_out if name not in unreferenced]
+    unfitted = [name for name, kind in left_out.items() if issubclass(kind, Artefact)]
+    others = [name for name in left_out if name not in (*unreferenced, *unfitted)]
     no_reference = "no reference", "give --reference, a recording of the undeformed sensor"
     no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
-    reasons = [(unreferenced, no_reference), (others, no_reference if bundled else no_bundle)]
+    no_force = "no force model in a bundle", "fit one with 'tactile calibrate-force'"
+    reasons = [
+        (unreferenced, no_reference),
+        (unfitted, no_force),
+        (others, no_reference if bundled else no_bundle),
+    ]
     return [
         f"{why}, so these steps are left out: {', '.join(steps)}; {remedy}"
         for steps, (why, remedy) in reasons

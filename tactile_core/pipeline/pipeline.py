@@ -27,12 +27,10 @@ from tactile_core.pipeline.frame_check import check_channels, check_order, check
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.notes import exposure_warnings, left_out_notes
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.pipeline.profile_steps import chain_of
+from tactile_core.pipeline.profile_steps import chain_of, made_steps
 from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
-from tactile_core.plugins.options import options_of
-from tactile_core.plugins.registry import resolve
 from tactile_core.plugins.returned import measured_by, reference_gradients
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -105,7 +103,7 @@ class Pipeline:
             notes += self.bundle.check(self.profile, serial)
             reference = reference if reference is not None else self.bundle.reference
         self._calibration = self._prepared_calibration()
-        if self._calibration is not None and self.bundle is None:
+        if self._calibration is not None and not self._calibrated:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
         if reference is not None:
             self._check(reference.pixels, "reference")
@@ -127,7 +125,7 @@ class Pipeline:
             notes.append(
                 f"the gel has no markers, so these steps are left out: {', '.join(markless)}"
             )
-        notes += left_out_notes(self._left_out(), bundled=self.bundle is not None)
+        notes += left_out_notes(self._left_out(), bundled=self._calibrated)
         self.notes = tuple(notes)
 
     def frame(self, *images: Pixels, timestamp_s: float = 0.0, source: str = "") -> Frame:
@@ -181,15 +179,16 @@ class Pipeline:
         raw, frame = frame, self.conditioning(frame)
         given: dict[type[Quantity], Quantity] = {type(value): value for value in inputs}
         given[Frame] = frame
+        given |= self._fitted
         if self.reference is not None:
             given[Reference] = self.reference
-        if self._calibration is not None and (self.reference is not None or self.bundle is None):
+        if self._calibration is not None and (self.reference is not None or not self._calibrated):
             measured = self._measured(self._calibration, frame)
             given[type(measured)] = measured
             if self.reference_gradients is not None:
                 given[ReferenceGradients] = self.reference_gradients
         result = self._chain.run(given, tare=tare)
-        not_measured = {Frame, Reference, ReferenceGradients, *self._chain.external}
+        not_measured = {Frame, Reference, ReferenceGradients, *self._chain.external, *self._fitted}
         measured_only = {k: v for k, v in result.by_type.items() if k not in not_measured}
         latency_ms = 1e3 * (perf_counter() - start)
         warnings = [*(self.notes if first else ()), *exposure_warnings(raw)]
@@ -336,12 +335,7 @@ class Pipeline:
         if self.conditioning.finder is not None:
             gel = self.conditioning.finder.with_markers(gel, image.mm_per_px)
         context = SensorContext(image, gel, self.compiled)
-        steps = {}
-        for name, component in self.profile.estimators.items():
-            kind = resolve("estimator", component.use)
-            with blame(f"step {name!r}", kind):
-                steps[name] = kind(options_of(kind, component), context)
-        return chain_of(self.profile, steps)
+        return chain_of(self.profile, made_steps(self.profile, context))
 
     def _with_detections(self, reference: Reference | None) -> Reference | None:
         """Add the markers of the undeformed gel, detected by the step that detects a frame's."""
@@ -385,12 +379,25 @@ class Pipeline:
     def _rest_mm(self) -> Float32 | None:
         return SensorContext(self.profile.image, self.profile.gel).rest_mm
 
+    @property
+    def _calibrated(self) -> bool:
+        """Whether the bundle has a light model; another one holds fitted steps alone."""
+        return self.bundle is not None and self.bundle.calibration is not None
+
+    @cached_property
+    def _fitted(self) -> dict[type[Quantity], Quantity]:
+        """The models of the bundle that steps can take."""
+        artefacts = () if self.bundle is None else self.bundle.artefacts.values()
+        return {type(one): one for one in artefacts if isinstance(one, Quantity)}
+
     def _uncalibrated(self) -> Calibration | None:
         lights = lights_of(make_lights(self.profile))
         return uncalibrated_by(calibrator_of(self.profile.calibration), lights)
 
     def _prepared_calibration(self) -> Calibration | None:
-        found = self._uncalibrated() if self.bundle is None else self.bundle.calibration
+        found = None if self.bundle is None else self.bundle.calibration
+        if found is None:
+            found = self._uncalibrated()
         if found is None:
             return None
         with blame("the calibration", found):
@@ -398,10 +405,10 @@ class Pipeline:
 
     def _left_out(self) -> dict[str, type[Quantity]]:
         """Return the steps that cannot run, each with the missing input that causes it."""
-        given: set[type[Quantity]] = {Frame, *self._chain.external}
+        given: set[type[Quantity]] = {Frame, *self._chain.external, *self._fitted}
         if self.reference is not None:
             given.add(Reference)
-        if self._calibration is not None and (self.reference is not None or self.bundle is None):
+        if self._calibration is not None and (self.reference is not None or not self._calibrated):
             given |= {Gradients, HeightMap}
         left_out = self._chain.left_out(given)
         giver = {kind: step.name for step in self._chain.steps for kind in step.gives}

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tactile_core.interfaces.estimator import Estimator
+from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Chain, without_markers
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
@@ -15,16 +17,25 @@ _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients,
 
 
 def check_steps(profile: Profile) -> None:
-    """Check that the steps of a profile form a chain, without instantiating them.
+    """Check that the steps of a profile form a chain, and that the profile gives what they need.
 
     Raises
     ------
-    PluginError, ProfileError
+    PluginError, ProfileError, InputError
         As for a :class:`Pipeline` of this profile.
     """
-    kinds = {name: resolve("estimator", step.use) for name, step in profile.estimators.items()}
-    # the checks read only annotations
-    chain_of(profile, {name: kind.__new__(kind) for name, kind in kinds.items()})
+    context = SensorContext(profile.image, profile.gel)
+    chain_of(profile, made_steps(profile, context))
+
+
+def made_steps(profile: Profile, context: SensorContext) -> dict[str, Estimator]:
+    """Return the estimators of a profile by their names."""
+    steps = {}
+    for name, component in profile.estimators.items():
+        kind = resolve("estimator", component.use)
+        with blame(f"step {name!r}", kind):
+            steps[name] = kind(options_of(kind, component), context)
+    return steps
 
 
 def chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:

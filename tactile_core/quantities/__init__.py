@@ -7,11 +7,15 @@ object (right-handed), millimetres. Arrays are read-only; every value is frozen.
 """
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.quantities.contact_stress import ContactStress
 from tactile_core.quantities.displacement import DisplacementField
 from tactile_core.quantities.fields import Field, FieldSpec, MmPerPx, TimestampS
+from tactile_core.quantities.friction import Friction
 from tactile_core.quantities.markers import MarkerDetections, MarkerField
+from tactile_core.quantities.network_output import NetworkOutput
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
+from tactile_core.quantities.relative_load import RelativeLoad
 from tactile_core.quantities.slip import SlipState
 from tactile_core.quantities.slip_cues import (
     ContactLoss,
@@ -35,11 +39,13 @@ __all__ = [
     "ContactMask",
     "ContactShear",
     "ContactSource",
+    "ContactStress",
     "DisplacementField",
     "Field",
     "FieldSpec",
     "Float32",
     "Frame",
+    "Friction",
     "Gradients",
     "HeightMap",
     "Image",
@@ -47,10 +53,12 @@ __all__ = [
     "MarkerDetections",
     "MarkerField",
     "MmPerPx",
+    "NetworkOutput",
     "Pixels",
     "Quantity",
     "Reference",
     "ReferenceGradients",
+    "RelativeLoad",
     "ShearRelease",
     "SlipContact",
     "SlipState",

@@ -70,7 +70,7 @@ class SlipState(Quantity):
     timestamp_s: TimestampS = 0.0
 
     def summary(self) -> Mapping[str, Any]:
-        """Return the entry ``slip``."""
+        """Return the entry ``slip``; a step that knows the force fills in the last two values."""
         return {
             "slip": {
                 "state": self.state,
@@ -82,5 +82,7 @@ class SlipState(Quantity):
                 "distance_mm": self.distance_mm,
                 "distance_std_mm": self.distance_std_mm,
                 "degree_std": self.degree_std,
+                "margin": None,
+                "friction": None,
             }
         }

@@ -44,6 +44,15 @@ class Wrench(Quantity):
     tz_std_nmm: Annotated[float | None, _STD_NMM] = None
     timestamp_s: TimestampS = 0.0
 
+    @classmethod
+    def of(cls, values: Float64, std: Float64 | None = None, timestamp_s: float = 0.0) -> Wrench:
+        """Return the load with these :attr:`values` and standard deviations, (4,) each."""
+        names = "fx_n", "fy_n", "fz_n", "tz_nmm"
+        stds = "fx_std_n", "fy_std_n", "fz_std_n", "tz_std_nmm"
+        found = dict(zip(names, map(float, values), strict=True))
+        known = {} if std is None else dict(zip(stds, map(float, std), strict=True))
+        return cls(**found, **known, timestamp_s=timestamp_s)
+
     @property
     def values(self) -> Float64:
         """(4,) float64: fx, fy, fz in N and tz in N·mm."""

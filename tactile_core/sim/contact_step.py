@@ -13,12 +13,12 @@ from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import Response
+from tactile_core.algorithms.elasticity.viscoelasticity import TimeStep
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.shape import Indenter
 from tactile_core.sim.normal_contact import solve_normal
-from tactile_core.sim.viscoelasticity import TimeStep
 from tactile_core.sim.window import Window
 
 

@@ -16,9 +16,9 @@ from tactile_core.algorithms.elasticity import (
     Elastomer,
 )
 from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Branch
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
-from tactile_core.sim.viscoelasticity import Branch
 
 NO_GEL_MM = -1e3
 """Level of the rest surface outside the gel: nothing reaches it."""

@@ -22,7 +22,7 @@ from tactile_core.testing.virtual_presses import VirtualPress
 from tactile_core.views.pictures import picture_of
 
 GivenQuantities = Mapping[type[Quantity], Quantity]
-_STATE = "set stateful: ClassVar[bool] = True and clear the state in reset(), or keep no state"
+_STATE = "set stateful = True and clear the state in reset(), or keep no state"
 """Advice for an estimator with undeclared state."""
 
 

@@ -175,6 +175,7 @@ def test_the_contact_radius_of_a_ball_is_within_seven_per_cent() -> None:
     assert np.mean(ratios) == pytest.approx(1, abs=0.07)
 
 
+@pytest.mark.headline
 def test_an_undeformed_gel_with_drift_rarely_has_a_contact() -> None:
     rng = np.random.default_rng(0)
     seen = []

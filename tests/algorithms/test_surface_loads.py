@@ -9,13 +9,20 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.surface_loads import pressure_mpa, resultant, traction_mpa
+from tactile_core.algorithms.elasticity.surface_loads import (
+    Deformation,
+    Shares,
+    SurfaceLoads,
+    pressure_mpa,
+    surface_loads,
+)
 
 CELL_MM, SHAPE = 0.22, (60, 80)
 GEL = Elastomer(2.0, 0.145, 0.48)
 X, Y = np.meshgrid(from_middle(SHAPE[1]) * CELL_MM, from_middle(SHAPE[0]) * CELL_MM)
 CONTACT = np.hypot(X - 1, Y + 0.5) < 2.5
 EVERYWHERE = np.ones(SHAPE, np.bool_)
+NOTHING = np.zeros(SHAPE)
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +37,26 @@ def pressure() -> np.ndarray:
     return 0.1 * np.sqrt(np.maximum(square, 0))
 
 
+def loads(
+    layer: ElasticLayer,
+    traction: np.ndarray,
+    pressure: np.ndarray = NOTHING,
+    valid: np.ndarray = EVERYWHERE,
+    contact: np.ndarray = CONTACT,
+) -> SurfaceLoads:
+    """The loads that are found in the displacement that these cause."""
+    shift = layer.displacement(traction, pressure)[:2]
+    measured = Deformation(layer.indentation(pressure), shift, valid, contact)
+    return surface_loads(layer, measured, Shares.of(contact, CELL_MM), CELL_MM)
+
+
+def total(traction: np.ndarray, pressure: np.ndarray = NOTHING) -> list[float]:
+    """Fx, fy, fz and tz by their definition."""
+    tz = (X * traction[1] - Y * traction[0]).sum()
+    fx, fy = traction.sum((1, 2))
+    return [one * CELL_MM**2 for one in (fx, fy, pressure.sum(), tz)]
+
+
 def test_a_pressure_comes_back_from_its_indentation(
     layer: ElasticLayer, pressure: np.ndarray
 ) -> None:
@@ -38,38 +65,44 @@ def test_a_pressure_comes_back_from_its_indentation(
     assert not found[~CONTACT].any()
 
 
-def test_a_traction_comes_back_from_its_shift_and_the_spread_of_the_pressure(
+def test_a_traction_comes_back_beside_the_spread_of_the_pressure(
     layer: ElasticLayer, pressure: np.ndarray
 ) -> None:
     turned = np.stack([0.02 - 0.01 * (Y + 0.5), 0.01 * (X - 1) - 0.015]) * CONTACT
-    shift = layer.shift(turned) + layer.spread(pressure)
-    found = traction_mpa(layer, shift, EVERYWHERE, CONTACT, pressure)
-    np.testing.assert_allclose(
-        resultant(pressure, found, CELL_MM), resultant(pressure, turned, CELL_MM), rtol=1e-3
-    )
+    found = loads(layer, turned, pressure)
+    np.testing.assert_allclose(found.resultant, total(turned, pressure), rtol=0.02)
+    traction = found.traction_mpa(Shares.of(CONTACT, CELL_MM))
+    np.testing.assert_allclose(traction[:, CONTACT], turned[:, CONTACT], atol=2e-3)
+    assert np.abs(found.unexplained_mm).max() < 0.02 * np.abs(layer.shift(turned)).max()
 
 
-def test_what_is_not_measured_is_not_needed(layer: ElasticLayer, pressure: np.ndarray) -> None:
-    sheared = np.stack([0.02 * CONTACT, np.zeros(SHAPE)])
-    valid = X > -1.0
-    found = traction_mpa(layer, layer.shift(sheared), valid, CONTACT, np.zeros(SHAPE))
-    assert found[0].sum() == pytest.approx(sheared[0].sum(), rel=0.01)
-    nothing = traction_mpa(layer, layer.shift(sheared), ~EVERYWHERE, CONTACT, np.zeros(SHAPE))
-    assert not nothing.any()
+def test_what_is_not_measured_is_not_needed(layer: ElasticLayer) -> None:
+    sheared = np.stack([0.02 * CONTACT, NOTHING])
+    found = loads(layer, sheared, valid=X > -1.0)
+    assert found.resultant[0] == pytest.approx(total(sheared)[0], rel=0.01)
+    assert not found.unexplained_mm[:, X <= -1].any()
+    assert not loads(layer, sheared, valid=~EVERYWHERE).resultant[[0, 1, 3]].any()
 
 
 @pytest.mark.parametrize("columns", [slice(40, 41), slice(20, 60)])
 def test_a_contact_of_one_cell_or_one_row_has_a_force(layer: ElasticLayer, columns: slice) -> None:
     contact = np.zeros(SHAPE, np.bool_)
     contact[30, columns] = True
-    sheared = np.stack([0.02 * contact, np.zeros(SHAPE)])
-    found = traction_mpa(layer, layer.shift(sheared), EVERYWHERE, contact, np.zeros(SHAPE))
-    assert found[0].sum() == pytest.approx(sheared[0].sum(), rel=0.01)
+    sheared = np.stack([0.02 * contact, NOTHING])
+    found = loads(layer, sheared, contact=contact)
+    assert found.resultant[0] == pytest.approx(total(sheared)[0], rel=0.01)
 
 
-def test_a_force_beside_the_middle_turns_about_it() -> None:
-    traction = np.zeros((2, *SHAPE))
-    traction[1, 30, 79] = 1.0  # down, at the right
-    fx, fy, fz, tz = resultant(np.zeros(SHAPE), traction, CELL_MM)
-    assert (fx, fz) == (0, 0)
-    assert tz == pytest.approx(fy * 39.5 * CELL_MM)
+def test_noise_of_the_displacement_gives_the_force_the_stated_standard_deviation(
+    layer: ElasticLayer,
+) -> None:
+    rng = np.random.default_rng(1)
+    shares = Shares.of(CONTACT, CELL_MM)
+    found = []
+    for _ in range(60):
+        noise = rng.normal(0, 1e-3, (2, *SHAPE))
+        measured = Deformation(NOTHING, noise, EVERYWHERE, CONTACT)
+        found.append(surface_loads(layer, measured, shares, CELL_MM))
+    actual = np.std([one.resultant[[0, 1, 3]] for one in found], axis=0)
+    stated = 1e-3 * np.sqrt(np.diag(found[0].covariance))
+    np.testing.assert_allclose(actual, stated, rtol=0.35)

@@ -35,13 +35,17 @@ def logged(folder: Path, *readings: Reading) -> Path:
 
 def columns(path: Path) -> dict[str, list[Any]]:
     """Return ``entity component`` with its rows, as rerun reads them."""
+    import pyarrow as pa
     from rerun.chunk import RrdReader
 
     found: dict[str, list[Any]] = {}
     for chunk in RrdReader(path).stream():
         batch = chunk.to_record_batch()
         for name in batch.schema.names:
-            found.setdefault(f"{chunk.entity_path} {name}", []).extend(batch[name].to_pylist())
+            column = batch[name]
+            if pa.types.is_timestamp(column.type):  # datetime has no nanoseconds
+                column = column.cast(pa.timestamp("us", column.type.tz), safe=False)
+            found.setdefault(f"{chunk.entity_path} {name}", []).extend(column.to_pylist())
     return found
 
 

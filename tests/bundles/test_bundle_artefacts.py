@@ -16,7 +16,9 @@ from support.virtual_lab import VirtualLab
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.errors import CalibrationError, PluginError, PluginFault
 from tactile_core.interfaces.artefact import Artefact
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.registry import registered_name, resolve
+from tactile_core.quantities import HeightMap
 
 PROJECT = """\
 [project]
@@ -144,10 +146,25 @@ def test_a_class_is_stored_by_its_registered_name(spring: Any) -> None:
         names_of({"force": nameless(1.0)})
 
 
-@pytest.mark.parametrize("names", [{}, {"force": "core.mlp"}, {"light": "core.mlp", "../x": "a.b"}])
-def test_a_manifest_names_a_light_model_and_plain_folders(
-    lab: VirtualLab, names: dict[str, str]
+def test_a_bundle_can_hold_a_force_model_alone(
+    lab: VirtualLab, spring: Any, tmp_path: Path
 ) -> None:
+    whole = Bundle.load(lab.bundle)
+    manifest = whole.manifest.model_copy(update={"artefacts": {"force": "forcelab.spring"}})
+    replace(whole, manifest=manifest, artefacts={"force": spring(2.5)}).save(tmp_path / "b")
+    again = Bundle.load(tmp_path / "b")
+    assert again.calibration is None
+    assert again.manifest.model == ""
+    pipeline = Pipeline(lab.profile, again)
+    assert pipeline.notes == (
+        "no bundle, so these steps are left out: height, contact; make one with 'tactile "
+        "calibrate' and give it with --bundle",
+    )
+    assert HeightMap not in pipeline.process(pipeline.frame(lab.image(None)))
+
+
+@pytest.mark.parametrize("names", [{}, {"light": "core.mlp", "../x": "a.b"}])
+def test_a_manifest_names_a_model_and_plain_folders(lab: VirtualLab, names: dict[str, str]) -> None:
     manifest = Bundle.load(lab.bundle).manifest
     with pytest.raises(ValueError, match="artefacts"):
         type(manifest).model_validate(manifest.model_dump() | {"artefacts": names})

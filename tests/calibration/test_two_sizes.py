@@ -13,6 +13,8 @@ from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
 from tactile_core.sim.analytic_ball import BallPress
 
+pytestmark = pytest.mark.headline
+
 LARGE_MM = 6.0
 CENTRES_PX = [(60.0, 45.0), (100.5, 70.0), (80.0, 60.5), (110.0, 40.5), (55.0, 75.0), (95.0, 55.0)]
 

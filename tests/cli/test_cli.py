@@ -164,6 +164,15 @@ def test_a_missing_tare_frame_is_reported(lab: VirtualLab, tmp_path: Path) -> No
     assert "--tare-frame 7" in done.stderr
 
 
+def test_validate_names_the_property_of_the_gel_that_a_step_needs(tmp_path: Path) -> None:
+    text = "extends: hex_fingertip_force\nname: soft\ngel: {shear_modulus_mpa: null}\n"
+    (tmp_path / "soft.yaml").write_text(text)
+    done = tactile("validate", str(tmp_path / "soft.yaml"))
+    assert done.returncode == 2
+    assert "soft.yaml: core.force_elastic needs" in done.stderr
+    assert "gel.shear_modulus_mpa" in done.stderr
+
+
 def test_validate_and_doctor_report_steps_that_form_no_chain(tmp_path: Path) -> None:
     twice = tmp_path / "twice.yaml"
     twice.write_text(

@@ -51,6 +51,13 @@ def tactile(installed: Path, *words: str) -> str:
     return done.stdout
 
 
+def test_the_core_carries_its_networks(wheels: list[Path]) -> None:
+    (core,) = (wheel for wheel in wheels if wheel.name.startswith("tactile_core-"))
+    names = zipfile.ZipFile(core).namelist()
+    endings = {Path(name).suffix for name in names if name.startswith("sensor_profiles/networks/")}
+    assert endings == {".onnx", ".yaml", ".md"}
+
+
 def test_each_wheel_is_typed_and_carries_no_tests(wheels: list[Path]) -> None:
     assert len(wheels) == len(DISTRIBUTIONS)
     for wheel in wheels:

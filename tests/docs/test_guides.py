@@ -1,5 +1,6 @@
 """The guides run as printed, from an empty folder."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -51,11 +52,42 @@ def test_force_is_measured(tmp_path: Path) -> None:
         write_png(tmp_path / "recording" / f"{number}.png", stage.frame().pixels)
         stage.press(depth_mm=0.4)
     true_n = stage.truth().wrench[2]
+    (tmp_path / "forces").mkdir()
+    for number, diameter_mm in enumerate((8.0, 12.0, 16.0)):
+        _pressed_with_forces(tmp_path, f"press_{number}", diameter_mm)
     reader = Reader(tmp_path)
-    reader.follow(DOCS / "how-to" / "measure-force.md")
-    before_n, pressed_n = (float(line.split()[2]) for line in reader.printed.splitlines()[-2:])
+    page = (DOCS / "how-to" / "measure-force.md").read_text()
+    elastic, rest = page.split("## Newtons")
+    fitted, load = rest.split("## A load")
+    printed = []
+    for part in (elastic, fitted, load):
+        (tmp_path / "part.md").write_text(part)
+        reader.follow(tmp_path / "part.md")
+        printed.append(reader.printed.splitlines()[-2:])
+    before_n, pressed_n = (float(line.split()[2]) for line in printed[0])
     assert before_n == 0
     assert pressed_n == pytest.approx(true_n, rel=0.15)
+    before, pressed = (json.loads(line)["wrench"] for line in printed[1])
+    assert before["fz_n"] == pytest.approx(0, abs=0.05 * true_n)
+    assert pressed["fz_n"] == pytest.approx(true_n, rel=0.2)
+    assert printed[2][0] == "load 0.0000"
+    assert float(printed[2][1].split()[1]) > 0.005
+
+
+def _pressed_with_forces(folder: Path, name: str, diameter_mm: float) -> None:
+    """Press and shear a ball on the virtual fingertip, and write the forces beside the frames."""
+    stage = VirtualStage("hex_fingertip")
+    stage.indenter("sphere", diameter_mm=diameter_mm)
+    (folder / "recordings" / name).mkdir(parents=True)
+    lines = ["frame,fx_n,fy_n,fz_n,tz_nmm"]
+    for number in range(6):
+        write_png(folder / "recordings" / name / f"{number}.png", stage.frame().pixels)
+        lines.append(f"{number}," + ",".join(str(float(one)) for one in stage.truth().wrench))
+        if number < 3:
+            stage.press(depth_mm=0.18)
+        else:
+            stage.shear(dx_mm=0.06, dy_mm=0.04)
+    (folder / "forces" / f"{name}.csv").write_text("\n".join(lines))
 
 
 def test_a_recording_is_passed_on(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ def test_troubleshooting_explains_every_symptom_or_its_remedy() -> None:
 
 
 def test_every_command_has_a_section() -> None:
-    headings = re.findall(r"^## tactile (\w+)$", page("reference/commands"), re.MULTILINE)
+    headings = re.findall(r"^## tactile ([\w-]+)$", page("reference/commands"), re.MULTILINE)
     assert sorted(headings) == sorted(KNOWN)
 
 

@@ -9,7 +9,14 @@ import numpy as np
 
 from tactile_core.interfaces.reading import Reading
 from tactile_core.live.numbers import Entry, entries_of
-from tactile_core.quantities import FieldSpec, Frame, HeightMap, Quantity, SlipState
+from tactile_core.quantities import (
+    FieldSpec,
+    Frame,
+    HeightMap,
+    Quantity,
+    RelativeLoad,
+    SlipState,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +63,7 @@ def test_the_cores_numbers_have_the_units_of_their_names() -> None:
     found = entries(height, SlipState("slip", 0.5, rotation_deg=3.0))
     assert found["max_height_mm"] == Entry("max_height_mm", "max height", "mm", 1.0, True)
     assert found["slip.degree"] == Entry("slip.degree", "slip degree", "", 0.5, True)
+    assert entries(RelativeLoad(0.25))["load"] == Entry("load", "load", "", 0.25, True)
     assert found["slip.rotation_deg"].unit == "°"
     assert found["slip.state"].value == "slip"
     assert not found["slip.state"].is_number

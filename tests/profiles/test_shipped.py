@@ -23,6 +23,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
         "desktop_three_colour",
         "hex_fingertip",
         "hex_fingertip_domed",
+        "hex_fingertip_force",
         "hex_fingertip_unmarked",
     ],
 )

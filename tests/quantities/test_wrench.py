@@ -24,6 +24,14 @@ def test_a_force_that_passes_beside_a_point_turns_about_it() -> None:
     assert down.about((2.0, 0.0)).tz_nmm == pytest.approx(-2)
 
 
+def test_values_and_standard_deviations_come_back() -> None:
+    assert known.std is not None
+    assert Wrench.of(known.values, known.std, 0.5).arrays().keys() == known.arrays().keys()
+    np.testing.assert_array_equal(Wrench.of(known.values, known.std).values, known.values)
+    np.testing.assert_array_equal(Wrench.of(known.values, known.std).std, known.std)
+    assert Wrench.of(known.values).std is None
+
+
 @given(newtons, newtons, newtons, newtons, st.floats(-9, 9), st.floats(-9, 9))
 def test_there_and_back_again_is_the_same_torque(
     fx: float, fy: float, fz: float, tz: float, x: float, y: float

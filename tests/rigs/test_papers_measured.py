@@ -23,6 +23,8 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.sim import VirtualStage
 
+pytestmark = pytest.mark.headline
+
 Array = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 

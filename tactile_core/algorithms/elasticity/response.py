@@ -63,6 +63,19 @@ class Response:
         waves = self._forward(traction)
         return self._inverse(_tangential(waves, *self._symbols[2:]), traction)
 
+    def shifts(self, loads: Array) -> tuple[Array, Array, Array]:
+        """Return what each of many shear tractions shifts: (xx, yy, xy), each (n, ny, nx) in mm.
+
+        Parameters
+        ----------
+        loads : (n, ny, nx)
+            MPa. A traction along x shifts the surface by xx along x and by xy along y; one along y
+            by xy along x and by yy along y.
+        """
+        waves = self._forward(loads)
+        xx, yy, xy = (self._inverse(part * waves, loads) for part in self._symbols[2:])
+        return xx, yy, xy
+
     def spread(self, pressure: Array) -> Array:
         """(2, ny, nx) tangential displacement due to a pressure: outwards."""
         return self._inverse(self._symbols.coupling * (-1j * self._forward(pressure)), pressure)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.types import Array, Bool, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.elasticity.response import Response
 
 
@@ -28,7 +28,7 @@ class SurfaceLoadParameters(NamedTuple):
         Source: chosen by hand: less than what the height is known by.
     degree : int, count
         Degree of the polynomial in each component of the shear traction.
-        Source: definition: 1 suffices for a force and a torque; 2 has a maximum in the middle.
+        Source: virtual rigs: 3 also follows a twist that slips at its rim, which 2 does not.
     ridge : float, share
         Added to the diagonal of the normal equations, so that small contacts determine them.
         Source: chosen by hand.
@@ -37,7 +37,7 @@ class SurfaceLoadParameters(NamedTuple):
     damping: float = 0.004
     most_steps: int = 25
     residual: float = 1e-2
-    degree: int = 2
+    degree: int = 3
     ridge: float = 1e-4
 
 
@@ -45,7 +45,124 @@ SURFACE_LOADS = SurfaceLoadParameters()
 """The values in use."""
 
 
-def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Float64:
+class Deformation(NamedTuple):
+    """What is measured of a deformed surface, on the cells of a grid.
+
+    Attributes
+    ----------
+    indentation_mm : (h, w)
+    shift_mm : (2, h, w)
+        Displacement along x and y.
+    valid : (h, w) bool
+        Where the displacement is measured.
+    contact : (h, w) bool
+    """
+
+    indentation_mm: Array
+    shift_mm: Array
+    valid: Bool
+    contact: Bool
+
+
+class Shares(NamedTuple):
+    """Polynomials in the contact, of which the shear traction is made.
+
+    Attributes
+    ----------
+    planes : (n, h, w) float32
+        Powers of x and y, relative to the middle and size of the contact; 0 outside it.
+    arms : (3, 2 n) float64
+        Force along x, along y (mm²) and torque (mm³) of each plane as a traction of 1 along x, then
+        of each along y.
+    """
+
+    planes: Float32
+    arms: Float64
+
+    @classmethod
+    def of(cls, contact: Bool, cell_mm: float) -> Shares:
+        """Return the polynomials of a contact on cells of this side."""
+        rows, columns = np.nonzero(contact)
+        y, x = (
+            (np.arange(size) - found.mean()) / max(float(found.std()), 1.0)
+            for size, found in zip(contact.shape, (rows, columns), strict=True)
+        )
+        degree = SURFACE_LOADS.degree
+        powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+        planes = np.stack([x**i * (y**j)[:, None] for i, j in powers]) * contact
+        x_mm, y_mm = (from_middle(size) * cell_mm for size in contact.shape[::-1])
+        force = planes.sum((1, 2))
+        none = np.zeros_like(force)
+        torque = np.concatenate([-planes.sum(2) @ y_mm, planes.sum(1) @ x_mm])
+        arms = np.stack([np.r_[force, none], np.r_[none, force], torque]) * cell_mm**2
+        return cls(planes.astype(np.float32), arms)
+
+
+class SurfaceLoads(NamedTuple):
+    """Loads in a contact, and what they leave unexplained.
+
+    Attributes
+    ----------
+    pressure_mpa : (h, w)
+    weights : (2 n,) float64
+        Of each plane of the shares as a traction along x, then of each along y, in MPa.
+    resultant : (4,) float64
+        Fx, fy, fz in N and tz in N·mm about the middle of the cells.
+    unexplained_mm : (2, h, w)
+        Measured displacement less the one that the loads cause; 0 where none is measured.
+    covariance : (3, 3) float64
+        Of fx, fy and tz, if the errors of the displacement of all cells are independent and have a
+        standard deviation of 1 mm.
+    """
+
+    pressure_mpa: Array
+    weights: Float64
+    resultant: Float64
+    unexplained_mm: Array
+    covariance: Float64
+
+    def traction_mpa(self, shares: Shares) -> Float64:
+        """(2, h, w) shear traction along x and y."""
+        return np.tensordot(self.weights.reshape(2, -1), shares.planes, 1)
+
+
+def surface_loads(
+    response: Response, measured: Deformation, shares: Shares, cell_mm: float
+) -> SurfaceLoads:
+    """Return the loads in the contact that deform the surface as measured.
+
+    The shear traction is found by least squares, after the outward spread that the pressure causes
+    has been subtracted. It is zero if no displacement is measured.
+
+    Parameters
+    ----------
+    response : Response
+        Of the gel's surface, on a grid with the spacing of the cells and a margin.
+    measured : Deformation
+        With contact.
+    shares : Shares
+        Of this contact.
+    cell_mm : float
+        Side of a cell.
+    """
+    valid = measured.valid
+    pressure = pressure_mpa(response, measured.indentation_mm, measured.contact)
+    fz = float(pressure.sum()) * cell_mm**2
+    left = np.where(valid, measured.shift_mm - response.spread(pressure), 0)
+    xx, yy, xy = (part[:, valid] for part in response.shifts(shares.planes))
+    moves = np.block([[xx, xy], [xy, yy]])
+    normal = (moves @ moves.T).astype(np.float64)
+    normal += SURFACE_LOADS.ridge * np.diag(np.diag(normal))
+    # a contact of a single cell has no slope: such rows are zero, and their weights too
+    inverse = np.linalg.pinv(normal, hermitian=True)
+    weights = inverse @ (moves @ left[:, valid].ravel())
+    left[:, valid] -= (weights @ moves).reshape(2, -1)
+    fx, fy, tz = shares.arms @ weights
+    covariance = shares.arms @ inverse @ shares.arms.T
+    return SurfaceLoads(pressure, weights, np.array([fx, fy, fz, tz]), left, covariance)
+
+
+def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Array:
     """Return the pressure in the contact that indents the surface as measured.
 
     Outside the contact there is none, so that the rest of the surface need not be known. Found by
@@ -60,8 +177,8 @@ def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Fl
 
     Returns
     -------
-    (h, w) float64
-        MPa.
+    (h, w)
+        MPa, in the response's type.
 
     References
     ----------
@@ -69,79 +186,16 @@ def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Fl
        based on the multi-level multi-summation and conjugate gradient techniques", Wear 231, 1999.
     """
     damping = SURFACE_LOADS.damping * response.softest
-
-    def indented(pressure: Array) -> Array:
-        moved = np.asarray(response.indentation(pressure)) + damping * pressure
-        return np.where(contact, moved, 0)
-
-    left = np.where(contact, indentation_mm, 0).astype(np.float64)
+    left = np.where(contact, indentation_mm, 0).astype(response.dtype)
     pressure, way = np.zeros_like(left), left.copy()
     size = first = float((left**2).sum())
     for _ in range(SURFACE_LOADS.most_steps):
         if size <= SURFACE_LOADS.residual**2 * first:
             break
-        moved = indented(way)
+        moved = (response.indentation(way) + damping * way) * contact
         step = size / float((way * moved).sum())
         pressure += step * way
         left -= step * moved
         former, size = size, float((left**2).sum())
         way = left + size / former * way
     return pressure
-
-
-def traction_mpa(
-    response: Response, shift_mm: Array, valid: Bool, contact: Bool, pressure: Array
-) -> Float64:
-    """Return the shear traction in the contact that shifts the surface as measured.
-
-    The traction is a polynomial in the contact. The outward spread that the pressure causes is
-    subtracted first.
-
-    Parameters
-    ----------
-    response : Response
-    shift_mm : (2, h, w)
-        Displacement along x and y.
-    valid : (h, w) bool
-        Where it is measured, in the contact or beside it.
-    contact : (h, w) bool
-    pressure : (h, w)
-        As returned by :func:`pressure_mpa`.
-
-    Returns
-    -------
-    (2, h, w) float64
-        MPa; zero if no displacement is measured.
-    """
-    if not (contact.any() and valid.any()):
-        return np.zeros((2, *contact.shape))
-    shares = _polynomials(contact)
-    none = np.zeros(contact.shape)
-    loads = np.stack([pair for one in shares for pair in ((one, none), (none, one))])
-    moves = np.stack([np.asarray(response.shift(load))[:, valid].ravel() for load in loads], 1)
-    left = (shift_mm - np.asarray(response.spread(pressure)))[:, valid].ravel()
-    normal = moves.T @ moves
-    normal += SURFACE_LOADS.ridge * np.diag(np.diag(normal))
-    # a contact of a single cell has no slope: such columns are zero, and their weights too
-    weights, *_ = np.linalg.lstsq(normal, moves.T @ left, rcond=None)
-    return np.asarray(np.tensordot(weights, loads, 1))
-
-
-def resultant(pressure: Array, traction: Array, cell_mm: float) -> Float64:
-    """(4,) float64: fx, fy, fz in N and tz in N·mm about the middle of the cells."""
-    rows, columns = pressure.shape
-    x_mm, y_mm = from_middle(columns) * cell_mm, from_middle(rows)[:, None] * cell_mm
-    tz = float((x_mm * traction[1] - y_mm * traction[0]).sum())
-    return np.array([*traction.sum((1, 2)), pressure.sum(), tz]) * cell_mm**2
-
-
-def _polynomials(contact: Bool) -> list[Float64]:
-    """Powers of x and y in the contact, relative to its middle and size."""
-    rows, columns = np.nonzero(contact)
-    y, x = (
-        (np.arange(size) - found.mean()) / max(float(found.std()), 1.0)
-        for size, found in zip(contact.shape, (rows, columns), strict=True)
-    )
-    degree = SURFACE_LOADS.degree
-    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    return [np.where(contact, x**i * y[:, None] ** j, 0.0) for i, j in powers]

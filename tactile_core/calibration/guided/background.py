@@ -6,8 +6,10 @@ from __future__ import annotations
 import os
 import pickle
 import signal
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
@@ -21,6 +23,24 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@contextmanager
+def naming_a_kill() -> Iterator[None]:
+    """Say in words that a process was killed.
+
+    Raises
+    ------
+    ChildProcessError
+        A process of the background was killed.
+    """
+    try:
+        yield
+    except BrokenProcessPool as error:
+        raise ChildProcessError(
+            "a process that judges presses was killed, perhaps because memory ran out; the session "
+            "so far is recorded: fit it with 'tactile calibrate --presses'"
+        ) from error
 
 
 class Background(Protocol):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Self
+from math import atan2, degrees, hypot, radians, tan
+from typing import NamedTuple, Self
 
 from tactile_core.algorithms.circles import Circle, Start, working_scale
 from tactile_core.algorithms.dome import flat_equivalent
@@ -10,6 +11,7 @@ from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.press_search import press_image
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.targets import check_ball, dome_radius_px, thickness_of
+from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Calibrator
 from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.profiles.model import Profile
@@ -17,6 +19,23 @@ from tactile_core.quantities import Frame, Reference
 
 NOWHERE = Circle((0.0, 0.0), 0.0, used=False)
 """Circle of a press that has not been searched."""
+
+
+class BenchParameters(NamedTuple):
+    """Parameters of what can be calibrated on. Nothing sets them from outside.
+
+    Attributes
+    ----------
+    least_slope_deg : float, deg
+        A ball whose slope stays below this in the whole view teaches nothing.
+        Source: chosen by hand: little more than the error of a good calibration.
+    """
+
+    least_slope_deg: float = 5.0
+
+
+BENCH = BenchParameters()
+"""The values in use."""
 
 
 class Bench:
@@ -68,6 +87,7 @@ class Bench:
             The ball is implausible, or the calibrator cannot be made.
         """
         check_ball(ball_diameter_mm, profile)
+        _check_slopes(ball_diameter_mm, profile)
         calibrator = calibrator_of(profile.calibration, model)
         return cls(profile, reference, ball_diameter_mm, calibrator)
 
@@ -90,4 +110,18 @@ class Bench:
             start=Start.of(image, self.touching_px, working_scale(self.touching_px)),
             thickness_mm=self._thickness_mm,
             for_heights=self.calibrator.fits == "heights",
+        )
+
+
+def _check_slopes(ball_diameter_mm: float, profile: Profile) -> None:
+    """Refuse a ball that is nearly flat over the view."""
+    image = profile.image
+    reach_mm = hypot(image.width_px, image.height_px) / 2 * image.mm_per_px
+    slope_deg = degrees(atan2(reach_mm, ball_diameter_mm / 2))
+    if slope_deg < BENCH.least_slope_deg:
+        most_mm = 2 * reach_mm / tan(radians(BENCH.least_slope_deg))
+        raise InputError(
+            f"a ball of {ball_diameter_mm:g} mm is nearly flat over a view of "
+            f"{image.width_px * image.mm_per_px:.3g} mm; press one of at most {most_mm:.3g} mm, or "
+            f"correct --ball-diameter-mm"
         )

@@ -15,7 +15,12 @@ import numpy as np
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.circles.start import START
 from tactile_core.calibration.fitting import calibrate_presses
-from tactile_core.calibration.guided.background import AtOnce, Background, InProcesses
+from tactile_core.calibration.guided.background import (
+    AtOnce,
+    Background,
+    InProcesses,
+    naming_a_kill,
+)
 from tactile_core.calibration.guided.bench import Bench
 from tactile_core.calibration.guided.change import Change, UndeformedCells
 from tactile_core.calibration.guided.coverage import Coverage, Target
@@ -162,6 +167,8 @@ class GuidedCalibration:
         ------
         InputError
             The frame does not match the reference.
+        ChildProcessError
+            A process that judges presses was killed.
         """
         change = self._cells.change(frame)
         self._collect()
@@ -182,6 +189,7 @@ class GuidedCalibration:
         wait([future for _, future in self._examined])
         self._collect()
 
+    @naming_a_kill()
     def finish(self, folder: Path | str | None = None, *, scored: bool = True) -> Calibrated:
         """Fit and score all presses that are kept, as ``tactile calibrate`` does, and save them.
 
@@ -213,6 +221,7 @@ class GuidedCalibration:
             result.save(Path(folder))
         return result
 
+    @naming_a_kill()
     def _judge(self, still: Still) -> None:
         """Examine a press that held still, unless it is plain already that it is bad."""
         self._attempts += 1
@@ -227,6 +236,7 @@ class GuidedCalibration:
         name = f"press_{self._count:02d}"
         self._examined.append((still.frame, self._background.examine(name, still.frame)))
 
+    @naming_a_kill()
     def _collect(self) -> None:
         """Take up what the background has finished."""
         while self._examined and self._examined[0][1].done():

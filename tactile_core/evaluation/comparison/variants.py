@@ -6,8 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
+from tactile_core.formats.yaml import mapping_of
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.plugins.registry import resolve
@@ -82,8 +84,10 @@ def variants_of(
     profile : str or Path
         A profile's name or the path of its YAML file.
     swaps : iterable of (step, use)
-        A step of the profile's chain and the estimator to use in it. Options that both estimators
-        have are kept; the others take their defaults. Or ``("calibration", path of a bundle)``.
+        A step of the profile's chain and the estimator to use in it, by name or with options as a
+        profile writes it: ``{use: core.force_cnn, manifest: my.yaml}``. Options that both
+        estimators have are kept; the others take their defaults. Or ``("calibration", path of a
+        bundle)``.
     bundle : Path, optional
         Calibration of all variants that do not swap it.
 
@@ -103,9 +107,10 @@ def variants_of(
             variants.append(Variant(name, plain, _bundle_folder(use)))
             continue
         _check_step(step, plain)
-        resolve("estimator", use)
+        component = _component(step, use)
+        resolve("estimator", component["use"])
         try:
-            swapped = load_profile(profile, overrides={"estimators": {step: {"use": use}}})
+            swapped = load_profile(profile, overrides={"estimators": {step: component}})
         except ProfileError as error:
             raise ProfileError(f"{name}: {error}", error.problems) from error
         variants.append(Variant(name, swapped, bundle))
@@ -127,6 +132,16 @@ def parse_swap(words: str) -> tuple[str, str]:
             f"calibration=path/of/a/bundle"
         )
     return step, use
+
+
+def _component(step: str, use: str) -> dict[str, Any]:
+    """Return the section of a profile that names an estimator."""
+    if not use.startswith("{"):
+        return {"use": use}
+    section = mapping_of(use, Path(f"--swap {step}"))
+    if not isinstance(section.get("use"), str):
+        raise InputError(f"--swap {step}={use}: name the estimator, {{use: plugin.name, …}}")
+    return section
 
 
 def _check_step(step: str, profile: Profile) -> None:

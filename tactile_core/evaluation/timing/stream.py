@@ -85,6 +85,7 @@ class Stream:
             with _timed(times, MARKERS):
                 frame = self._condition.masked(frame)
         calibration = self._bundle.calibration
+        assert calibration is not None
         with _timed(times, SLOPES):
             frame = self._condition.compensated(frame)
             measured = measured_by(calibration, frame, reference)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,11 @@ import pytest
 from benchmarks.guided_calibration import Played, play
 from experiments.virtual_hand import VirtualHand
 from tactile_core.acquisition.acquisition import average
+from tactile_core.calibration.guided.background import AtOnce
+from tactile_core.calibration.guided.examination import Verdict
 from tactile_core.calibration.guided.session import GuidedCalibration
 from tactile_core.errors import CalibrationError, InputError
+from tactile_core.quantities import Frame
 
 SMALL = {
     "image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.09},
@@ -83,6 +88,24 @@ def test_without_a_press_there_is_nothing_to_fit(session: Session) -> None:
 def test_an_implausible_ball_is_refused(session: Session) -> None:
     with pytest.raises(InputError, match="ball-diameter-mm must be positive"):
         GuidedCalibration(session.hand.profile, session.reference, -1.0, at_once=True)
+    with pytest.raises(InputError, match=r"900 mm is nearly flat over a view of 14\.4 mm"):
+        GuidedCalibration(session.hand.profile, session.reference, 900.0, at_once=True)
+
+
+def test_a_killed_process_is_said_in_words_and_the_session_is_not_lost(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hand = session.hand
+    guided = GuidedCalibration(hand.profile, session.reference, 2 * hand.ball_mm, at_once=True)
+
+    def killed(self: AtOnce, name: str, frame: Frame) -> Future[Verdict]:
+        future: Future[Verdict] = Future()
+        future.set_exception(BrokenProcessPool("a child process terminated abruptly"))
+        return future
+
+    monkeypatch.setattr(AtOnce, "examine", killed)
+    with pytest.raises(ChildProcessError, match=r"killed.*'tactile calibrate --presses'"):
+        play(hand, guided, most=len(hand.attempts) + 4)
 
 
 def test_a_light_that_has_changed_is_reported(session: Session) -> None:

@@ -144,9 +144,18 @@ def test_each_swap_is_one_change_on_its_own(lab: VirtualLab) -> None:
     ]
 
 
+def test_a_swap_may_set_options_of_its_estimator(lab: VirtualLab) -> None:
+    swap = "height", "{use: core.robust_poisson, rounds: 7}"
+    _, variant = variants_of(lab.profile_path, [swap])
+    height = variant.profile.estimators["height"]
+    assert height.use == "core.robust_poisson"
+    assert height.options["rounds"] == 7
+
+
 @pytest.mark.parametrize(
     ("swap", "error", "message"),
     [
+        (("height", "{rounds: 7}"), InputError, "name the estimator"),
         (("heigth", "core.poisson"), InputError, "did you mean 'height'"),
         (("height", "core.poison"), PluginError, "did you mean 'poisson'"),
         (("calibration", "core.mlp"), InputError, "tactile calibrate … --model core.mlp"),

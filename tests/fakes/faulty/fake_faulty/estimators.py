@@ -117,7 +117,7 @@ class Random(Poisson):
 class Mean(Poisson):
     """Averages with the frame before."""
 
-    stateful: ClassVar[bool] = True
+    stateful = True
     last: HeightMap | None = None
 
     def estimate(self, gradients: Gradients) -> HeightMap:
@@ -136,13 +136,13 @@ class NeverForgets(Mean):
 
 
 class Undeclared(Mean):
-    stateful: ClassVar[bool] = False
+    stateful = False
 
 
 class Shared(Poisson):
     """Keeps its state in the class."""
 
-    stateful: ClassVar[bool] = True
+    stateful = True
     frames: ClassVar[list[int]] = []
 
     def estimate(self, gradients: Gradients) -> HeightMap:

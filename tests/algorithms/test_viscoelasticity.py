@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.sim.viscoelasticity import Branch, TimeStep
+from tactile_core.algorithms.elasticity.viscoelasticity import Branch, TimeStep
 
 BRANCHES = (Branch(0.25, 1.0), Branch(0.15, 40.0))
 

@@ -89,3 +89,34 @@ class TimeStep:
             (float(np.exp(-ratio)), float(-np.expm1(-ratio) / ratio) if ratio > 0 else 1.0)
             for ratio in ratios
         ]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a relaxing surface remembers of its history.
+
+    Attributes
+    ----------
+    displacement_mm : (3, ny, nx)
+        When it was measured last.
+    stretches_mm : (branches, 3, ny, nx)
+        Of the springs at that time.
+    """
+
+    displacement_mm: Array
+    stretches_mm: Array
+
+    @classmethod
+    def none(cls, branches: tuple[Branch, ...], displacement_mm: Array) -> Memory:
+        """Return that of a surface which has been like this for long."""
+        return cls(displacement_mm, np.zeros((len(branches), *displacement_mm.shape)))
+
+    def after(self, step: TimeStep, displacement_mm: Array) -> Memory:
+        """Return the memory at the end of a step during which the surface moved here."""
+        change = displacement_mm - self.displacement_mm
+        return Memory(displacement_mm, step.stretched(self.stretches_mm, change))
+
+    def relaxed_mm(self, branches: tuple[Branch, ...]) -> Array:
+        """(3, ny, nx) displacement that the same loads cause once all stress has relaxed."""
+        shares = [branch.modulus_share for branch in branches]
+        return np.asarray(self.displacement_mm + np.tensordot(shares, self.stretches_mm, 1))

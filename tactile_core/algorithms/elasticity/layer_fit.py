@@ -1,0 +1,178 @@
+"""Thickness and Poisson's ratio of the gel, from how far it is displaced beside the contact.
+
+Normal force depends strongly on both: a layer that is nearly incompressible is stiff because it
+must escape sideways. How far it does so beside the contact shows how stiff it is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Array, Bool, Float64
+from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.elastomer import Elastomer
+from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.surface_loads import (
+    Deformation,
+    Shares,
+    SurfaceLoads,
+    surface_loads,
+)
+
+
+class LayerFitParameters(NamedTuple):
+    """Parameters of the fit. Nothing sets them from outside: they are ratios.
+
+    Attributes
+    ----------
+    softness : float, ratio
+        Added to 1 − 2ν before its logarithm, in which displacement is nearly linear.
+        Source: virtual rigs: where the slopes on both sides of ν = 0.48 are equal.
+    least_noise_mm : float, mm
+        Standard deviation of a displacement that is measured well.
+        Source: virtual rigs: fields without contact.
+    model_error : float, share
+        Standard deviation of the displacement that the layer predicts, relative to its size.
+        Source: virtual rigs (``experiments/elastic_force.py``).
+    steps : int, count
+        Steps towards the fit after the first linearisation.
+        Source: virtual rigs: the third changes the force by less than 1 %.
+    greatest : float, ratio
+        Thickness changes at most by this factor.
+        Source: chosen by hand: a profile that is further off is wrong.
+    ratios : (float, float), ratio
+        Poisson's ratio stays between these.
+        Source: physics: no silicone is more compressible, and 0.5 is incompressible.
+    """
+
+    softness: float = 0.02
+    least_noise_mm: float = 0.001
+    model_error: float = 0.1
+    steps: int = 2
+    greatest: float = 1.5
+    ratios: tuple[float, float] = (0.3, 0.4995)
+
+
+LAYER_FIT = LayerFitParameters()
+"""The values in use."""
+
+_STEPS = 0.05, 0.3
+"""Steps of the derivatives: logarithms of the thickness, and of the softness."""
+
+
+class FittedLayer(NamedTuple):
+    """The layer that explains a deformation best, and its loads.
+
+    Attributes
+    ----------
+    elastomer : Elastomer
+    loads : SurfaceLoads
+    covariance : (4, 4) float64
+        Of the loads' resultant, by what remains unknown of thickness and Poisson's ratio.
+    """
+
+    elastomer: Elastomer
+    loads: SurfaceLoads
+    covariance: Float64
+
+
+class _Trial(NamedTuple):
+    elastomer: Elastomer
+    loads: SurfaceLoads
+    residual_mm: Array
+
+
+def fitted_layer(
+    grid: Grid, nominal: Elastomer, measured: Deformation, shares: Shares, tolerance: float
+) -> FittedLayer:
+    """Fit thickness and Poisson's ratio to the displacement beside the contact.
+
+    Least squares by two chords [1]_, with the nominal values as a normal prior.
+
+    Parameters
+    ----------
+    grid : Grid
+        With the spacing of the cells, larger than the view.
+    nominal : Elastomer
+        Its modulus scales all loads and changes no displacement, so that it cannot be fitted.
+    measured : Deformation
+        With contact.
+    shares : Shares
+        Of the contact.
+    tolerance : float
+        Relative standard deviation of the nominal values.
+
+    References
+    ----------
+    .. [1] J. E. Dennis and R. B. Schnabel, "Numerical Methods for Unconstrained Optimization and
+       Nonlinear Equations", SIAM, 1996, chapter 10.
+    """
+    beside = measured.valid & ~_grown(measured.contact)
+    start = _softness(nominal.poisson_ratio)
+    reach = np.log(LAYER_FIT.greatest)
+    bounds = np.array(
+        [[-reach, reach], [_softness(ratio) - start for ratio in reversed(LAYER_FIT.ratios)]]
+    )
+
+    def tried(way: Float64) -> _Trial:
+        elastomer = Elastomer(
+            nominal.thickness_mm * float(np.exp(way[0])),
+            nominal.shear_modulus_mpa,
+            _ratio(start + float(way[1])),
+        )
+        layer = ElasticLayer(grid, elastomer)
+        loads = surface_loads(layer, measured, shares, grid.spacing_mm)
+        return _Trial(elastomer, loads, loads.unexplained_mm[:, beside].ravel())
+
+    way = np.zeros(2)
+    last = tried(way)
+    others = [tried(step) for step in np.diag(_STEPS)]
+    slopes = np.stack(
+        [(one.residual_mm - last.residual_mm) / by for one, by in zip(others, _STEPS, strict=True)]
+    )
+    forces = np.stack(
+        [
+            (one.loads.resultant - last.loads.resultant) / by
+            for one, by in zip(others, _STEPS, strict=True)
+        ]
+    )
+    weight = _weight(measured.shift_mm[:, beside], beside, grid.spacing_mm, nominal.thickness_mm)
+    spread = np.array([tolerance, tolerance * nominal.poisson_ratio * 2 / np.exp(start)])
+    prior = np.diag(spread**-2)
+    precision = weight * slopes @ slopes.T + prior
+    for _ in range(LAYER_FIT.steps):
+        down = weight * slopes @ last.residual_mm + prior @ way
+        way = np.clip(way - np.linalg.solve(precision, down), *bounds.T)
+        last = tried(way)
+    covariance = forces.T @ np.linalg.inv(precision) @ forces
+    return FittedLayer(last.elastomer, last.loads, covariance)
+
+
+def _weight(shift_mm: Array, beside: Bool, cell_mm: float, thickness_mm: float) -> float:
+    """Return one over the variance of a residual, in units of independent ones.
+
+    What the layer does not explain is alike within a thickness.
+    """
+    if not beside.any():
+        return 0.0
+    variance = LAYER_FIT.least_noise_mm**2 + (LAYER_FIT.model_error**2) * float(
+        (shift_mm**2).mean()
+    )
+    independent = min(1.0, (cell_mm / thickness_mm) ** 2)
+    return independent / variance
+
+
+def _softness(poisson_ratio: float) -> float:
+    return float(np.log(1 + LAYER_FIT.softness - 2 * poisson_ratio))
+
+
+def _ratio(softness: float) -> float:
+    return (1 + LAYER_FIT.softness - float(np.exp(softness))) / 2
+
+
+def _grown(contact: Bool) -> Bool:
+    """Return the contact and the cells next to it, where the measured border is uncertain."""
+    return np.asarray(cv2.dilate(contact.astype(np.uint8), np.ones((3, 3), np.uint8)), np.bool_)

@@ -1,0 +1,1 @@
+"""Regression of measured forces on features of readings, and the checks of what was measured."""

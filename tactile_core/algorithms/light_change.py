@@ -1,0 +1,188 @@
+"""How much the light of the gel surface changed in detail: a load without calibration.
+
+A slope changes the light in proportion, and in a linear elastic half-space the magnitude of the
+slope, integrated over the surface, is proportional to the normal force whatever the size of a ball.
+A layer that is bonded to a rigid plate gives way only to pressures that vary within about its
+thickness, so a slower change of the light comes from the lights and not from a load.
+"""
+
+from __future__ import annotations
+
+from math import exp, lgamma, sqrt
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
+
+
+class LightChangeParameters(NamedTuple):
+    """Parameters of the load. Nothing sets them from outside: they are ratios.
+
+    Attributes
+    ----------
+    cells_per_thickness : float, count
+        Cells, on which the light is averaged, over the thickness of the gel.
+        Source: virtual rigs (``experiments/relative_load.py``): with half as many, noise cannot be
+        distinguished from a contact; twice as many are noisier.
+    cells_per_width : float, count
+        Fewest cells over the width of the image, so that a contact does not fill most of them.
+        Source: chosen by hand; applies to views narrower than ten thicknesses.
+    kept_thicknesses : float, gel thicknesses
+        Standard deviation of the Gaussian whose result is subtracted from the change of the light.
+        Source: half of a wave is kept where half of the slope of a half-space remains in a bonded
+        layer of Poisson's ratio 0.48 (``experiments/relative_load.py`` prints both).
+    lit_share : float, share of the bright level
+        Darker cells of the reference are outside the gel surface.
+        Source: that of the search for the illuminated area (``algorithms/lit_area.py``).
+    bright_percentile : float, percent
+        Percentile of the reference's cells that counts as bright.
+        Source: that of the search for the illuminated area (``algorithms/lit_area.py``).
+    least_visible : float, share of a cell
+        A cell that markers hide further is left out.
+        Source: chosen by hand; the mean of fewer pixels is noisier.
+    least_share : float, share of the darkest lit intensity
+        Lower bound of intensities, so that a shadow is no infinite change.
+        Source: chosen by hand; a tenth keeps changes of brightness exact.
+    fewest_cells : int, count
+        With fewer illuminated cells there is no load.
+        Source: chosen by hand; the rest level needs neighbours.
+    """
+
+    cells_per_thickness: float = 4.0
+    cells_per_width: float = 40.0
+    kept_thicknesses: float = 0.75
+    lit_share: float = 0.2
+    bright_percentile: float = 90.0
+    least_visible: float = 0.25
+    least_share: float = 0.1
+    fewest_cells: int = 25
+
+
+LIGHT_CHANGE = LightChangeParameters()
+"""The values in use."""
+
+_LAPLACIAN = np.kron([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], [[1, 0], [0, 0]])[:5, :5] / 6
+"""Noise of unit variance keeps its variance, a plane vanishes. Every other cell, because compressed
+images have noise that neighbours share."""
+
+
+def change_in_detail(
+    pixels: Array,
+    reference: Array,
+    hidden: Bool | None,
+    thickness_px: float,
+    parameters: LightChangeParameters = LIGHT_CHANGE,
+) -> float:
+    """Return the mean relative change of the light at lengths up to the gel's thickness.
+
+    The change is the logarithm of the ratio to the reference in each channel, so that a common gain
+    is a constant, which the high-pass removes. The amplitude over all channels is averaged over the
+    illuminated surface, and that of noise, which the differences between neighbouring cells show
+    [1]_, is subtracted: at rest the result is 0 on average.
+
+    Parameters
+    ----------
+    pixels, reference : (H, W, K)
+        Intensities on the same scale.
+    hidden : (H, W) bool or None
+        Pixels that a marker covers in either image.
+    thickness_px : float
+        Thickness of the gel.
+    parameters : LightChangeParameters, optional
+        Other values, for experiments.
+
+    Returns
+    -------
+    float
+        Dimensionless; 0 if too little of the surface is illuminated.
+
+    References
+    ----------
+    .. [1] Immerkær, "Fast Noise Variance Estimation", Computer Vision and Image Understanding 64,
+       1996: the mask.
+    """
+    height, width = reference.shape[:2]
+    cell_px = min(thickness_px / parameters.cells_per_thickness, width / parameters.cells_per_width)
+    size = _count(width, cell_px), _count(height, cell_px)
+    now, before, visible = _cells(pixels, reference, hidden, size, parameters.least_visible)
+    bright = before.max(axis=2)
+    lit_from = parameters.lit_share * np.percentile(bright, parameters.bright_percentile)
+    lit = visible & (bright > lit_from)
+    if np.count_nonzero(lit) < parameters.fewest_cells:
+        return 0.0
+    least = parameters.least_share * lit_from
+    change = np.log(np.maximum(now, least) / np.maximum(before, least))
+    sigma = parameters.kept_thicknesses * thickness_px * size[0] / width
+    kept = _amplitude(change - _smoothed(change, lit, sigma))
+    return float(np.mean(kept[lit])) - _rest_level(change, lit, ~visible)
+
+
+def _count(pixels: int, cell_px: float) -> int:
+    return min(pixels, max(1, round(pixels / cell_px)))
+
+
+def _cells(
+    pixels: Array,
+    reference: Array,
+    hidden: Bool | None,
+    size: tuple[int, int],
+    least_visible: float,
+) -> tuple[Float32, Float32, Bool]:
+    """Mean intensities of the visible part of each cell, and the cells that are visible."""
+    images = np.asarray(pixels, np.float32), np.asarray(reference, np.float32)
+    if hidden is None or not hidden.any():
+        now, before = (shrunk(image, size) for image in images)
+        return now, before, np.ones(before.shape[:2], np.bool_)
+    seen = (~hidden).astype(np.float32)
+    share = shrunk(seen, size)
+    inverse = (1 / np.maximum(share, least_visible))[..., None]
+    now, before = (
+        np.asarray(shrunk(image * seen[..., None], size) * inverse, np.float32) for image in images
+    )
+    return now, before, share >= least_visible
+
+
+def _smoothed(values: Float32, lit: Bool, sigma: float) -> Float32:
+    """Gaussian mean of the illuminated cells."""
+    weight = lit.astype(np.float32)
+    total = cv2.GaussianBlur(weight, (0, 0), sigma)
+    planes = [
+        cv2.GaussianBlur(np.ascontiguousarray(values[..., k]) * weight, (0, 0), sigma)
+        / np.maximum(total, np.finfo(np.float32).tiny)
+        for k in range(values.shape[2])
+    ]
+    return np.stack(planes, axis=2)
+
+
+def _amplitude(values: Float32) -> Float32:
+    return np.asarray(np.sqrt(np.mean(values**2, axis=2)))
+
+
+def _rest_level(change: Float32, lit: Bool, hidden: Bool) -> float:
+    """Mean amplitude that noise alone would have, from the median of the second differences.
+
+    Hidden cells take the mean of their neighbours, because few cells have none.
+    """
+    filled = np.where(lit[..., None], change, _smoothed(change, lit, 1.0))
+    surface = (lit | hidden).astype(np.uint8)
+    inside = cv2.erode(surface, np.ones(_LAPLACIAN.shape, np.uint8), borderValue=0).view(np.bool_)
+    if not (inside & lit).any():
+        return 0.0
+    count = change.shape[2]
+    planes = [
+        cv2.filter2D(np.ascontiguousarray(filled[..., k]), -1, _LAPLACIAN) for k in range(count)
+    ]
+    median = float(np.median(_amplitude(np.stack(planes, axis=2))[inside & lit]))
+    return median * _mean_over_median(count)
+
+
+def _mean_over_median(channels: int) -> float:
+    """Mean over median of the length of a vector of standard normal numbers.
+
+    The median is that of the Wilson–Hilferty approximation.
+    """
+    mean = sqrt(2) * exp(lgamma((channels + 1) / 2) - lgamma(channels / 2))
+    return mean / sqrt(channels * (1 - 2 / (9 * channels)) ** 3)

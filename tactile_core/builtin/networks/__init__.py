@@ -1,0 +1,1 @@
+"""Networks in ONNX files as estimators: manifest, input, and the libraries that run them."""

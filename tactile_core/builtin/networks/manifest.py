@@ -1,0 +1,189 @@
+"""The manifest of a network: YAML that says what it takes and gives."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+
+from tactile_core.errors import InputError
+from tactile_core.formats.yaml import read_mapping
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.interfaces.section import Section
+
+Source = Literal["frame", "reference", "height", "displacement"]
+Numbers = float | tuple[float, ...]
+
+WRENCH = ("fx", "fy", "fz", "tz")
+"""Names of the outputs of a network that estimates a wrench."""
+_COLOUR = 3
+
+
+class SensorImage(Section):
+    """The images that the network was trained on, before they are shrunk."""
+
+    width_px: PositiveInt
+    height_px: PositiveInt
+    channels: PositiveInt = _COLOUR
+    mm_per_px: PositiveFloat | None = Field(
+        default=None, description="Scale. Default: any scale is accepted."
+    )
+
+
+class Planes(Section):
+    """Planes of the input that come from one quantity."""
+
+    of: Source
+    channels: tuple[int, ...] | None = Field(
+        default=None, description="Channels to take, in this order. Default: all."
+    )
+    background: Literal["none", "difference"] = Field(
+        default="none", description="difference: subtract the reference."
+    )
+    divide_by: Literal["one", "full_scale", "reference_mean"] = Field(
+        default="one", description="reference_mean: the mean of each channel of the reference."
+    )
+    mean: Numbers = Field(default=0.0, description="Subtracted after the division.")
+    std: Numbers = Field(default=1.0, description="Divides what remains.")
+
+    @model_validator(mode="after")
+    def _is_an_image(self) -> Self:
+        image = self.of in ("frame", "reference")
+        if not image and (self.background != "none" or self.divide_by != "one"):
+            raise ValueError(f"{self.of} has no background and no full scale; leave both out")
+        if self.of == "reference" and self.background == "difference":
+            raise ValueError("the reference minus itself is 0; take the frame's difference")
+        return self
+
+
+class NetworkInput(Section):
+    """The input tensor."""
+
+    width_px: PositiveInt
+    height_px: PositiveInt
+    order: Literal["nchw", "nhwc"] = "nchw"
+    frames: PositiveInt = Field(default=1, le=64, description="Frames that one input holds.")
+    stride: PositiveInt = Field(
+        default=1, le=1000, description="Frames from each to the one before; the last is current."
+    )
+    planes: tuple[Planes, ...] = Field(min_length=1)
+
+
+class NetworkValues(Section):
+    """The output tensor."""
+
+    quantity: Literal["wrench", "vector"]
+    unit: str = Field(
+        default="",
+        description="N, or N/MPa for a force relative to the gel's shear modulus; torques in "
+        "N·mm or N·mm/MPa. Any text for a vector.",
+    )
+    names: tuple[str, ...] = ()
+    scale: Numbers = Field(default=1.0, description="Multiplies the network's output.")
+    offset: Numbers = Field(default=0.0, description="Added afterwards.")
+    std: tuple[float, ...] | None = Field(
+        default=None, description="Standard deviations without load, in the unit."
+    )
+    std_share: Numbers = Field(
+        default=0.0, description="What is added in squares for each newton of force."
+    )
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Self:
+        if self.quantity == "wrench":
+            if sorted(self.names) != sorted(WRENCH):
+                raise ValueError(f"a wrench has the names {', '.join(WRENCH)}, in any order")
+            if self.unit not in ("N", "N/MPa"):
+                raise ValueError(f"the unit of a wrench is N or N/MPa, not {self.unit!r}")
+        if self.std is not None and len(self.std) != len(self.names):
+            raise ValueError("std has another length than names")
+        return self
+
+
+class Manifest(Section):
+    """Everything that the file of a network does not say itself."""
+
+    schema_: Literal[1] = Field(alias="schema")
+    file: str = Field(min_length=1, description="The .onnx, relative to the manifest.")
+    sha256: str = Field(pattern="^[0-9a-f]{64}$", description="Of the .onnx.")
+    licence: str = Field(min_length=1, description="Under which the network may be used.")
+    description: str = ""
+    image: SensorImage
+    input: NetworkInput
+    output: NetworkValues
+
+
+class NetworkFile:
+    """A manifest and the network beside it.
+
+    Parameters
+    ----------
+    path : Path
+        The manifest.
+
+    Raises
+    ------
+    InputError
+        The manifest or the network is absent, or the manifest is invalid.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self.manifest = Manifest.model_validate(read_mapping(path))
+        except ValidationError as error:
+            raise InputError(f"{path}: {_first(error)}") from None
+        self.network = path.parent / self.manifest.file
+        if not self.network.is_file():
+            raise InputError(
+                f"{path} names the network {self.manifest.file}, which is not beside it; put the "
+                f"file there or correct 'file'"
+            )
+
+    def check_image(self, image: ImageSection, channels: int | None = None) -> None:
+        """Raise an error if the sensor's images differ from those that the network takes."""
+        wanted = self.manifest.image
+        size = f"{image.width_px} × {image.height_px}"
+        if (image.width_px, image.height_px) != (wanted.width_px, wanted.height_px):
+            raise InputError(
+                f"{self.path} is for images of {wanted.width_px} × {wanted.height_px} px, and this "
+                f"sensor's have {size}; use a network that was trained for this sensor"
+            )
+        scale = wanted.mm_per_px
+        if scale is not None and abs(image.mm_per_px / scale - 1) > 0.02:
+            raise InputError(
+                f"{self.path} is for {scale:g} mm per pixel, and this sensor has "
+                f"{image.mm_per_px:g}; use a network that was trained for this sensor"
+            )
+        if channels is not None and channels != wanted.channels:
+            raise InputError(
+                f"{self.path} is for images of {wanted.channels} channels, and this sensor's have "
+                f"{channels}; use a network that was trained for this sensor"
+            )
+
+    def content(self) -> bytes:
+        """Return the bytes of the network.
+
+        Raises
+        ------
+        InputError
+            They are not those that the manifest was written for.
+        """
+        data = self.network.read_bytes()
+        found = hashlib.sha256(data).hexdigest()
+        if found != self.manifest.sha256:
+            raise InputError(
+                f"{self.network} is not the network that {self.path.name} describes: its sha256 "
+                f"is {found[:12]}…, not {self.manifest.sha256[:12]}…; restore the file, or write "
+                f"the manifest of the new one"
+            )
+        return data
+
+
+def _first(error: ValidationError) -> str:
+    first: Any = error.errors()[0]
+    place = ".".join(map(str, first["loc"]))
+    words = str(first["msg"]).removeprefix("Value error, ")
+    return f"{place}: {words}" if place else words

@@ -1,0 +1,163 @@
+"""What every estimator that runs a network does: build its input, run it, scale its output."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Array, Float32, Float64
+from tactile_core.algorithms.network_planes import normalised, shrunk_planes, tensor
+from tactile_core.builtin.networks.manifest import NetworkFile, Numbers, Planes, Source
+from tactile_core.builtin.networks.runtime import LoadedNetwork, Runtime, loaded, tried
+from tactile_core.errors import InputError
+from tactile_core.interfaces.image import ImageSection
+from tactile_core.quantities import DisplacementField, Frame, HeightMap, Reference
+
+
+class Observation:
+    """The quantities of one frame that a network can take."""
+
+    def __init__(
+        self,
+        frame: Frame,
+        reference: Reference,
+        height: HeightMap | None = None,
+        displacement: DisplacementField | None = None,
+    ) -> None:
+        self.frame, self.reference = frame, reference
+        self._others: dict[Source, Array | None] = {
+            "height": None if height is None else height.mm,
+            "displacement": None if displacement is None else displacement.cells_mm,
+        }
+
+    def other(self, source: Source, step: str) -> Array:
+        """Return the (H, W) heights or the (H, W, 2) displacement."""
+        found = self._others[source]
+        if found is None:
+            raise InputError(
+                f"{step} takes {source}, which this sensor does not measure; calibrate it and put "
+                f"the {source} step before this one, or use another network"
+            )
+        return found
+
+
+class NetworkStep:
+    """A network with its manifest, for one sensor.
+
+    Parameters
+    ----------
+    file : NetworkFile
+    image : ImageSection
+        Of the sensor.
+    runtime : "opencv" or "onnxruntime"
+
+    Raises
+    ------
+    InputError
+        The network is for another size or scale of image.
+    """
+
+    def __init__(self, file: NetworkFile, image: ImageSection, runtime: Runtime) -> None:
+        file.check_image(image)
+        self._file, self._runtime = file, runtime
+        self.manifest = file.manifest
+        given = self.manifest.input
+        self._size = given.width_px, given.height_px
+        self._network: LoadedNetwork | None = None
+        self._reference: tuple[Reference, Float32, Float32] | None = None
+        self._earlier: deque[Sequence[Float32]] = deque(
+            maxlen=1 + (given.frames - 1) * given.stride
+        )
+
+    def open(self) -> None:
+        """Load the network and run it once on zeros."""
+        if self._network is not None:
+            return
+        network = loaded(self._file.content(), self._file.network.name, self._runtime)
+        given, names = self.manifest.input, self.manifest.output.names
+        depth = given.frames * sum(map(self._depth, given.planes))
+        zeros = np.zeros((given.height_px, given.width_px, depth), np.float32)
+        tried(network, tensor([zeros], given.order), self._file.path.name, len(names) or None)
+        self._network = network
+
+    def close(self) -> None:
+        """Free the network."""
+        self._network = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # a copy in another process loads the network itself
+        return {**vars(self), "_network": None}
+
+    def reset(self) -> None:
+        """Forget earlier frames."""
+        self._earlier.clear()
+
+    def run(self, seen: Observation) -> Float64:
+        """Return the network's values for this frame, scaled as the manifest says."""
+        self._file.check_image(self._image_of(seen.frame), channels=seen.frame.pixels.shape[2])
+        if self._network is None:
+            self.open()
+        assert self._network is not None
+        groups = [self._planes(planes, seen) for planes in self.manifest.input.planes]
+        found = self._network.run(tensor(self._with_earlier(groups), self.manifest.input.order))
+        output = self.manifest.output
+        scaled = found.astype(np.float64) * np.asarray(output.scale) + np.asarray(output.offset)
+        return np.asarray(scaled, np.float64)
+
+    def _image_of(self, frame: Frame) -> ImageSection:
+        height, width = frame.pixels.shape[:2]
+        return ImageSection(width_px=width, height_px=height, mm_per_px=frame.mm_per_px)
+
+    def _with_earlier(self, groups: list[Float32]) -> list[Float32]:
+        """Return the planes of all frames of the input, the earliest first.
+
+        Before enough frames have come, the first one stands for those before it.
+        """
+        given = self.manifest.input
+        if given.frames == 1:
+            return groups
+        self._earlier.append(groups)
+        last = len(self._earlier) - 1
+        ages = range((given.frames - 1) * given.stride, -1, -given.stride)
+        return [plane for age in ages for plane in self._earlier[max(0, last - age)]]
+
+    def _planes(self, planes: Planes, seen: Observation) -> Float32:
+        if planes.of in ("frame", "reference"):
+            small, means = self._small_reference(seen.reference)
+            found = small if planes.of == "reference" else self._small(seen.frame.pixels)
+            if planes.background == "difference":
+                found = found - small
+            divisor: Float32 | float = 1.0
+            if planes.divide_by == "full_scale":
+                divisor = seen.frame.full_scale
+            elif planes.divide_by == "reference_mean":
+                divisor = means
+            found = normalised(found, divisor)
+        else:
+            found = self._small(seen.other(planes.of, self._file.path.name))
+        if planes.channels is not None:
+            found = found[..., list(planes.channels)]
+        return normalised(found, 1.0, _several(planes.mean), _several(planes.std))
+
+    def _small(self, values: Array) -> Float32:
+        return shrunk_planes(values, self._size)
+
+    def _small_reference(self, reference: Reference) -> tuple[Float32, Float32]:
+        kept = self._reference
+        if kept is None or kept[0] is not reference:
+            small = self._small(reference.pixels)
+            means = np.maximum(small.mean((0, 1)), np.float32(1e-6 * reference.full_scale))
+            kept = self._reference = reference, small, np.asarray(means, np.float32)
+        return kept[1], kept[2]
+
+    def _depth(self, planes: Planes) -> int:
+        if planes.channels is not None:
+            return len(planes.channels)
+        return {"height": 1, "displacement": 2}.get(planes.of, self.manifest.image.channels)
+
+
+def _several(numbers: Numbers) -> Sequence[float] | float:
+    return list(numbers) if isinstance(numbers, tuple) else numbers

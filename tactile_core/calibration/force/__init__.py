@@ -1,0 +1,1 @@
+"""Calibration of force: a model fitted to readings and to forces that a load cell measured."""

@@ -1,0 +1,169 @@
+"""Fits the force step of a profile to recordings and measured forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from tactile_core import __version__
+from tactile_core.bundles.bundle import Bundle, default_place, names_of, now
+from tactile_core.bundles.manifest import Manifest
+from tactile_core.calibration.force.alignment import aligned
+from tactile_core.calibration.force.labelled import labelled
+from tactile_core.calibration.force.recorded_features import (
+    MeasuredRecordings,
+    measured_recordings,
+)
+from tactile_core.calibration.force.result import ForceCalibrated
+from tactile_core.calibration.force.score import held_out_forces, scored
+from tactile_core.errors import InputError
+from tactile_core.formats.force_table import ForceTable, read_forces, read_weights
+from tactile_core.interfaces.artefact import Artefact
+from tactile_core.interfaces.force_calibration import FittedForce, ForceModel, ForceSamples
+from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.playback import images_per_observation
+from tactile_core.plugins.blame import blame, fault
+from tactile_core.profiles.loader import load_profile, profile_hash
+from tactile_core.profiles.model import Profile
+from tactile_core.recordings.recording_list import NamedRecording, list_recordings
+
+_CALIBRATION = "the force calibration"
+
+
+def calibrate_force(
+    profile: Profile | str | Path,
+    inputs: Sequence[Path],
+    forces: Sequence[Path] = (),
+    *,
+    weights: Path | None = None,
+    bundle: Path | None = None,
+    reference: Path | str | None = None,
+    serial: str | None = None,
+    step: str | None = None,
+    align: bool = False,
+    progress: Progress | None = None,
+) -> ForceCalibrated:
+    """Fit a force step to recordings and measured forces, and score it on held-out sequences.
+
+    Parameters
+    ----------
+    profile : Profile, str or Path
+    inputs : sequence of Path
+        Recordings, or folders of recordings.
+    forces : sequence of Path
+        CSV files, one per recording in the same order, one with the files of all, or one folder
+        with NAME.csv for each recording.
+    weights : Path, optional
+        CSV ``file,mass_g`` instead of forces: masses that were laid on the sensor.
+    bundle : Path, optional
+        The unit's bundle, to which the model is added. Default: that in the user's data directory;
+        without one, the new bundle holds the force model alone.
+    reference : Path or "first", optional
+        The undeformed sensor. Default: the bundle's.
+    serial : str, optional
+    step : str, optional
+        Name of the step. Default: the only one that can be fitted.
+    align : bool
+        Turn the forces into the image's axes, and their torque to the image centre.
+    progress : Progress, optional
+
+    Raises
+    ------
+    InputError
+        The forces do not belong to the recordings, or the load cell was clipped or not zeroed; or
+        the profile has no step that can be fitted.
+    CalibrationError
+        The sequences do not determine the model.
+    """
+    progress = progress or Silent()
+    known = profile if isinstance(profile, Profile) else load_profile(profile)
+    recordings = list_recordings(inputs, images_per_observation=images_per_observation(known))
+    tables = _tables(recordings, forces, weights)
+    measured = measured_recordings(
+        known,
+        recordings,
+        bundle=bundle,
+        reference=reference,
+        serial=serial,
+        step=step,
+        progress=progress,
+    )
+    found = labelled(measured.recordings, tables, weights=weights is not None)
+    names = measured.estimator.feature_names
+    alignment = aligned(found.sequences, names)
+    sequences = alignment.sequences if align else found.sequences
+    fit = partial(_fitted, measured.estimator)
+    progress.stage("scoring on held-out sequences", 0.1)
+    scores = scored(sequences, *held_out_forces(sequences, fit, progress), names)
+    place = bundle if bundle is not None else default_place(known, serial)
+    return ForceCalibrated(
+        _with_model(known, measured, fit(sequences), serial),
+        measured.step.name,
+        len(sequences),
+        sum(len(one.forces) for one in sequences),
+        scores,
+        found.offsets,
+        alignment.rotation,
+        alignment.offset,
+        align,
+        measured.notes,
+        place if measured.bundle is not None and place.is_dir() else None,
+    )
+
+
+def _tables(
+    recordings: Sequence[NamedRecording], forces: Sequence[Path], weights: Path | None
+) -> list[ForceTable]:
+    if (weights is None) == (not forces):
+        raise InputError("give either --forces, measured forces, or --weights, known masses")
+    if weights is not None:
+        return [read_weights(weights)]
+    if len(forces) == 1 and forces[0].is_dir():
+        files = [forces[0] / f"{one.name}.csv" for one in recordings]
+        missing = next((path for path in files if not path.is_file()), None)
+        if missing is not None:
+            raise InputError(
+                f"{forces[0]} has no {missing.name}; each recording needs its forces, with the "
+                f"same name"
+            )
+        return [read_forces(path) for path in files]
+    return [read_forces(path) for path in forces]
+
+
+def _fitted(estimator: FittedForce, sequences: Sequence[ForceSamples]) -> ForceModel:
+    with blame(_CALIBRATION, estimator):
+        model = estimator.fit(sequences)
+    if not isinstance(model, ForceModel):
+        raise fault(_CALIBRATION, estimator, f"fitted {type(model).__name__}, not a ForceModel")
+    return model
+
+
+def _with_model(
+    profile: Profile, measured: MeasuredRecordings, model: ForceModel, serial: str | None
+) -> Bundle:
+    name = measured.estimator.artefact
+    older = measured.bundle
+    before: dict[str, Artefact] = {} if older is None else dict(older.artefacts)
+    artefacts = {**before, name: model}
+    if older is not None:
+        manifest = older.manifest.model_copy(update={"artefacts": names_of(artefacts)})
+        return Bundle(manifest, artefacts, older.reference)
+    reference, image = measured.reference, profile.image
+    manifest = Manifest(
+        profile=profile.name,
+        revision=profile.revision,
+        serial=serial or "",
+        artefacts=names_of(artefacts),
+        image_size_px=(image.width_px, image.height_px),
+        crop=image.crop,
+        channels=reference.channels,
+        mm_per_px=image.mm_per_px,
+        bit_depth=image.bit_depth,
+        created=now(),
+        versions={"tactile-core": __version__, "numpy": np.__version__},
+        profile_hash=profile_hash(profile),
+    )
+    return Bundle(manifest, artefacts, reference)

@@ -1,0 +1,161 @@
+"""Images and forces that a force network trains on, by unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.profiles.model import Profile
+from tactile_core.sim.force_data import CELL_PX, ForceObject, ForceUnit
+
+WIDTH_PX = 160
+"""Width of the samples: a marker of the fingertips is four pixels wide, so its motion shows."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnitSamples:
+    """Samples of one unit, or of one recording.
+
+    Attributes
+    ----------
+    images : (N, H, W, K) float16
+        Frames, shrunk by area.
+    reference : (H, W, K) float32
+    wrenches : (N, 4) float64
+        N, N, N and N·mm.
+    shear_modulus_mpa : float
+        Of the unit's gel; 1 if it is unknown.
+    labels : (N,) str
+        Object or sequence.
+    outside : (N,) float64
+        Share of the normal force outside the view; 0 if it is unknown.
+    loads : (N, 4, H / 8, W / 8) float32 or None
+        Loads on the cells; None if they are unknown.
+    """
+
+    images: NDArray[np.float16]
+    reference: Float32
+    wrenches: NDArray[np.float64]
+    shear_modulus_mpa: float
+    labels: NDArray[Any]
+    outside: NDArray[np.float64]
+    loads: Float32 | None = None
+
+    @property
+    def relative(self) -> Float32:
+        """(N, 4) float32 wrenches over the gel's shear modulus."""
+        return np.asarray(self.wrenches / self.shear_modulus_mpa, np.float32)
+
+    def part(self, chosen: NDArray[Any]) -> Self:
+        """Return some of the samples."""
+        return type(self)(
+            self.images[chosen],
+            self.reference,
+            self.wrenches[chosen],
+            self.shear_modulus_mpa,
+            self.labels[chosen],
+            self.outside[chosen],
+            None if self.loads is None else self.loads[chosen],
+        )
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return the arrays of :meth:`from_arrays`."""
+        named: dict[str, NDArray[Any]] = {
+            "images": self.images,
+            "reference": self.reference,
+            "wrenches": self.wrenches,
+            "shear_modulus_mpa": np.array(self.shear_modulus_mpa),
+            "labels": self.labels,
+            "outside": self.outside,
+        }
+        return named if self.loads is None else named | {"loads": self.loads}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """Rebuild the samples from :meth:`arrays`."""
+        return cls(
+            arrays["images"],
+            arrays["reference"],
+            arrays["wrenches"],
+            float(arrays["shear_modulus_mpa"]),
+            arrays["labels"],
+            arrays["outside"],
+            arrays.get("loads"),
+        )
+
+
+def sample_size(profile: Profile) -> tuple[int, int]:
+    """Return width and height of the samples in px, multiples of a cell of the load grid."""
+    image = profile.image
+    height = WIDTH_PX * image.height_px / image.width_px / CELL_PX
+    return WIDTH_PX, CELL_PX * max(1, round(height))
+
+
+def virtual_samples(
+    design: Profile, unit: int, objects: Sequence[ForceObject], count: int, *, half: bool
+) -> UnitSamples:
+    """Render samples of one virtual unit.
+
+    Parameters
+    ----------
+    design : Profile
+        Loaded with ``sim=True``.
+    unit : int
+        Number of the unit.
+    objects : sequence of ForceObject
+    count : int
+    half : bool
+        Render at half the size, which takes half the time.
+    """
+    made = ForceUnit(design, unit, sample_size(design), half=half)
+    found = list(made.samples(objects, count))
+    return UnitSamples(
+        np.stack([one.pixels for one in found]).astype(np.float16),
+        made.reference,
+        np.stack([one.wrench for one in found]),
+        made.shear_modulus_mpa or 1.0,
+        np.array([one.label for one in found]),
+        np.array([one.outside for one in found]),
+        np.stack([one.loads for one in found]),
+    )
+
+
+def kept_samples(path: Path, design: Profile, unit: int, **rendered: Any) -> UnitSamples:
+    """Read samples that an earlier run has written, or render and write them."""
+    if path.is_file():
+        return UnitSamples.from_arrays(read_npz(path))
+    found = virtual_samples(design, unit, **rendered)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_npz(path, found.arrays())
+    return found
+
+
+def mirrored_channels(azimuths_deg: Sequence[float]) -> tuple[int, ...] | None:
+    """Return the order of the channels in which a mirrored image is one of the same design.
+
+    Mirroring x turns a light at azimuth a into one at 180° − a.
+
+    Parameters
+    ----------
+    azimuths_deg : sequence of float
+        Of the lights, in the order of the channels.
+
+    Returns
+    -------
+    tuple of int or None
+        None if the design has no such symmetry.
+    """
+    order = []
+    for azimuth in azimuths_deg:
+        turned = [abs((180 - azimuth - other + 180) % 360 - 180) for other in azimuths_deg]
+        if not turned or min(turned) > 1.0:
+            return None
+        order.append(int(np.argmin(turned)))
+    return tuple(order) if order else None

@@ -1,0 +1,268 @@
+"""The training loop, in torch. This module imports torch; import it inside functions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import deepcopy
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch.nn import functional
+
+from tactile_core.algorithms.arrays.types import Float32, Float64
+from tactile_core.evaluation.force_training.networks import LoadMap
+from tactile_core.evaluation.force_training.samples import UnitSamples
+from tactile_core.interfaces.progress import Progress
+
+_SIGNS = np.array([-1, 1, 1, -1], np.float32)
+"""Of a wrench in the mirror: fx and tz change."""
+_NOISE = 4_000_000
+"""Standard normal samples that the noise is taken from."""
+
+
+class TrainingParameters(NamedTuple):
+    """Parameters of the training; epochs and seed are options of the command.
+
+    Attributes
+    ----------
+    batch : int, count
+        Images per step.
+        Source: chosen by hand.
+    rate : float, per step
+        Largest learning rate; it rises over ``warm_up`` steps and falls to 0 by a half cosine.
+        Source: chosen by hand.
+    warm_up : int, steps
+        See ``rate``.
+        Source: chosen by hand.
+    decay : float, per step relative to the rate
+        Weight decay.
+        Source: chosen by hand.
+    load_weight : float, ratio
+        Weight of the loads on cells relative to the wrench.
+        Source: chosen by hand.
+    wrench_knee, load_knee : float, standard deviations
+        Error from which the loss grows linearly.
+        Source: chosen by hand: a fifth of the spread is an outlier.
+    averaging : float, share
+        Weight of the past in the moving average of the weights, which is what is kept.
+        Source: chosen by hand: over some 500 steps.
+    colour, gain, balance : float, ratio
+        Brightness of each light (half range), common drift since the reference (standard
+        deviation), and drift of each colour.
+        Source: light drift is compensated to about 1 %.
+    noise : float, 8-bit intensity
+        Largest noise that is added to a pixel of a sample.
+        Source: the noise of a webcam, averaged over 16 pixels.
+    """
+
+    batch: int = 64
+    rate: float = 2e-3
+    warm_up: int = 100
+    decay: float = 1e-2
+    load_weight: float = 2.0
+    wrench_knee: float = 0.3
+    load_knee: float = 0.5
+    averaging: float = 0.998
+    colour: float = 0.15
+    gain: float = 0.01
+    balance: float = 0.005
+    noise: float = 0.6
+
+
+TRAINING = TrainingParameters()
+"""The values in use."""
+
+
+class Batch(NamedTuple):
+    """Some samples.
+
+    Attributes
+    ----------
+    images, references : (N, H, W, K) float32
+    wrenches : (N, 4) float32
+    loads : (N, 4, rows, columns) float32
+    known : (N,) float32
+        1 where the loads are known.
+    """
+
+    images: Float32
+    references: Float32
+    wrenches: Float32
+    loads: Float32
+    known: Float32
+
+
+class TrainingSet:
+    """Samples of several units in random access."""
+
+    def __init__(self, units: Sequence[UnitSamples], cells: tuple[int, int]) -> None:
+        self._units = units
+        self._cells = cells
+        self._relative = [unit.relative for unit in units]
+        self.index = np.concatenate(
+            [[(number, k) for k in range(len(unit.images))] for number, unit in enumerate(units)]
+        )
+        self.wrench_std = _shared(np.concatenate(self._relative).std(0))
+        known = [unit for unit in units if unit.loads is not None]
+        spread = np.full(4, 1.0, np.float32)
+        if known:
+            all_loads = [
+                unit.loads / unit.shear_modulus_mpa for unit in known if unit.loads is not None
+            ]
+            spread = _shared(np.concatenate(all_loads).std((0, 2, 3)))
+        else:
+            spread = self.wrench_std / np.float32(cells[0] * cells[1]) ** 0.5
+        self.load_std = np.asarray(spread, np.float32)
+
+    def batch(self, chosen: Any) -> Batch:
+        """Return the samples of these numbers."""
+        places = self.index[chosen]
+        columns, rows = self._cells
+        nothing = np.zeros((4, rows, columns), np.float32)
+        loads, known = [], []
+        for number, k in places:
+            unit = self._units[number]
+            known.append(unit.loads is not None)
+            loads.append(nothing if unit.loads is None else unit.loads[k] / unit.shear_modulus_mpa)
+        return Batch(
+            np.stack([self._units[u].images[k] for u, k in places]).astype(np.float32),
+            np.stack([self._units[u].reference for u, _ in places]),
+            np.stack([self._relative[u][k] for u, k in places]),
+            np.stack(loads).astype(np.float32),
+            np.array(known, np.float32),
+        )
+
+
+def planes_of(images: Float32, references: Float32) -> Any:
+    """(N, 2 K, H, W) difference to the reference, and reference, over the reference's mean."""
+    seen, undeformed = torch.from_numpy(images), torch.from_numpy(references)
+    scale = 1 / undeformed.mean((1, 2), keepdim=True)
+    ratio = undeformed * scale
+    return torch.cat([seen * scale - ratio, ratio - 1], 3).permute(0, 3, 1, 2)
+
+
+def train(
+    samples: TrainingSet,
+    network: Any,
+    *,
+    epochs: int,
+    seed: int,
+    mirrored: tuple[int, ...] | None,
+    progress: Progress,
+) -> Any:
+    """Train a network and return the moving average of its weights.
+
+    Parameters
+    ----------
+    samples : TrainingSet
+    network : torch.nn.Module
+        A :class:`LoadMap`, or any that maps planes to wrenches.
+    epochs : int
+        Passes over the samples.
+    seed : int
+    mirrored : tuple of int or None
+        Order of the channels of a mirrored image; None if it is no image of the same design.
+    progress : Progress
+    """
+    rng = np.random.default_rng(seed)
+    table = rng.standard_normal(_NOISE, np.float32)
+    network = network.to(memory_format=torch.channels_last).train()
+    averaged = deepcopy(network)
+    optimiser = torch.optim.AdamW(
+        network.parameters(), lr=TRAINING.rate, weight_decay=TRAINING.decay
+    )
+    count = len(samples.index)
+    batch = min(TRAINING.batch, count)
+    steps, step = epochs * (count // batch), 0
+    wrench_std = torch.from_numpy(samples.wrench_std)
+    load_std = torch.from_numpy(samples.load_std).view(1, 4, 1, 1)
+    for _ in range(epochs):
+        order = rng.permutation(count)
+        for start in range(0, count - batch + 1, batch):
+            warm = min(1.0, (step + 1) / TRAINING.warm_up)
+            falling = 0.5 * (1 + np.cos(np.pi * step / steps)) + 1e-3
+            for group in optimiser.param_groups:
+                group["lr"] = TRAINING.rate * warm * falling
+            seen = augmented(samples.batch(order[start : start + batch]), rng, table, mirrored)
+            loss = _loss(network, seen, wrench_std, load_std)
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+            optimiser.step()
+            step += 1
+            _average(averaged, network, min(TRAINING.averaging, step / (step + 20)))
+            progress.fraction(step / steps)
+    return averaged.eval()
+
+
+def predicted(network: Any, unit: UnitSamples) -> Float64:
+    """(N, 4) wrenches that a network estimates, over the gel's shear modulus."""
+    found = []
+    with torch.no_grad():
+        for start in range(0, len(unit.images), TRAINING.batch):
+            images = unit.images[start : start + TRAINING.batch].astype(np.float32)
+            references = np.broadcast_to(unit.reference, images.shape).copy()
+            found.append(network(planes_of(images, references)).numpy())
+    return np.asarray(np.concatenate(found), np.float64)
+
+
+def augmented(
+    batch: Batch, rng: np.random.Generator, table: Float32, mirrored: tuple[int, ...] | None
+) -> Batch:
+    """Mirror half of the samples, vary light and colour, and add noise."""
+    images, references, wrenches, loads, known = batch
+    count, channels = len(images), images.shape[3]
+    if mirrored is not None:
+        turned = rng.random(count) < 0.5
+        for stack in (images, references):
+            stack[turned] = stack[turned][:, :, ::-1][..., list(mirrored)]
+        wrenches[turned] *= _SIGNS
+        loads[turned] = loads[turned][..., ::-1] * _SIGNS[:, None, None]
+    each = (count, 1, 1, channels)
+    colour = 1 + TRAINING.colour * rng.uniform(-1, 1, each)
+    drift = 1 + TRAINING.gain * rng.standard_normal((count, 1, 1, 1))
+    drift = drift * (1 + TRAINING.balance * rng.standard_normal(each))
+    images *= (colour * drift).astype(np.float32)
+    references *= colour.astype(np.float32)
+    for image in images:
+        start = int(rng.integers(0, table.size - image.size))
+        noise = table[start : start + image.size].reshape(image.shape)
+        image += noise * np.float32(rng.uniform(0, TRAINING.noise))
+    return Batch(images, references, wrenches, loads, known)
+
+
+def _loss(network: Any, seen: Batch, wrench_std: Any, load_std: Any) -> Any:
+    planes = planes_of(seen.images, seen.references)
+    true = torch.from_numpy(seen.wrenches) / wrench_std
+    if not isinstance(network, LoadMap):
+        found = network(planes) / wrench_std
+        return functional.smooth_l1_loss(found, true, beta=TRAINING.wrench_knee)
+    loads = network.loads(planes)
+    found = network.summed(loads) / wrench_std
+    wrench = functional.smooth_l1_loss(found, true, beta=TRAINING.wrench_knee)
+    each = functional.smooth_l1_loss(
+        loads / load_std,
+        torch.from_numpy(seen.loads) / load_std,
+        beta=TRAINING.load_knee,
+        reduction="none",
+    )
+    maps = (each.mean((1, 2, 3)) * torch.from_numpy(seen.known)).mean()
+    return wrench + TRAINING.load_weight * maps
+
+
+def _average(averaged: Any, network: Any, past: float) -> None:
+    with torch.no_grad():
+        pairs = zip(averaged.state_dict().values(), network.state_dict().values(), strict=True)
+        for kept, new in pairs:
+            if kept.dtype.is_floating_point:
+                kept.mul_(past).add_(new, alpha=1 - past)
+            else:
+                kept.copy_(new)
+
+
+def _shared(std: Any) -> Float32:
+    """Return standard deviations in which x and y have the same, and none is 0."""
+    spread = np.maximum(np.asarray(std, np.float32), np.float32(1e-6))
+    spread[:2] = spread[:2].mean()
+    return np.asarray(spread, np.float32)

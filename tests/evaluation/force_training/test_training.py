@@ -1,0 +1,113 @@
+"""Training: runs a few steps and exports, where PyTorch is installed."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tactile_core.builtin.networks.force_cnn import ForceNetwork
+from tactile_core.errors import LibraryMissing
+from tactile_core.evaluation.force_training.network_training import (
+    FIRST_UNIT,
+    FIRST_UNSEEN,
+    Plan,
+    require_torch,
+    train_on_recording,
+    train_on_virtual_units,
+)
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.profiles.loader import load_profile
+from tactile_core.quantities import Reference
+from tactile_core.sim.simulation import write_frame
+from tactile_core.sim.stage import VirtualStage
+
+
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(LibraryMissing, match=r"pip install 'tactile-core\[train\]'"):
+        require_torch()
+
+
+@pytest.mark.parametrize("network", ["small", "vgg16"])
+def test_a_network_is_trained_exported_and_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, network: Any
+) -> None:
+    pytest.importorskip("torch", reason="needs the extra train")
+    from tactile_core.evaluation.force_training import networks
+
+    # the same layers with a sixteenth of the channels: 2 MB instead of half a gigabyte
+    narrow = networks.Vgg16
+    monkeypatch.setattr(networks, "Vgg16", lambda channels: narrow(channels, 1 / 16))
+    design = load_profile("hex_fingertip", sim=True)
+    plan = Plan(tmp_path, network, epochs=2, command="tactile train-force")
+    trained = train_on_virtual_units(design, plan, units=1, samples=4)
+    assert trained.network.stat().st_size > 1000
+    assert "unseen objects" in trained.sheet.read_text()
+    assert trained.summary()["scores"]
+
+    stage = VirtualStage(design)
+    frame = stage.frame()
+    step = ForceNetwork(
+        ForceNetwork.Options(manifest=trained.manifest), SensorContext(design.image, design.gel)
+    )
+    reference = Reference(frame.pixels.astype(np.float32), frame.channels)
+    found = step.estimate(frame, reference, None, None)
+    assert np.isfinite(found.values).all()
+    assert found.std is not None
+
+
+def test_a_recording_with_forces_is_trained_on(tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="needs the extra train")
+    small = {"image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.1104}}
+    stage = VirtualStage("hex_fingertip", overrides=small)
+    write_frame(tmp_path / "reference", stage.frame(), "undeformed")
+    stage.indenter("sphere", diameter_mm=18)
+    lines = ["frame,fx_n,fy_n,fz_n,tz_nmm,sequence"]
+    for number in range(6):
+        stage.press(force_n=1.0 + number, steps=1)
+        write_frame(tmp_path / "frames", stage.frame(), f"{number}")
+        lines.append(f"{number},{','.join(map(str, stage.wrench))},{'abc'[number % 3]}")
+    (tmp_path / "forces.csv").write_text("\n".join(lines))
+    done = train_on_recording(
+        load_profile("hex_fingertip", overrides=small),
+        Plan(tmp_path / "network", epochs=2),
+        input=tmp_path / "frames",
+        forces=tmp_path / "forces.csv",
+        reference=tmp_path / "reference",
+    )
+    assert "6 labelled frames" not in done.sheet.read_text()
+    assert "2 labelled frames of frames, in 1 sequences" in done.sheet.read_text()
+    ((heading, scores),) = done.scores
+    assert heading == "Scores: held-out sequences"
+    assert scores[0].samples == 2
+
+
+def test_a_network_by_torch_and_by_opencv_is_the_same(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="needs the extra train")
+    from tactile_core.builtin.networks.runtime import loaded
+    from tactile_core.evaluation.force_training.export import onnx_bytes
+    from tactile_core.evaluation.force_training.networks import LoadMap
+
+    view = np.array([17.664, 13.248])
+    made = LoadMap(6, (160, 120), view, np.ones(4, np.float32)).eval()
+    planes = np.random.default_rng(0).normal(size=(1, 6, 120, 160)).astype(np.float32)
+    with torch.no_grad():
+        expected = made(torch.from_numpy(planes)).numpy()[0]
+    network = loaded(onnx_bytes(made, 6, (160, 120)), "force.onnx", "opencv")
+    assert network.run(planes) == pytest.approx(expected, rel=1e-3, abs=1e-3)
+    assert FIRST_UNSEEN > FIRST_UNIT
+
+
+def test_the_papers_network_has_the_weights_of_vgg_16_with_four_outputs() -> None:
+    torch = pytest.importorskip("torch", reason="needs the extra train")
+    from tactile_core.evaluation.force_training.networks import Vgg16
+
+    with torch.device("meta"):
+        made = Vgg16(3)
+    # 138,357,544 with the thousand classes of ImageNet (Simonyan and Zisserman, 2015)
+    expected = 138_357_544 - 1000 * (4096 + 1) + 4 * (4096 + 1)
+    assert sum(weight.numel() for weight in made.parameters()) == expected

@@ -148,7 +148,7 @@ class Desk:
                 self._hand().take(command.kind, _OBJECTS[command.kind](command.size_mm))
                 return f"{command.kind} of {command.size_mm:g} mm"
             case TakeReference():
-                taken = await self._between(lambda: live.sensor.capture_reference(command.frames))
+                taken = await self._between(lambda: live.take_reference(command.frames))
                 return f"Reference taken, the mean of {taken.frames} observations"
             case Tare():
                 await self._between(live.sensor.tare)

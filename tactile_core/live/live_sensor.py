@@ -24,7 +24,7 @@ from tactile_core.live.parameters import PAGE
 from tactile_core.live.playback import Playback
 from tactile_core.live.state import LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
-from tactile_core.quantities import Frame
+from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.hand import Hand
 from tactile_core.sim.hand_camera import HandCamera
 
@@ -128,6 +128,24 @@ class LiveSensor:
             raise InputError(f"{self.sensor.name} plays no recording, so it cannot be paused")
         if self.playback.play(**how):
             self._rewind()
+
+    def take_reference(self, frames: int) -> Reference:
+        """Use the mean of the next observations as the reference.
+
+        A recording that loops begins again if it is at its end.
+
+        Raises
+        ------
+        InputError
+            No observation is left.
+        """
+        try:
+            return self.sensor.capture_reference(frames)
+        except InputError:
+            if self.playback is None or not self.playback.end():
+                raise
+        self._rewind()
+        return self.sensor.capture_reference(frames)
 
     def _rewind(self) -> None:
         self.sensor.rewind()

@@ -386,9 +386,17 @@ class Sensor:
     def capture_reference(self, frames: int = 10) -> Reference:
         """Use the mean of the next ``frames`` observations as the new reference.
 
-        Nothing may touch the gel during this time.
+        Nothing may touch the gel during this time. Near the end of a recording it is the mean of
+        those that are left.
+
+        Raises
+        ------
+        InputError
+            No observation is left.
         """
         taken = [frame for frame in (self.acquire() for _ in range(frames)) if frame is not None]
+        if frames > 0 and not taken:
+            raise InputError(f"{self.name} has no observation left for a reference; play it again")
         reference = average(taken)
         self.use_reference(reference)
         return self.pipeline.reference or reference

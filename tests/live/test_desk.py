@@ -30,7 +30,7 @@ from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
 from tactile_core.live.truth import true_quantities
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.quantities import ContactMask, HeightMap, Wrench
+from tactile_core.quantities import ContactMask, HeightMap, Reference, Wrench
 
 
 def done(desk: Desk, command: Any) -> str:
@@ -114,9 +114,26 @@ def test_a_recording_is_paused_stepped_and_played_again(desk: Desk) -> None:
 
 def test_a_reference_is_taken_from_the_next_observations(desk: Desk) -> None:
     before = desk.live.sensor.pipeline.reference
-    said = done(desk, TakeReference(do="reference", frames=3))
-    assert "mean of 3" in said
+    assert "Reference taken" in done(desk, TakeReference(do="reference", frames=3))
     assert desk.live.sensor.pipeline.reference is not before
+
+
+def test_a_reference_at_the_end_of_a_loop_is_taken_from_the_beginning(desk: Desk) -> None:
+    live = desk.live
+
+    def at_the_end() -> Reference:
+        while live.sensor.acquire() is not None:
+            pass
+        return live.take_reference(3)
+
+    assert live.do(at_the_end).result(30).frames == 3
+
+
+def test_a_recording_that_has_ended_gives_no_reference(desk: Desk) -> None:
+    done(desk, Play(do="play", loop=False))
+    until(lambda: desk.live.playback and desk.live.playback.state.ended)
+    with pytest.raises(InputError, match="no observation left for a reference; play it again"):
+        done(desk, TakeReference(do="reference", frames=3))
 
 
 def test_only_a_virtual_sensor_has_an_object_to_move(desk: Desk) -> None:

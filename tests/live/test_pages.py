@@ -71,7 +71,8 @@ class Tab:
             if found := there():
                 return found
             self.tab.wait_for_timeout(50)
-        raise AssertionError("the page did not get there in time")
+        said = self.tab.locator(".said").all_inner_texts()
+        raise AssertionError(f"the page did not get there in time; it says {said}")
 
     def text(self, selector: str, index: int = 0) -> str:
         return str(self.tab.locator(selector).nth(index).inner_text())

@@ -1,32 +1,38 @@
-"""Methods of other projects against those of this one, alternating in one run.
+"""This project against methods of other projects, alternating in one run.
 
-``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/bench_peers.py [--size 640x480]``
+``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/bench_peers.py [ROW …]``
 
-Prints medians in ms and the median of the rounds' ratios. The other projects' methods are in
-``peers.py``. Ours include more work: compensation of illumination drift, smoothing, and lights
-whose direction varies over the image. "RGB to height" is all of ``Pipeline.process``, including
-contact detection.
+Prints for each task the median processor time, with compiled kernels (the extra ``fast``) and
+without, and the median of the rounds' ratios, ours to the peer's. A row is chosen by a part of its
+name. Whole frames are 36 different moving frames of ``hex_fingertip``: a ball that is pressed and
+sheared, with markers tracked and slip detected. The other projects' methods are in ``peers.py``,
+which must not change between two measurements.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from time import perf_counter
+from functools import cache
+from hashlib import sha256
+from itertools import cycle
+from pathlib import Path
+from time import process_time
 from typing import Any
 
 import cv2
 import numpy as np
+import peers
 from numpy.typing import NDArray
 from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, stereo
 
 from tactile_core.algorithms.poisson import PoissonSolver
+from tactile_core.evaluation.fresh_process import one_thread
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
-from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.calibrators import calibrator_of
@@ -34,25 +40,146 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients
 
 Array = NDArray[Any]
+Work = Callable[[], Any]
+Size = tuple[int, int]
+
+PEERS_SHA256 = "d3e255f25ba07bfa2aa577e313da2b597a82d2e11120b8bde9bbc74aa2bf89b6"
+"""Of ``peers.py``, so that ratios of different days compare with the same methods."""
 
 FITTED_PIXELS = 20_000
+ROUNDS, COSTLY_ROUNDS, FRAMES = 15, 3, 12
+"""Alternations, those of tasks that take seconds, and frames per alternation (counts)."""
+
+VGA, QVGA, HD, SIX = (640, 480), (320, 240), (1920, 1080), (2448, 2048)
 
 
 @dataclass(frozen=True)
-class Pair:
-    """One task, done both ways."""
+class Row:
+    """One task, done in the peer's way and in ours.
 
-    task: str
-    peer: Callable[[], Any]
-    ours: Callable[[], Any]
-    costly: bool = False
-    """It takes seconds rather than milliseconds, so it is repeated only a few times."""
+    Attributes
+    ----------
+    peer : callable
+    fast, plain : callable
+        Ours, with compiled kernels and without.
+    times : int
+        Calls of ours in each round, of which the median counts.
+    rounds : int
+    """
+
+    peer: Work
+    fast: Work
+    plain: Work
+    times: int = 1
+    rounds: int = ROUNDS
 
 
-def reading_of(unit: VirtualUnit) -> Callable[[], Reading]:
-    """This project's processing from an RGB frame to height and contact."""
-    pipeline = Pipeline(unit.profile, unit.bundle)
-    return lambda: pipeline.process(unit.frames[1])
+def whole_frames(size: Size) -> Row:
+    """Every step of the profile, against another project's heights alone."""
+    unit = unit_of("hex_fingertip", size)
+    return against_network(unit, unit.stroke)
+
+
+def heights_and_contact(size: Size) -> Row:
+    """The same without markers."""
+    unit = unit_of("hex_fingertip_unmarked", size, "core.mlp")
+    return against_network(unit, unit.stroke)
+
+
+def against_network(unit: VirtualUnit, frames: tuple[Any, ...]) -> Row:
+    network = PerPixelNetwork(unit.bundle.reference.pixels)
+    image = frames[0].pixels
+    return Row(lambda: network.height(image), *both_ways(unit, frames), times=FRAMES)
+
+
+def table(size: Size) -> Row:
+    """A lookup table from colours to slopes."""
+    unit = unit_of("hex_fingertip_unmarked", size, "core.lookup_table")
+    reference, image = unit.bundle.reference.pixels, unit.stroke[0].pixels
+    made = Table(*target_pixels(unit)[1:])
+    return Row(lambda: made.height(image, reference), *both_ways(unit, unit.stroke), times=FRAMES)
+
+
+def six_exposures(size: Size) -> Row:
+    """Six large images to heights, against smoothing these images."""
+    unit = unit_of("desktop_six_led", size)
+    planes = np.ascontiguousarray(unit.stroke[0].pixels.transpose(2, 0, 1))
+    ways = both_ways(unit, unit.stroke)
+    return Row(
+        lambda: [cv2.GaussianBlur(p, (5, 5), 0) for p in planes], *ways, rounds=COSTLY_ROUNDS
+    )
+
+
+def six_slopes(size: Size) -> Row:
+    """Slopes by photometric stereo."""
+    unit = unit_of("desktop_six_led", size)
+    bundle, frame = unit.bundle, unit.stroke[0]
+    towards = np.array([direction(light) for light in make_lights(unit.profile).lights])
+    fast, plain = (bundle.calibration.prepared(compiled=compiled) for compiled in (True, False))
+    return Row(
+        lambda: stereo(frame.pixels, towards),
+        lambda: fast.measure(frame, bundle.reference),
+        lambda: plain.measure(frame, bundle.reference),
+        times=FRAMES,
+    )
+
+
+def table_fit(size: Size) -> Row:
+    """Fitting a lookup table to the same pixels."""
+    unit = unit_of("hex_fingertip_unmarked", size, "core.lookup_table")
+    presses, changes, slopes = target_pixels(unit)
+    calibrator = calibrator_of(Component(use="core.lookup_table"))
+
+    def ours() -> Any:
+        return calibrator.fit(presses, unit.bundle.reference)
+
+    return Row(lambda: Table(changes, slopes), ours, ours, rounds=COSTLY_ROUNDS)
+
+
+def poisson(size: Size, boundary: Any, peer: Callable[[Array, Array], Array]) -> Row:
+    """Integration of slopes alone."""
+    shape = size[::-1]
+    height, gx, gy = ball(shape)
+    error = peer(gx, gy) - height
+    assert np.abs(error - error.mean()).max() < 0.02 * height.max(), peer.__name__
+    fast, plain = (
+        PoissonSolver(shape, mm_per_px=1.0, boundary=boundary, compiled=compiled)
+        for compiled in (True, False)
+    )
+    g32 = gx.astype(np.float32), gy.astype(np.float32)
+    return Row(
+        lambda: peer(gx, gy), lambda: fast.solve(*g32), lambda: plain.solve(*g32), times=FRAMES
+    )
+
+
+ROWS: dict[str, Callable[[], Row]] = {
+    "whole frame, 640 × 480": lambda: whole_frames(VGA),
+    "whole frame, 320 × 240": lambda: whole_frames(QVGA),
+    "whole frame, 1920 × 1080": lambda: whole_frames(HD),
+    "RGB to height and contact, network": lambda: heights_and_contact(VGA),
+    "RGB to height and contact, table": lambda: table(VGA),
+    "six exposures, 2448 × 2048, ÷ blur": lambda: six_exposures(SIX),
+    "six exposures to slopes, 640 × 480": lambda: six_slopes(VGA),
+    "Poisson, free border": lambda: poisson(VGA, "neumann", poisson_by_cosines),
+    "Poisson, fixed border": lambda: poisson(VGA, "dirichlet", poisson_by_sines),
+    "fit of a table": lambda: table_fit(VGA),
+}
+
+
+@cache
+def unit_of(name: str, size: Size, model: str | None = None) -> VirtualUnit:
+    return virtual_unit(load_profile(name), size_px=size, model=model)
+
+
+def both_ways(unit: VirtualUnit, frames: tuple[Any, ...]) -> Iterator[Work]:
+    """This project's processing of the next frame, with compiled kernels and without."""
+    for compiled in (True, False):
+        pipeline = Pipeline(unit.profile, unit.bundle, compiled=compiled)
+        yield processing(pipeline, cycle(frames))
+
+
+def processing(pipeline: Pipeline, frames: Iterator[Any]) -> Work:
+    return lambda: pipeline.process(next(frames))
 
 
 def ball(shape: tuple[int, int]) -> tuple[Array, Array, Array]:
@@ -61,55 +188,6 @@ def ball(shape: tuple[int, int]) -> tuple[Array, Array, Array]:
     width = min(shape) / 8
     height = 0.3 * width * np.exp(-(x**2 + y[:, None] ** 2) / (2 * width**2))
     return height, -height * x / width**2, -height * y[:, None] / width**2
-
-
-def pairs(size: tuple[int, int]) -> list[Pair]:
-    """All comparisons at one image size."""
-    shape = (size[1], size[0])
-    unmarked = load_profile("hex_fingertip_unmarked")
-    by_network = virtual_unit(unmarked, size_px=size, model="core.mlp")
-    by_table = virtual_unit(unmarked, size_px=size, model="core.lookup_table")
-    six = virtual_unit(load_profile("desktop_six_led"), size_px=size)
-    reference = by_network.bundle.reference.pixels
-    image = by_network.frames[1].pixels
-    network = PerPixelNetwork(reference)
-
-    presses, changes, slopes = target_pixels(by_table)
-    table = Table(changes, slopes)
-    calibrator = calibrator_of(Component(use="core.lookup_table"))
-    lights = make_lights(six.profile).lights
-    towards = np.array([direction(light) for light in lights])
-
-    height, gx, gy = ball(shape)
-    free = PoissonSolver(shape, mm_per_px=1.0)
-    held = PoissonSolver(shape, mm_per_px=1.0, boundary="dirichlet")
-    gx32, gy32 = gx.astype(np.float32), gy.astype(np.float32)
-    for solve in (poisson_by_cosines, poisson_by_sines):
-        error = solve(gx, gy) - height
-        assert np.abs(error - error.mean()).max() < 0.02 * height.max(), solve.__name__
-    return [
-        Pair(
-            "Poisson, Neumann",
-            lambda: poisson_by_cosines(gx, gy),
-            lambda: free.solve(gx32, gy32),
-        ),
-        Pair(
-            "Poisson, Dirichlet", lambda: poisson_by_sines(gx, gy), lambda: held.solve(gx32, gy32)
-        ),
-        Pair("RGB to height, network", lambda: network.height(image), reading_of(by_network)),
-        Pair("RGB to height, table", lambda: table.height(image, reference), reading_of(by_table)),
-        Pair(
-            "six images to slopes",
-            lambda: stereo(six.frames[1].pixels, towards),
-            lambda: six.bundle.calibration.measure(six.frames[1], six.bundle.reference),
-        ),
-        Pair(
-            "fit of a table",
-            lambda: Table(changes, slopes),
-            lambda: calibrator.fit(presses, by_table.bundle.reference),
-            costly=True,
-        ),
-    ]
 
 
 def target_pixels(unit: VirtualUnit) -> tuple[list[Press], Array, Array]:
@@ -135,34 +213,48 @@ def direction(light: Light) -> tuple[float, float, float]:
     return across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)
 
 
-def measured_ms(work: Callable[[], Any]) -> float:
-    start = perf_counter()
-    work()
-    return 1e3 * (perf_counter() - start)
+def median_ms(work: Work, times: int = 1) -> float:
+    """Median processor time of a few calls."""
+    taken = []
+    for _ in range(times):
+        start = process_time()
+        work()
+        taken.append(1e3 * (process_time() - start))
+    return float(np.median(taken))
+
+
+def measured(row: Row) -> Array:
+    """(rounds, 3) ms: the peer's way, ours compiled, ours without."""
+    for work in (row.fast, row.plain) * 4:  # the first calls compile and prepare
+        work()
+    row.peer()
+    return np.array(
+        [
+            (median_ms(row.peer), median_ms(row.fast, row.times), median_ms(row.plain, row.times))
+            for _ in range(row.rounds)
+        ]
+    )
 
 
 def main() -> None:
+    """Print the chosen rows."""
+    if sha256(Path(peers.__file__).read_bytes()).hexdigest() != PEERS_SHA256:
+        raise SystemExit("peers.py has changed, so ratios do not compare with earlier ones")
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--size", default="640x480")
-    parser.add_argument("--rounds", type=int, default=15)
-    options = parser.parse_args()
-    cv2.setNumThreads(1)
-    width, height = (int(side) for side in options.size.split("x"))
-    every = pairs((width, height))
-    times: list[list[tuple[float, float]]] = [[] for _ in every]
-    for turn in range(options.rounds + 1):
-        for pair, taken in zip(every, times, strict=True):
-            if pair.costly and turn > 3:
-                continue
-            both = measured_ms(pair.peer), measured_ms(pair.ours)
-            if turn > 0:  # the first one prepares tables
-                taken.append(both)
-    print(f"{width} × {height}; ms, median; peers' methods as in peers.py")
-    print(f"{'':<26}{'peers':>10}{'ours':>10}{'ratio':>8}")
-    for pair, taken in zip(every, times, strict=True):
-        peer, ours = np.median(taken, axis=0)
-        ratio = np.median([theirs / mine for theirs, mine in taken])
-        print(f"{pair.task:<26}{peer:>10.2f}{ours:>10.2f}{ratio:>8.1f}")
+    parser.add_argument("rows", nargs="*", help="parts of the names of rows; default: all")
+    chosen = parser.parse_args().rows
+    print(f"{'ms':36}{'peer':>9}{'fast':>9}{'without':>9}{'fast ÷':>9}{'without ÷':>11}")
+    for name, make in ROWS.items():
+        if chosen and not any(part in name for part in chosen):
+            continue
+        with one_thread():
+            times = measured(make())
+        peer, fast, plain = np.median(times, axis=0)
+        ratios = np.median(times[:, 1:] / times[:, :1], axis=0)
+        print(
+            f"{name:36}{peer:9.2f}{fast:9.2f}{plain:9.2f}{ratios[0]:9.3f}{ratios[1]:11.3f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -126,11 +126,11 @@ def height_error(
     cell = columns / size[0] * mm_per_px / thickness_mm
     stiffness = (cell / REST_AREA.decay_thicknesses) ** 2
     trust = stiffness * _distant(undeformed, REST_AREA.margin_thicknesses / cell)
-    left = coarse
+    left, error = coarse, None
     for _ in range(REST_AREA.rounds):
         raised = np.maximum(left, 0) / _raised_mm(left)
-        weight = trust / (1 + raised**4)
-        error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held)
+        weight = trust / (1 + np.square(np.square(raised)))
+        error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held, error)
         left = coarse - error
     return _enlarged(np.asarray(error, np.float32), (rows, columns))
 

@@ -120,19 +120,6 @@ class Sampling:
                 shares = np.asarray(cv2.merge([shares] * small.shape[2]))
             return np.asarray(cv2.divide(small, shares, scale=255))
 
-    def enlarged(self, plane: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
-        """Interpolate a coarse plane to the size of the image, in a new array."""
-        if self.step == 1:
-            return plane.copy()
-        size = self.shape[1] * self.step, self.shape[0] * self.step
-        whole = cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR)
-        return np.ascontiguousarray(whole[: shape[0], : shape[1]])
-
-    def widened(self, plane: NDArray[Any]) -> NDArray[Any]:
-        """Interpolate the columns alone, to the width of the image or slightly more."""
-        size = self.shape[1] * self.step, self.shape[0]
-        return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR))
-
     def _smooth(self, part: NDArray[Any]) -> NDArray[Any]:
         if self.blur == 0:
             return part.copy()

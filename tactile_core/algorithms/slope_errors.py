@@ -88,7 +88,9 @@ def error_table(slopes: Array, errors: Array) -> tuple[Float32, Float32]:
     )
 
 
-def slope_std(gx: Float32, gy: Float32, slopes: Float32, std: Float32) -> Float32:
+def slope_std(
+    gx: Float32, gy: Float32, slopes: Float32, std: Float32, *, step_px: int = 1
+) -> Float32:
     """Return the standard deviation of a component of the slope, on a coarse grid.
 
     It is that of the slope's size in a table, plus what an error of position causes where the slope
@@ -100,6 +102,8 @@ def slope_std(gx: Float32, gy: Float32, slopes: Float32, std: Float32) -> Float3
         ∂z/∂x and ∂z/∂y.
     slopes, std : (M,) float32
         Result of :func:`error_table`.
+    step_px : int
+        Distance between neighbouring slopes.
 
     Returns
     -------
@@ -120,5 +124,5 @@ def slope_std(gx: Float32, gy: Float32, slopes: Float32, std: Float32) -> Float3
         )
         variation += np.hypot(across, down)
     # central differences span two cells
-    edge = variation * (ERRORS.edge_px / (2 * step))
+    edge = variation * (ERRORS.edge_px / (2 * step * step_px))
     return np.asarray(np.hypot(found, edge), np.float32)

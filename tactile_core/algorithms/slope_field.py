@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.algorithms.normal_xy import NORMALS, planes_to_gradient, to_gradient
+from tactile_core.algorithms.normal_xy import planes_to_gradient, to_gradient, to_normal_xy
 from tactile_core.algorithms.photometric import (
     Smoothing,
     place,
@@ -31,6 +31,32 @@ from tactile_core.algorithms.photometric import (
 from tactile_core.algorithms.sampling import Sampling
 
 Model = Callable[[Float32], Float32]
+
+
+class SlopeCells(NamedTuple):
+    """Slopes on a grid that is as coarse as their smoothing allows.
+
+    Attributes
+    ----------
+    gx, gy : (h, w) float32
+        ∂z/∂x and ∂z/∂y at the centres of the cells, dimensionless.
+    step_px : int
+        Side of a cell. The last cells may reach beyond the image.
+    """
+
+    gx: Float32
+    gy: Float32
+    step_px: int
+
+    def image(self, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+        """Return the slopes of every pixel of an (H, W) image, by interpolated unit normals."""
+        if self.step_px == 1:
+            return self.gx, self.gy
+        normal_xy = to_normal_xy(np.stack([self.gx, self.gy], axis=-1))
+        gx, gy = (interpolated(normal_xy[..., k], self.step_px, shape) for k in (0, 1))
+        with borrowed(shape, np.float32) as spare:
+            planes_to_gradient(gx, gy, spare)
+        return gx, gy
 
 
 class SlopeFieldParameters(NamedTuple):
@@ -119,9 +145,7 @@ class SlopeField:
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
         self._flat = self._table.flat()
 
-    def measure(
-        self, pixels: NDArray[Any], marker_mask: Bool | None = None
-    ) -> tuple[Float32, Float32, None]:
+    def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
         """Measure the slopes of a frame.
 
         Parameters
@@ -130,25 +154,23 @@ class SlopeField:
         marker_mask : (H, W) bool, optional
             Pixels that show a marker. They get the slope of the gel surface around them.
 
-        Returns
-        -------
-        gx, gy : (H, W) float32
-            ∂z/∂x and ∂z/∂y.
-        reliable : None
-            A regression does not estimate its confidence.
         """
         h, w = pixels.shape[:2]
         if self._table is None:
             every = self._sampler.image(pixels, marker_mask).reshape(h * w, -1)
             both = to_gradient(self._model(every)).reshape(h, w, 2)
-            return np.ascontiguousarray(both[..., 0]), np.ascontiguousarray(both[..., 1]), None
+            gx, gy = np.ascontiguousarray(both.transpose(2, 0, 1))
+            return SlopeCells(gx, gy, step_px=1)
         smoothed = self._sampling.smooth(pixels, marker_mask)
-        with borrowed((2, *self._sampling.shape), np.float32) as normal_xy:
-            self._look_up(self._table, smoothed, normal_xy)
-            coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
-            missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(normal_xy)]
-            self._correct(normal_xy, missing)
-            return *self._slopes(normal_xy, (h, w)), None
+        normal_xy = np.empty((2, *self._sampling.shape), np.float32)
+        self._look_up(self._table, smoothed, normal_xy)
+        coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
+        missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(normal_xy)]
+        self._correct(normal_xy, missing)
+        with borrowed(self._sampling.shape, np.float32) as spare:
+            gx, gy = normal_xy
+            planes_to_gradient(gx, gy, spare)
+        return SlopeCells(gx, gy, self._sampling.step)
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
         """Average an image over the cells of the coarse grid, in float32."""
@@ -194,19 +216,6 @@ class SlopeField:
             for plane, coarse in zip(normal_xy, missing, strict=True):
                 cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
-
-    def _slopes(self, normal_xy: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-        """Interpolate ``normal_xy`` to every pixel of an (H, W) image and convert it to slopes."""
-        loops = kernels.chosen(self._compiled)
-        if loops is None:
-            gx, gy = (self._sampling.enlarged(plane, shape) for plane in normal_xy)
-            with borrowed(shape, np.float32) as spare:
-                planes_to_gradient(gx, gy, spare)
-        else:
-            gx, gy = np.empty(shape, np.float32), np.empty(shape, np.float32)
-            wide = (self._sampling.widened(plane) for plane in normal_xy)
-            loops.to_slopes(*wide, self._sampling.step, NORMALS.steepest_sine, gx, gy)
-        return gx, gy
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

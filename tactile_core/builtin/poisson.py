@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated, Literal
 
 import cv2
@@ -12,10 +11,13 @@ from pydantic import BaseModel, Field, NonNegativeFloat
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import PoissonSolver
+from tactile_core.algorithms.poisson.divergence import between_cells
 from tactile_core.algorithms.poisson.propagation import height_std
+from tactile_core.algorithms.slope_field import SlopeCells
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
+from tactile_core.quantities.on_demand import grid_of, on_demand, on_grid
 
 DriftSlope = Annotated[
     NonNegativeFloat,
@@ -79,45 +81,65 @@ class Poisson(Estimator):
         self, gradients: Gradients, reference: ReferenceGradients | None = None
     ) -> HeightMap:
         """Return the height, 0 where undeformed and positive where pressed."""
-        gradients = relative_to(gradients, reference)
-        gx, gy, mm_per_px = gradients.x, gradients.y, gradients.mm_per_px
+        slopes = relative_to(gradients, reference)
+        mm_per_cell = gradients.mm_per_px * slopes.step_px
         solver = PoissonSolver(
-            gx.shape,
-            mm_per_px=mm_per_px,
+            slopes.gx.shape,
+            mm_per_px=mm_per_cell,
             boundary=self._boundary,
             compiled=self.context.compiled,
         )
-        height_mm = solver.solve(gx, gy)
+        gx, gy, step_px = slopes
+        # cells are wide enough for the curvature of the surface to matter between their centres
+        height_mm = solver.solve(*(between_cells(gx, gy) if step_px > 1 else (gx, gy)))
         if self._boundary == "neumann":
             set_to_rest(
                 height_mm,
                 gx,
                 gy,
-                mm_per_px=mm_per_px,
+                mm_per_px=mm_per_cell,
                 drift_slope=self._drift_slope,
                 levelled=self._levelled,
                 thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
                 compiled=self.context.compiled,
             )
-        return height_map(height_mm, gradients, self.context)
+        return height_map(height_mm, gradients, self.context, step_px)
 
 
-def relative_to(gradients: Gradients, reference: ReferenceGradients | None) -> Gradients:
+def relative_to(gradients: Gradients, reference: ReferenceGradients | None) -> SlopeCells:
     """Subtract the slopes that the calibration measures on the reference, if there are any."""
+    x, y = grid_of(gradients, "x"), grid_of(gradients, "y")
     if reference is None:
-        return gradients
-    return replace(gradients, x=gradients.x - reference.x, y=gradients.y - reference.y)
+        return SlopeCells(x.cells, y.cells, x.step_px)
+    levels = grid_of(reference, "x"), grid_of(reference, "y")
+    if levels[0].step_px != x.step_px:
+        gx, gy = gradients.x - reference.x, gradients.y - reference.y
+        return SlopeCells(gx, gy, step_px=1)
+    gx, gy = (own.cells - level.cells for own, level in zip((x, y), levels, strict=True))
+    return SlopeCells(gx, gy, x.step_px)
 
 
-def height_map(height_mm: Float32, gradients: Gradients, context: SensorContext) -> HeightMap:
-    """Make a height map of the (H, W) height that was integrated from these slopes."""
+def height_map(
+    height_mm: Float32, gradients: Gradients, context: SensorContext, step_px: int = 1
+) -> HeightMap:
+    """Make a height map of the height that was integrated from these slopes.
+
+    Parameters
+    ----------
+    height_mm : (h, w) float32
+        At the centres of cells.
+    gradients : Gradients
+    context : SensorContext
+    step_px : int
+        Side of a cell.
+    """
     return HeightMap(
-        height_mm,
-        gradients.valid,
+        on_grid(height_mm, step_px, grid_of(gradients, "x").shape),
+        on_demand(lambda: gradients.valid),
         gradients.mm_per_px,
         gradients.timestamp_s,
         context.rest_mm,
-        _std_cells_mm(height_mm, gradients),
+        on_demand(lambda: _std_cells_mm(height_mm, gradients)),
     )
 
 
@@ -131,6 +153,7 @@ def _std_cells_mm(height_mm: Float32, gradients: Gradients) -> Float32 | None:
     if cells is None or gain is None or correlation_mm is None:
         return None
     scale, (rows, columns) = gradients.mm_per_px, cells.shape
-    cell_mm = (scale * height_mm.shape[0] / rows, scale * height_mm.shape[1] / columns)
+    image = grid_of(gradients, "x").shape
+    cell_mm = (scale * image[0] / rows, scale * image[1] / columns)
     common = cv2.resize(height_mm, (columns, rows), interpolation=cv2.INTER_NEAREST) * gain
     return np.asarray(np.hypot(height_std(cells, cell_mm, correlation_mm), common), np.float32)

@@ -17,6 +17,7 @@ from tactile_core.builtin.poisson import (
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Gradients, HeightMap, ReferenceGradients
+from tactile_core.quantities.on_demand import grid_of
 
 
 class RobustPoisson(Estimator):
@@ -61,10 +62,10 @@ class RobustPoisson(Estimator):
         self, gradients: Gradients, reference: ReferenceGradients | None = None
     ) -> HeightMap:
         """Return the height, 0 where undeformed and positive where pressed."""
-        gradients = relative_to(gradients, reference)
+        gx, gy = relative_to(gradients, reference).image(grid_of(gradients, "x").shape)
         height_mm = integrate_robustly(
-            gradients.x,
-            gradients.y,
+            gx,
+            gy,
             mm_per_px=gradients.mm_per_px,
             valid=gradients.valid,
             outlier_slope=self._outlier_slope,
@@ -73,8 +74,8 @@ class RobustPoisson(Estimator):
         )
         set_to_rest(
             height_mm,
-            gradients.x,
-            gradients.y,
+            gx,
+            gy,
             mm_per_px=gradients.mm_per_px,
             drift_slope=self._drift_slope,
             levelled=self._levelled,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
@@ -13,6 +13,7 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.quantities import Float32, Gradients
+from tactile_core.quantities.on_demand import grid_of, on_demand, replaced
 
 _FILE = "errors.npz"
 
@@ -50,9 +51,12 @@ class SlopeErrors(Artefact):
 
     def added_to(self, gradients: Gradients) -> Gradients:
         """Return the slopes of a frame, with their standard deviation."""
-        return replace(
+        gx, gy = grid_of(gradients, "x"), grid_of(gradients, "y")
+        return replaced(
             gradients,
-            std_cells=slope_std(gradients.x, gradients.y, self.slopes, self.std),
+            std_cells=on_demand(
+                lambda: slope_std(gx.cells, gy.cells, self.slopes, self.std, step_px=gx.step_px)
+            ),
             gain_std=self.gain_std,
             correlation_mm=self.correlation_mm,
         )

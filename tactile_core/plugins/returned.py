@@ -6,6 +6,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference, ReferenceGradients
 from tactile_core.quantities.array_form import form_fault
+from tactile_core.quantities.on_demand import grid_of, on_demand
 
 
 def measured_by(
@@ -29,4 +30,9 @@ def reference_gradients(
 ) -> ReferenceGradients | None:
     """Measure the frame of the reference itself; None if the calibration gives a height map."""
     measured = measured_by(calibration, frame, reference)
-    return ReferenceGradients(measured.x, measured.y) if isinstance(measured, Gradients) else None
+    if not isinstance(measured, Gradients):
+        return None
+    return ReferenceGradients(
+        on_demand(lambda: measured.x, grid_of(measured, "x")),
+        on_demand(lambda: measured.y, grid_of(measured, "y")),
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from numbers import Real
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.quantities.fields import Field, fields_of
 from tactile_core.quantities.observation import Image
+from tactile_core.quantities.on_demand import waiting
 from tactile_core.quantities.quantity import Quantity
 
 _COMPONENTS = {"xy": 2, "xyz": 3}
@@ -36,31 +38,35 @@ def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:
         The annotations of its class cannot be read.
     """
     lengths = dict(_COMPONENTS) if image is None else {**_COMPONENTS, "y": image[0], "x": image[1]}
+    on_demand = waiting(quantity)
     for field in fields_of(type(quantity)):
-        value = getattr(quantity, field.name)
-        if value is None and field.optional:
+        given = on_demand.get(field.name)
+        value = getattr(quantity, field.name) if given is None else given.grid and given.grid.cells
+        if value is None and (field.optional or given):
             continue
-        wrong = (
-            _array_fault(field, value, lengths) if field.is_array else _number_fault(field, value)
-        )
+        if field.is_array:
+            coarse = field.spec.coarse or given is not None
+            wrong = _array_fault(field, value, lengths, coarse=coarse)
+        else:
+            wrong = _number_fault(field, value)
         if wrong:
             return f"{type(quantity).__name__}.{field.name} {wrong}"
     return ""
 
 
-def _array_fault(field: Field, value: Any, lengths: dict[str, int]) -> str:
-    if not isinstance(value, np.ndarray) or field.dtype not in (None, value.dtype):
+def _array_fault(field: Field, value: Any, lengths: dict[str, int], *, coarse: bool) -> str:
+    if not isinstance(value, np.ndarray) or (field.dtype and field.dtype != value.dtype):
         actual = getattr(value, "dtype", type(value).__name__)
         return f"is {actual} where it must be {field.dtype or 'an array'}"
     axes = field.spec.axes
     if axes is not None:
-        if field.spec.coarse and value.ndim == len(axes) and _tiles(value.shape, axes, lengths):
+        if coarse and value.ndim == len(axes) and _tiles(value.shape, axes, lengths):
             axes, found = axes[2:], value.shape[2:]
         else:
             found = value.shape
         # the first array over an axis determines its length
-        given = (*found[: len(axes)], *(0,) * (len(axes) - len(found)))
-        wanted = tuple(lengths.setdefault(a, n) for a, n in zip(axes, given, strict=True))
+        given = found if len(found) == len(axes) else (*found, *(0,) * len(axes))[: len(axes)]
+        wanted = tuple(map(lengths.setdefault, axes, given))
         if found != wanted:
             whose = "image" if "y" in axes else "quantity"
             return f"has the shape {value.shape} where the {whose} has {wanted}"
@@ -75,7 +81,7 @@ def _tiles(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int
 
 
 def _number_fault(field: Field, value: Any) -> str:
-    if field.form is not float or (isinstance(value, Real) and np.isfinite(float(value))):
+    if field.form is not float or (isinstance(value, Real) and isfinite(value)):
         return ""
     return f"is {value!r} where it must be a number"
 
@@ -95,6 +101,4 @@ def image_fault(image: object) -> str:
 
 def _is_finite(values: Float32) -> bool:
     # a sum of squares is several times faster than isfinite, and finite only if all values are
-    with np.errstate(over="ignore", invalid="ignore"):
-        total = np.vdot(values, values)
-    return bool(np.isfinite(total) or np.isfinite(values).all())
+    return isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())

@@ -14,6 +14,7 @@ from tactile_core.algorithms.arrays.shrinking import enlarged
 from tactile_core.errors import InputError
 from tactile_core.quantities.fields import Field, fields_of
 from tactile_core.quantities.layers import Layer, Outline, Points, ScalarMap, VectorMap
+from tactile_core.quantities.on_demand import ON_DEMAND, OnDemand, waiting
 
 Arrays = Mapping[str, NDArray[Any]]
 Guard = Callable[["Quantity"], AbstractContextManager[None]]
@@ -30,12 +31,27 @@ class Quantity:
     """
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if isinstance(value, np.ndarray) and value.flags.writeable:
-                view = value.view()
-                view.flags.writeable = False
-                object.__setattr__(self, name, view)
+        values = self.__dict__
+        for name, value in tuple(values.items()):
+            if isinstance(value, np.ndarray):
+                values[name] = _read_only(value)
+            elif isinstance(value, OnDemand):
+                if hasattr(type(self), name):
+                    raise TypeError(f"{name} has a default, so it cannot be computed on demand")
+                # reading the attribute fails from now on, so that __getattr__ is called
+                values.setdefault(ON_DEMAND, {})[name] = values.pop(name)
+
+    def __getattr__(self, name: str) -> Any:
+        given = None if name.startswith("__") else waiting(self).get(name)
+        if given is None:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        value = given.make()
+        self.__dict__[name] = value = _read_only(value) if isinstance(value, np.ndarray) else value
+        return value
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all fields, computed: what computes them cannot be pickled."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def full(self, name: str) -> NDArray[Any]:
         """Return a field at the size of the image, interpolated if it lives on a coarser grid.
@@ -145,6 +161,14 @@ class Quantity:
     def warnings(self) -> tuple[str, ...]:
         """Return messages that a reading passes on to the user."""
         return ()
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    if not array.flags.writeable:
+        return array
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def unguarded(_: Quantity) -> AbstractContextManager[None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -15,6 +15,10 @@ from tactile_core.quantities.layers import Layer, Outline, Surface
 from tactile_core.quantities.quantity import Quantity
 
 _YX = ("y", "x")
+
+
+def _none() -> None:
+    """Return None; a default that a field on demand may replace."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +51,7 @@ class Gradients(Quantity):
     std_cells: Annotated[
         Float32 | None,
         FieldSpec("mm/mm", _YX, saved_as="gradients_std", std_of="gradients", coarse=True),
-    ] = None
+    ] = field(default_factory=_none)
     gain_std: Annotated[float | None, FieldSpec(saved_as="gradients_gain_std")] = None
     correlation_mm: Annotated[
         float | None, FieldSpec("mm", saved_as="gradients_correlation_mm")
@@ -111,7 +115,7 @@ class HeightMap(Quantity):
     std_cells_mm: Annotated[
         Float32 | None,
         FieldSpec("mm", _YX, saved_as="height_std_mm", std_of="height_mm", coarse=True),
-    ] = None
+    ] = field(default_factory=_none)
 
     @property
     def std_mm(self) -> Float32 | None:

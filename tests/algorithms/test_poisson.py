@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.poisson import PoissonSolver, integrate
+from tactile_core.algorithms.poisson.divergence import between_cells
 from tactile_core.algorithms.poisson.laplacian import (
     Boundary,
     DftLaplacian,
@@ -349,3 +350,19 @@ def test_bad_input_is_refused_in_one_sentence(
 def test_a_solver_refuses_another_size() -> None:
     with pytest.raises(InputError, match=r"must be \(4, 5\)"):
         PoissonSolver((4, 5), mm_per_px=1).solve(np.zeros((5, 4)), np.zeros((5, 4)))
+
+
+@pytest.mark.parametrize(("cells", "allowed"), [(8, 0.006), (16, 0.0005)])
+def test_slopes_between_wide_cells_are_exact_to_the_fourth_order(
+    cells: int, allowed: float
+) -> None:
+    z, gx, gy = wave((128, 160), 128 / cells)
+    g32 = gx.astype(np.float32), gy.astype(np.float32)
+    inside = np.s_[8:-8, 8:-8]
+
+    def lost(slopes: tuple[Array, Array]) -> float:
+        found = PoissonSolver(z.shape, mm_per_px=MM_PER_PX).solve(*slopes)
+        return abs(1 - float(np.vdot(found[inside], z[inside]) / np.vdot(z[inside], z[inside])))
+
+    assert lost(between_cells(*g32)) < allowed
+    assert lost(g32) > 4 * lost(between_cells(*g32))

@@ -32,10 +32,10 @@ def both_ways(
     frame: np.ndarray, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> tuple[np.ndarray, np.ndarray]:
     table = bake(model, Axis(per_unit=80, first=45, count=80))
-    fast = np.stack(SlopeField(model, table, reference).measure(frame)[:2])
+    fast = np.stack(SlopeField(model, table, reference).measure(frame).image(frame.shape[:2]))
     everywhere = SLOPE_FIELD._replace(exact_pixels=frame.size)
     monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
-    exact = np.stack(SlopeField(model, table, reference).measure(frame)[:2])
+    exact = np.stack(SlopeField(model, table, reference).measure(frame).image(frame.shape[:2]))
     return fast, exact
 
 

@@ -29,6 +29,7 @@ from tactile_core.interfaces.slope_models.image_shape import (
 from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
 from tactile_core.interfaces.slope_models.samples import scale_of, thinned, too_few
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
+from tactile_core.quantities.on_demand import on_demand
 
 CHANNELS = 3
 """Hue needs three channels."""
@@ -116,7 +117,9 @@ class HueIntensity(Calibration):
         """
         check_fitting(frame, reference, self._shape)
         gx, gy = self._field(reference).measure(frame.pixels, frame.marker_mask)
-        return Gradients(gx, gy, _valid(frame), frame.mm_per_px, frame.timestamp_s)
+        return Gradients(
+            gx, gy, on_demand(lambda: _valid(frame)), frame.mm_per_px, frame.timestamp_s
+        )
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from tactile_core.algorithms.arrays.shrinking import interpolated
 from tactile_core.algorithms.photometric import around_markers, fill_markers
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Compensation
@@ -29,7 +30,7 @@ from tactile_core.interfaces.slope_models.model_file import (
 from tactile_core.interfaces.slope_models.options import SlopeOptions
 from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
 from tactile_core.interfaces.slope_models.slope_model import slopes_of
-from tactile_core.quantities import Float32, Frame, Gradients, Reference
+from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, light_directions
 from tactile_desktop_six_led.light_drift import LightDrift, fit_light_drift
 from tactile_desktop_six_led.light_field import LightField
@@ -144,8 +145,13 @@ class PhotometricStereo(Calibration):
             images, or the full scales of frame and reference differ.
         """
         check_fitting(frame, reference, self._shape)
-        gx, gy, consistent = self._field(reference).measure(frame.pixels, frame.marker_mask)
-        return slopes_of(frame, gx, gy, consistent)
+        cells, inconsistent = self._field(reference).measure(frame.pixels, frame.marker_mask)
+        shape = frame.pixels.shape[0], frame.pixels.shape[1]
+
+        def consistent() -> Bool:
+            return np.equal(interpolated(inconsistent, cells.step_px, shape), 0)
+
+        return slopes_of(frame, cells, consistent if inconsistent.any() else None)
 
     def field(self, reference: Reference) -> StereoField:
         """Prepare the model for one reference."""

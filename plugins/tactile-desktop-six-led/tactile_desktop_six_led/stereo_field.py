@@ -13,6 +13,7 @@ from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.slope_field import SlopeCells
 from tactile_desktop_six_led.light_drift import LightDrift
 from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
 from tactile_desktop_six_led.lit_lights import LitLights
@@ -21,6 +22,7 @@ from tactile_desktop_six_led.redundancy import Redundancy
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
+UInt8 = NDArray[np.uint8]
 
 
 class StereoFieldParameters(NamedTuple):
@@ -116,7 +118,7 @@ class StereoField:
 
     def measure(
         self, pixels: NDArray[Any], marker_mask: Bool | None = None
-    ) -> tuple[Float32, Float32, Bool]:
+    ) -> tuple[SlopeCells, UInt8]:
         """Measure one frame.
 
         Parameters
@@ -126,26 +128,22 @@ class StereoField:
 
         Returns
         -------
-        gx, gy : (H, W) float32
-            Slopes ∂z/∂x and ∂z/∂y.
-        consistent : (H, W) bool
-            Where the lights do not contradict each other.
+        slopes : SlopeCells
+        inconsistent : (h, w) uint8
+            1 for cells where the lights contradict each other, else 0.
         """
         planes = self._sampling.planes(pixels, marker_mask)
         height, width = self._undeformed.shape[1:]
-        with borrowed((2, height, width), np.float32) as slopes:
-            gains, steep_share = self._survey(planes)
-            strength = self._press_light.strength(steep_share)
-            outliers, response = self._solve(planes, gains, strength, slopes)
-            inconsistent, highlights = self._correct(outliers, response, strength, slopes)
-            self._extrapolate(planes, gains, slopes, highlights)
-            shape = pixels.shape[0], pixels.shape[1]
-            gx, gy = (self._sampling.enlarged(slope, shape) for slope in slopes)
-        if not len(inconsistent):
-            return gx, gy, np.ones(shape, np.bool_)
-        coarse = np.zeros((height, width), np.uint8)
-        coarse.ravel()[inconsistent] = 1
-        return gx, gy, self._sampling.enlarged(coarse, shape) == 0
+        slopes = np.empty((2, height, width), np.float32)
+        gains, steep_share = self._survey(planes)
+        strength = self._press_light.strength(steep_share)
+        outliers, response = self._solve(planes, gains, strength, slopes)
+        left, highlights = self._correct(outliers, response, strength, slopes)
+        self._extrapolate(planes, gains, slopes, highlights)
+        inconsistent = np.zeros((height, width), np.uint8)
+        inconsistent.ravel()[left] = 1
+        gx, gy = slopes
+        return SlopeCells(gx, gy, self._sampling.step), inconsistent
 
     def survey(
         self, pixels: NDArray[Any], marker_mask: Bool | None = None

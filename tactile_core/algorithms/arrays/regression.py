@@ -84,17 +84,20 @@ def scaling(features: Float32) -> tuple[Float32, Float32]:
 def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
     """Products of up to ``order`` features, (N, T), sorted by degree from the constant on."""
     features = np.ascontiguousarray(scaled.T)
-    products = [(0, np.ones(len(scaled), scaled.dtype))]
-    every = list(products)
+    count = len(features)
+    found = np.empty((comb(count + order, count), len(scaled)), scaled.dtype)
+    found[0] = 1
+    products, end = [(0, 0)], 1
     for _ in range(order):
-        # continuing from the last feature of a product yields each combination once
-        products = [
-            (feature, product * features[feature])
-            for last, product in products
-            for feature in range(last, len(features))
-        ]
-        every += products
-    return np.stack([product for _, product in every]).T
+        longer = []
+        for last, product in products:
+            # continuing from the last feature of a product yields each combination once
+            more = found[end : end + count - last]
+            np.multiply(features[last:], found[product], out=more)
+            longer += [(feature, end + feature - last) for feature in range(last, count)]
+            end += len(more)
+        products = longer
+    return found.T
 
 
 def degrees(features: int, order: int) -> NDArray[np.intp]:

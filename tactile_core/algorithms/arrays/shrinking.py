@@ -64,3 +64,21 @@ def enlarged(cells: Array, shape: tuple[int, ...]) -> Array:
         return cells
     large = cv2.resize(cells, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
     return np.asarray(large).reshape(*shape[:2], *cells.shape[2:])
+
+
+def interpolated(cells: Array, step_px: int, shape: tuple[int, int]) -> Array:
+    """Interpolate (h, w) cells of ``step_px`` pixels to an (H, W) image, in a new array.
+
+    Parameters
+    ----------
+    cells : (h, w)
+        Values at the centres of cells from the first row and column on. The last cells may reach
+        beyond the image.
+    step_px : int
+        Side of a cell.
+    shape : (H, W)
+        Of the image.
+    """
+    size = cells.shape[1] * step_px, cells.shape[0] * step_px
+    whole = np.asarray(cv2.resize(cells, size, interpolation=cv2.INTER_LINEAR))
+    return np.ascontiguousarray(whole[: shape[0], : shape[1]])

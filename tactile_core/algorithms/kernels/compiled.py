@@ -11,7 +11,7 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes, to_slopes
+from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes
 from tactile_core.algorithms.kernels.spots import moments_of_labels
 
 __all__ = [
@@ -24,5 +24,4 @@ __all__ = [
     "normal_xy_of_bytes",
     "rest_plane",
     "solve_low",
-    "to_slopes",
 ]

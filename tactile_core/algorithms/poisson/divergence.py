@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.scratch import borrowed
-from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.poisson.laplacian import Boundary
 
 
@@ -50,3 +51,26 @@ def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:
     if boundary == "dirichlet":
         return 2 * (second - first), 2 * (last - penultimate)
     return first + second, -(penultimate + last)
+
+
+def between_cells(gx: Float32, gy: Float32) -> tuple[Float32, Float32]:
+    """Return slopes whose means over neighbours are the mean slopes between these neighbours.
+
+    :func:`double_divergence` takes the mean of two slopes for the mean slope between them, which
+    is exact to the second order. That of g − δ²g / 12 is exact to the fourth [1]_: a wave with a
+    period of eight cells then loses 0.6 % of its height instead of 5 %.
+
+    Parameters
+    ----------
+    gx, gy : (h, w) float32
+        Slopes at the centres of cells.
+
+    References
+    ----------
+    .. [1] P. J. Davis and P. Rabinowitz, "Methods of Numerical Integration", Academic Press, 1984,
+       section 2.9 (end corrections of the trapezoidal rule).
+    """
+    across = np.array([[-1, 14, -1]], np.float32) / 12
+    gx = np.asarray(cv2.filter2D(gx, -1, across, borderType=cv2.BORDER_REPLICATE))
+    gy = np.asarray(cv2.filter2D(gy, -1, across.T, borderType=cv2.BORDER_REPLICATE))
+    return gx, gy

@@ -31,18 +31,21 @@ SCREENED = ScreenedParameters()
 """The values in use."""
 
 
-def solve_screened(source: Array, weight: Array) -> Array:
+def solve_screened(source: Array, weight: Array, start: Array | None = None) -> Array:
     """Solve ``weight · z − Σ (neighbour − z) = source``.
 
     It minimises the squared differences of neighbours plus ``weight · (z − source / weight)²``.
-    Conjugate gradients [1]_ are preconditioned by the same equation with the mean weight, which the
-    cosine transform solves exactly. On small grids that transform is fastest as a matrix product.
+    Conjugate gradients [1]_ run on the coefficients of the cosine transform, where the differences
+    are a diagonal matrix, and are preconditioned by the same equation with the mean weight. On
+    small grids that transform is fastest as a matrix product.
 
     Parameters
     ----------
     source : (H, W)
     weight : (H, W)
         Not negative, and positive somewhere. The fewer iterations, the more even it is.
+    start : (H, W), optional
+        A first guess of z.
 
     Returns
     -------
@@ -55,36 +58,33 @@ def solve_screened(source: Array, weight: Array) -> Array:
        systems", Journal of Research of the National Bureau of Standards 49(6), 1952.
     """
     down, across = (_cosines(side) for side in source.shape)
-    modes = _stiffness(source.shape[0])[:, None] + _stiffness(source.shape[1])
+    modes = _stiffness(*source.shape)
     gain = 1 / np.maximum(weight.mean() + modes, np.finfo(np.float64).tiny)
 
-    def preconditioned(residual: Array) -> Array:
-        return np.asarray(down.T @ ((down @ residual @ across.T) * gain) @ across)
+    def applied(z: Array) -> Array:
+        weighted = weight * (down.T @ z @ across)
+        weighted = down @ weighted @ across.T
+        weighted += modes * z
+        return np.asarray(weighted)
 
-    z, residual = np.zeros(source.shape), np.asarray(source, np.float64)
-    direction = step = preconditioned(residual)
-    energy = first = np.vdot(residual, step)
+    residual = down @ np.asarray(source, np.float64) @ across.T
+    enough = SCREENED.tolerance**2 * np.vdot(residual, gain * residual)
+    z = np.zeros(source.shape) if start is None else down @ start @ across.T
+    if start is not None:
+        residual -= applied(z)
+    direction = step = gain * residual
+    energy = np.vdot(residual, step)
     for _ in range(SCREENED.most_rounds):
-        if not energy > SCREENED.tolerance**2 * first:
+        if not energy > enough:
             break
-        applied = weight * direction - _laplacian_of(direction)
-        length = energy / np.vdot(direction, applied)
+        change = applied(direction)
+        length = energy / np.vdot(direction, change)
         z += length * direction
-        residual = residual - length * applied
-        step = preconditioned(residual)
+        residual -= length * change
+        step = gain * residual
         before, energy = energy, np.vdot(residual, step)
         direction = step + (energy / before) * direction
-    return z
-
-
-def _laplacian_of(z: Array) -> Array:
-    total = np.zeros_like(z)
-    across, down = np.diff(z, axis=1), np.diff(z, axis=0)
-    total[:, :-1] += across
-    total[:, 1:] -= across
-    total[:-1] += down
-    total[1:] -= down
-    return total
+    return np.asarray(down.T @ z @ across)
 
 
 @lru_cache(maxsize=16)
@@ -96,5 +96,8 @@ def _cosines(side: int) -> Array:
     return np.asarray(matrix)
 
 
-def _stiffness(side: int) -> Array:
-    return np.asarray(2 - 2 * np.cos(np.pi * np.arange(side) / side))
+@lru_cache(maxsize=16)
+def _stiffness(rows: int, columns: int) -> Array:
+    """Factor of each coefficient when the differences to neighbours are summed, (rows, columns)."""
+    down, across = (2 - 2 * np.cos(np.pi * np.arange(n) / n) for n in (rows, columns))
+    return np.asarray(down[:, None] + across)

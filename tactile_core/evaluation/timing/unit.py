@@ -47,8 +47,14 @@ class UnitParameters(NamedTuple):
     kept_frames : int, count
         Calibration presses whose frames are kept.
         Source: chosen by hand; no script derives it.
-    stroke_px : tuple of float, px
-        Shear displacement of a ball in successive frames; repeats without a jump.
+    stroke_frames : int, count
+        Frames of a ball that moves; they repeat without a jump.
+        Source: chosen by hand, so that no frame is measured often.
+    stroke_px : (float, float), px
+        Least and largest shear displacement of that ball.
+        Source: chosen by hand; no script derives it.
+    stroke_depth : float, share of the depth
+        By how much it is pressed more and less deep.
         Source: chosen by hand; no script derives it.
     shear_radii : float, contact radii
         Distance from the contact at which its shear displacement has decayed to zero.
@@ -60,7 +66,9 @@ class UnitParameters(NamedTuple):
     depth_balls: float = 0.2
     region: tuple[float, float] = (0.15, 0.85)
     kept_frames: int = 4
-    stroke_px: tuple[float, ...] = (1.0, 2.0, 3.0, 2.0)
+    stroke_frames: int = 36
+    stroke_px: tuple[float, float] = (1.0, 3.0)
+    stroke_depth: float = 0.1
     shear_radii: float = 2.5
 
 
@@ -79,7 +87,8 @@ class VirtualUnit:
     frames : tuple of Frame
         Ball presses at several positions, without marker masks.
     stroke : tuple of Frame
-        A ball that shears the gel surface back and forth, one pixel per frame; it can be repeated.
+        A ball that shears the gel surface back and forth and is pressed more and less deep; it can
+        be repeated.
     """
 
     profile: Profile
@@ -141,9 +150,13 @@ def virtual_unit(
     )
     frames = tuple(replace(press.frame, marker_mask=None) for press in presses[: UNIT.kept_frames])
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
-    held = BallPress(middle_px, ball_mm, UNIT.depth_balls * ball_mm)
-    stroke = tuple(take(held, seed, moved_px) for seed, moved_px in enumerate(UNIT.stroke_px))
-    return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, stroke)
+    stroke = []
+    for seed, phase in enumerate(np.linspace(0, 2 * np.pi, UNIT.stroke_frames, endpoint=False)):
+        depth_balls = UNIT.depth_balls * (1 + UNIT.stroke_depth * np.sin(phase))
+        moved_px = np.interp(-np.cos(phase), (-1, 1), UNIT.stroke_px)
+        held = BallPress(middle_px, ball_mm, depth_balls * ball_mm)
+        stroke.append(take(held, seed, float(moved_px)))
+    return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, tuple(stroke))
 
 
 def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, Generic, Protocol, Self, TypeVar
 
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
-from tactile_core.algorithms.slope_field import SlopeField
+from tactile_core.algorithms.slope_field import SlopeCells, SlopeField
 from tactile_core.algorithms.validity import two_within
 from tactile_core.interfaces.slope_models.fields import slope_field
 from tactile_core.interfaces.slope_models.for_reference import ForReference
@@ -26,6 +28,7 @@ from tactile_core.interfaces.slope_models.model_file import (
     write_model,
 )
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
+from tactile_core.quantities.on_demand import Grid, on_demand
 
 
 class SlopeFunction(Protocol):
@@ -95,8 +98,8 @@ class SlopeModel(Generic[F]):
             images, or the full scales of frame and reference differ.
         """
         check_fitting(frame, reference, self.shape)
-        gx, gy, _ = self._field(reference).measure(frame.pixels, frame.marker_mask)
-        return slopes_of(frame, gx, gy)
+        cells = self._field(reference).measure(frame.pixels, frame.marker_mask)
+        return slopes_of(frame, cells)
 
     def field(self, reference: Reference) -> SlopeField:
         """Prepare the function for one reference."""
@@ -129,17 +132,33 @@ class SlopeModel(Generic[F]):
         return cls(made, shape, blur_px, table)
 
 
-def slopes_of(frame: Frame, gx: Float32, gy: Float32, reliable: Bool | None = None) -> Gradients:
+def slopes_of(
+    frame: Frame, cells: SlopeCells, reliable: Callable[[], Bool] | None = None
+) -> Gradients:
     """Return the slopes of a frame, valid where they are measurable and reliable.
 
     Parameters
     ----------
     frame : Frame
-    gx, gy : (H, W) float32
-        ∂z/∂x and ∂z/∂y.
-    reliable : (H, W) bool, optional
-        The model's own estimate of where its slopes are reliable; by default everywhere.
+    cells : SlopeCells
+        The slopes, on a grid.
+    reliable : callable, optional
+        Returns (H, W) bool: the model's own estimate of where its slopes are reliable. Called when
+        somebody reads the validity. Default: everywhere.
     """
+    shape = frame.pixels.shape[:2]
+    image = cache(lambda: cells.image(shape))
+    gx, gy = (Grid(plane, cells.step_px, shape) for plane in (cells.gx, cells.gy))
+    return Gradients(
+        on_demand(lambda: image()[0], gx),
+        on_demand(lambda: image()[1], gy),
+        on_demand(lambda: _measurable(frame, reliable)),
+        frame.mm_per_px,
+        frame.timestamp_s,
+    )
+
+
+def _measurable(frame: Frame, reliable: Callable[[], Bool] | None) -> Bool:
     valid = two_within(
         frame.pixels,
         LEVELS.dark_share * frame.full_scale,
@@ -149,5 +168,5 @@ def slopes_of(frame: Frame, gx: Float32, gy: Float32, reliable: Bool | None = No
         valid &= bare_mask(frame.marker_mask)
     measurable: Bool = valid.view(np.bool_)
     if reliable is not None:
-        measurable &= reliable
-    return Gradients(gx, gy, measurable, frame.mm_per_px, frame.timestamp_s)
+        measurable &= reliable()
+    return measurable

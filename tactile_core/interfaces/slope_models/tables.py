@@ -81,7 +81,8 @@ def faithful(
         distances = []
         for press in some:
             at = press.rows, press.columns
-            gx, gy, _ = field.measure(press.frame.pixels, press.frame.marker_mask)
+            cells = field.measure(press.frame.pixels, press.frame.marker_mask)
+            gx, gy = cells.image(press.frame.pixels.shape[:2])
             exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
             fast = to_normal_xy(np.stack([gx[at], gy[at]], axis=1))
             distances.append(np.linalg.norm(fast - exact, axis=1))

@@ -42,16 +42,23 @@ class SlopeCells(NamedTuple):
         ∂z/∂x and ∂z/∂y at the centres of the cells, dimensionless.
     step_px : int
         Side of a cell. The last cells may reach beyond the image.
+    as_normals : bool
+        Whether unit normals are interpolated between the cells, or slopes. A model is best
+        interpolated in what it computes.
     """
 
     gx: Float32
     gy: Float32
     step_px: int
+    as_normals: bool = True
 
     def image(self, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-        """Return the slopes of every pixel of an (H, W) image, by interpolated unit normals."""
+        """Return the slopes of every pixel of an (H, W) image."""
         if self.step_px == 1:
             return self.gx, self.gy
+        if not self.as_normals:
+            gx, gy = (interpolated(plane, self.step_px, shape) for plane in (self.gx, self.gy))
+            return gx, gy
         normal_xy = to_normal_xy(np.stack([self.gx, self.gy], axis=-1))
         gx, gy = (interpolated(normal_xy[..., k], self.step_px, shape) for k in (0, 1))
         with borrowed(shape, np.float32) as spare:

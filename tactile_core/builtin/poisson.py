@@ -89,7 +89,7 @@ class Poisson(Estimator):
             boundary=self._boundary,
             compiled=self.context.compiled,
         )
-        gx, gy, step_px = slopes
+        gx, gy, step_px = slopes.gx, slopes.gy, slopes.step_px
         # cells are wide enough for the curvature of the surface to matter between their centres
         height_mm = solver.solve(*(between_cells(gx, gy) if step_px > 1 else (gx, gy)))
         if self._boundary == "neumann":

@@ -143,7 +143,7 @@ class StereoField:
         inconsistent = np.zeros((height, width), np.uint8)
         inconsistent.ravel()[left] = 1
         gx, gy = slopes
-        return SlopeCells(gx, gy, self._sampling.step), inconsistent
+        return SlopeCells(gx, gy, self._sampling.step, as_normals=False), inconsistent
 
     def survey(
         self, pixels: NDArray[Any], marker_mask: Bool | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 from numpy.typing import NDArray
@@ -46,12 +47,13 @@ class OnDemand:
 
     Attributes
     ----------
-    make : callable
+    make : callable or None
+        None for a field that was computed before its quantity was pickled.
     grid : Grid or None
         The same array on a coarser grid.
     """
 
-    make: Callable[[], Any]
+    make: Callable[[], Any] | None
     grid: Grid | None = None
 
 
@@ -105,6 +107,10 @@ def replaced(quantity: Q, **values: Any) -> Q:
 
     Fields that are computed on demand stay so.
     """
-    fields = {n: waiting(quantity).get(n) for n in quantity.__dataclass_fields__}
-    kept = {n: getattr(quantity, n) if given is None else given for n, given in fields.items()}
+    kept: dict[str, Any] = {
+        name: OnDemand(partial(getattr, quantity, name), given.grid)
+        for name, given in waiting(quantity).items()
+    }
+    names = quantity.__dataclass_fields__
+    kept |= {name: getattr(quantity, name) for name in names if name not in kept}
     return type(quantity)(**(kept | values))

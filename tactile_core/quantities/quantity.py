@@ -43,15 +43,17 @@ class Quantity:
 
     def __getattr__(self, name: str) -> Any:
         given = None if name.startswith("__") else waiting(self).get(name)
-        if given is None:
+        if given is None or given.make is None:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         value = given.make()
         self.__dict__[name] = value = _read_only(value) if isinstance(value, np.ndarray) else value
         return value
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return all fields, computed: what computes them cannot be pickled."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        """Return all fields, computed, and the grids: what computes them cannot be pickled."""
+        state = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        grids = {name: OnDemand(None, given.grid) for name, given in waiting(self).items()}
+        return {**state, ON_DEMAND: grids} if grids else state
 
     def full(self, name: str) -> NDArray[Any]:
         """Return a field at the size of the image, interpolated if it lives on a coarser grid.

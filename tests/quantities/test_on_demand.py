@@ -80,10 +80,14 @@ def test_copies_with_other_values_keep_what_is_on_demand() -> None:
     np.testing.assert_array_equal(replace(height(), timestamp_s=2.0).mm, later.mm)
 
 
-def test_it_pickles_with_its_arrays() -> None:
-    again = pickle.loads(pickle.dumps(height()))
+def test_it_pickles_with_its_arrays_and_its_grid() -> None:
+    again = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(height()))))
     np.testing.assert_array_equal(again.mm, height().mm)
     assert again.valid.all()
+    assert grid_of(again, "mm").step_px == 2
+    np.testing.assert_array_equal(replaced(again, timestamp_s=1.0).mm, height().mm)
+    with pytest.raises(AttributeError, match="no attribute"):
+        _ = again.metres
 
 
 def test_files_hold_the_image() -> None:

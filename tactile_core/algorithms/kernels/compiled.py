@@ -8,6 +8,8 @@ from tactile_core.algorithms.kernels.marker_images import (
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
     neighbours_plane,
+    small_step,
+    spacing,
 )
 from tactile_core.algorithms.kernels.poisson_columns import (
     backward_columns,
@@ -17,7 +19,7 @@ from tactile_core.algorithms.kernels.poisson_columns import (
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
 from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes, to_slopes
-from tactile_core.algorithms.kernels.spots import moments_of_spots
+from tactile_core.algorithms.kernels.spots import measured_spots
 
 __all__ = [
     "backward_columns",
@@ -26,11 +28,13 @@ __all__ = [
     "doubled_mask",
     "forward_columns",
     "mean_of_channels",
-    "moments_of_spots",
+    "measured_spots",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "rest_plane",
+    "small_step",
     "solve_low",
+    "spacing",
     "to_slopes",
 ]

@@ -113,23 +113,8 @@ def _moments(labels: Any, weight: UInt8, label: int, box: Any, sums: Float64) ->
 
 
 @njit(**LOOP)
-def moments_of_spots(dark: UInt8, weight: UInt8, rim: int) -> tuple[Any, Any]:
-    """Sum w, wx, wy, wxx, wxy and wyy of each connected spot and its rim.
-
-    Parameters
-    ----------
-    dark : (h, w) uint8
-        Not 0 on spots.
-    weight : (h, w) uint8
-    rim : int
-        Width of the rim, px; where rims overlap, a pixel belongs to the last spot.
-
-    Returns
-    -------
-    sums : (6, N) float64
-    truncated : (N, 4) bool
-        Whether the spot touches the left, top, right or bottom border.
-    """
+def _painted(dark: UInt8, rim: int, labels: Any) -> tuple[Any, Any]:
+    """Number spots and their rims in ``labels``; return their boxes and the borders they touch."""
     rows, columns = dark.shape
     runs = np.empty((rows * ((columns + 1) // 2), 3), np.int32)
     parent = np.empty(len(runs), np.int32)
@@ -139,7 +124,6 @@ def moments_of_spots(dark: UInt8, weight: UInt8, rim: int) -> tuple[Any, Any]:
     boxes = np.empty((spots, 4), np.int64)
     boxes[:, :2] = rows + columns
     boxes[:, 2:] = 0
-    labels = np.zeros(dark.shape, np.int32)
     for run in range(count):
         y, first, end = runs[run]
         label = numbers[run]
@@ -157,7 +141,57 @@ def moments_of_spots(dark: UInt8, weight: UInt8, rim: int) -> tuple[Any, Any]:
         cut[1] |= y == 0
         cut[2] |= end == columns
         cut[3] |= y == rows - 1
-    sums = np.zeros((spots, 6))
-    for k in range(spots):
-        _moments(labels, weight, k + 1, boxes[k], sums[k])
-    return sums.T.copy(), truncated
+    return boxes, truncated
+
+
+@njit(**LOOP)
+def measured_spots(
+    dark: UInt8, weight: UInt8, peaks: UInt8, faintest: float, rim: int, pixel_variance: float
+) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """Measure each connected spot, including a rim that contains its blurred edge.
+
+    Parameters
+    ----------
+    dark, weight, peaks, faintest, rim
+        See :func:`tactile_core.algorithms.markers.spots.measured_spots`.
+    pixel_variance : float
+        Variance of the position within one pixel, px².
+
+    Returns
+    -------
+    mass, centres, orientation, sigma, peak, truncated
+        The fields of :class:`tactile_core.algorithms.markers.spots.Spots`.
+    """
+    labels = np.zeros(dark.shape, np.int32)
+    boxes, truncated = _painted(dark, rim, labels)
+    count = len(boxes)
+    mass, orientation = np.empty((2, count))
+    centres, sigma = np.empty((2, count, 2))
+    peak = np.empty(count, np.uint8)
+    sums = np.empty(6)
+    kept = 0
+    for k in range(count):
+        sums[:] = 0
+        _moments(labels, weight, k + 1, boxes[k], sums)
+        total = max(sums[0], 1e-9)
+        x, y = sums[1] / total, sums[2] / total
+        top = peaks[int(np.rint(y)), int(np.rint(x))]
+        if top <= faintest:
+            continue
+        xx, xy, yy = sums[3] / total - x * x, sums[4] / total - x * y, sums[5] / total - y * y
+        mean, half_difference = (xx + yy) / 2 + pixel_variance, np.hypot((xx - yy) / 2, xy)
+        mass[kept], peak[kept] = total, top
+        centres[kept, 0], centres[kept, 1] = x, y
+        orientation[kept] = np.arctan2(2 * xy, xx - yy) / 2
+        sigma[kept, 0] = np.sqrt(mean + half_difference)
+        sigma[kept, 1] = np.sqrt(max(mean - half_difference, pixel_variance))
+        truncated[kept] = truncated[k]
+        kept += 1
+    return (
+        mass[:kept],
+        centres[:kept],
+        orientation[:kept],
+        sigma[:kept],
+        peak[:kept],
+        truncated[:kept],
+    )

@@ -92,7 +92,10 @@ def measured_spots(
     Spots
     """
     loops = kernels.chosen(compiled)
-    moments, truncated = (loops.moments_of_spots if loops else _moments)(dark, weight, rim)
+    if loops is not None:
+        variance = _PIXEL_VARIANCE_PX2
+        return Spots(*loops.measured_spots(dark, weight, peaks, faintest, rim, variance))
+    moments, truncated = _moments(dark, weight, rim)
     mass = np.maximum(moments[0], 1e-9)
     means = moments[1:] / mass
     x, y = centres = means[:2]

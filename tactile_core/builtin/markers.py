@@ -29,11 +29,11 @@ class MarkerDetection(Estimator):
                 "'gel.markers: auto' finds no lattice of markers in the reference; give their "
                 "{pitch_mm: …, diameter_mm: …}, or 'markers: null' if none are printed"
             )
-        self._finder = MarkerFinder.of(context)
+        self._finder = MarkerFinder.of(context, compiled=context.compiled)
 
     def estimate(self, frame: Frame) -> MarkerDetections:
         """Return the centroids of all markers in view, or none if the gel has no markers."""
         if self._finder is None:
             nothing = np.zeros((0, 2), np.float32), np.zeros(0, np.bool_)
             return MarkerDetections(*nothing, frame.timestamp_s)
-        return self._finder.detect(frame, compiled=self.context.compiled)
+        return self._finder.detect(frame)

@@ -48,6 +48,7 @@ class Conditioning:
         *,
         compensates: bool,
         known: Reference | None = None,
+        compiled: bool = False,
     ) -> Self:
         """Make the conditioning of a sensor build, and mask the markers of the reference.
 
@@ -56,7 +57,8 @@ class Conditioning:
         InputError
             The profile has ``markers: auto``, and there is no reference to detect them in.
         """
-        return cls(None, MarkerFinder.of(build, reference), compensates, known).against(reference)
+        finder = MarkerFinder.of(build, reference, compiled=compiled)
+        return cls(None, finder, compensates, known).against(reference)
 
     def against(self, reference: Reference | None) -> Self:
         """Return a copy with another reference."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.markers import (
     contrast_of,
     detectable_diameter,
@@ -23,13 +24,19 @@ from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Refer
 
 @dataclass(frozen=True)
 class MarkerFinder:
-    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
+    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``.
+
+    ``compiled`` says whether to use :mod:`tactile_core.algorithms.kernels`.
+    """
 
     diameter_px: float
     pitch_px: float
+    compiled: bool = False
 
     @classmethod
-    def of(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
+    def of(
+        cls, build: GelImage, reference: Reference | None = None, *, compiled: bool = False
+    ) -> MarkerFinder | None:
         """Return the finder for a gel, or None for a gel without markers.
 
         Raises
@@ -41,14 +48,14 @@ class MarkerFinder:
         if markers is None:
             return None
         if isinstance(markers, Markers):
-            return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px)
+            return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px, compiled)
         if reference is None:
             raise InputError(
                 "'gel.markers: auto' needs a reference image to detect the markers in; "
                 "give --reference"
             )
         found = detectable_diameter(np.asarray(reference.pixels))
-        return None if found is None else cls(*found[:2])
+        return None if found is None else cls(*found[:2], compiled)
 
     def find(self, pixels: Pixels) -> Bool:
         """Return the mask of the markers and their rims, (H, W) bool."""
@@ -56,25 +63,28 @@ class MarkerFinder:
 
     def marked(self, frame: Frame) -> Frame:
         """Return the frame with its marker mask and marker contrast."""
-        marker_contrast = contrast_of(frame.pixels, diameter_px=self.diameter_px)
-        marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2])
+        marker_contrast = self._contrast(frame.pixels)
+        marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2], compiled=self.compiled)
         return replace(frame, marker_mask=marker_mask, marker_contrast=marker_contrast)
 
-    def detect(self, frame: Frame | Reference, *, compiled: bool = False) -> MarkerDetections:
+    def detect(self, frame: Frame | Reference) -> MarkerDetections:
         """Detect the centres of the markers; faster for frames from :meth:`marked`."""
         marker_contrast, timestamp_s = None, 0.0
         if isinstance(frame, Frame):
             marker_contrast, timestamp_s = frame.marker_contrast, frame.timestamp_s
         if marker_contrast is None:
-            marker_contrast = contrast_of(frame.pixels, diameter_px=self.diameter_px)
+            marker_contrast = self._contrast(frame.pixels)
         centres_px, cut = find_markers(
             marker_contrast,
             frame.pixels.shape[:2],
             diameter_px=self.diameter_px,
             pitch_px=self.pitch_px,
-            compiled=compiled,
+            compiled=self.compiled,
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
+
+    def _contrast(self, pixels: Pixels) -> UInt8:
+        return contrast_of(pixels, diameter_px=self.diameter_px, compiled=self.compiled)
 
     def miscounted(self, reference: Reference) -> str:
         """Return how the number of markers contradicts their pitch; empty if it does not."""

@@ -111,7 +111,11 @@ class Pipeline:
         compensates = calibration is None or calibration.compensation == "channel"
         known = None if self.bundle is None else self.bundle.reference
         self.conditioning = Conditioning.of(
-            self.profile, reference, compensates=compensates, known=known
+            self.profile,
+            reference,
+            compensates=compensates,
+            known=known,
+            compiled=self.compiled,
         )
         self.reference = self.conditioning.reference
         self._chain, markless = self._build_chain()

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -18,6 +19,7 @@ from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.algorithms.marker_tracking import MarkerTracker
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import paired
+from tactile_core.algorithms.markers import contrast_of, mask_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_surface import rest_plane
@@ -166,6 +168,37 @@ def test_spots_agree(shape: tuple[int, int], seed: int, share: float) -> None:
 
 
 @needs_kernels
+@given(shape=shapes, seed=seeds, reach=st.integers(1, 3))
+@several
+def test_spots_are_numbered_alike(shape: tuple[int, int], seed: int, reach: int) -> None:
+    rng = np.random.default_rng(seed)
+    dark = (cv2.GaussianBlur(rng.random(shape), (0, 0), 1.5) > 0.5).astype(np.uint8)
+    weight = rng.integers(1, 256, shape).astype(np.uint8)
+    fast, plain = both_ways(
+        lambda compiled: measured_spots(
+            dark, weight, weight, faintest=0, rim=reach, compiled=compiled
+        )
+    )
+    np.testing.assert_array_equal(fast.mass, plain.mass)
+    np.testing.assert_array_equal(fast.truncated, plain.truncated)
+
+
+@needs_kernels
+@pytest.mark.parametrize("diameter_px", [7, 14, 20, 26])
+@pytest.mark.parametrize("shape", [(48, 64, 3), (49, 66, 3), (48, 64), (48, 64, 4)])
+def test_contrast_and_mask_are_the_same_bytes(shape: tuple[int, ...], diameter_px: float) -> None:
+    noise = np.random.default_rng(0).uniform(-200, 455, shape)
+    image = np.clip(cv2.GaussianBlur(noise, (0, 0), 1), 0, 255).astype(np.uint8)
+    fast, plain = both_ways(
+        lambda compiled: contrast_of(image, diameter_px=diameter_px, compiled=compiled)
+    )
+    np.testing.assert_array_equal(fast, plain)
+    fast, plain = both_ways(lambda compiled: mask_of(plain, shape[:2], compiled=compiled))
+    np.testing.assert_array_equal(fast, plain)
+    assert 0 < plain.mean() < 1
+
+
+@needs_kernels
 @given(seeds)
 @several
 def test_neighbours_agree(seed: int) -> None:
@@ -174,6 +207,10 @@ def test_neighbours_agree(seed: int) -> None:
     values, trust = rng.normal(size=(40, 2)), rng.uniform(0, 1, 40)
     gates = np.where(rng.random(40) < 0.2, -1.0, rng.uniform(5, 60, 40))
     fast, plain = both_ways(lambda c: Neighbourhood.of(places, compiled=c).fit(values, trust))
+    assert fast == pytest.approx(plain, abs=1e-6)
+    fast, plain = both_ways(
+        lambda c: Neighbourhood.of(places, compiled=c).spacing_px(places + values)
+    )
     assert fast == pytest.approx(plain, abs=1e-6)
     fast, plain = both_ways(lambda c: paired(places, found, gates, compiled=c))
     np.testing.assert_array_equal(fast, plain)

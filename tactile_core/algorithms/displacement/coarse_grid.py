@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
@@ -53,7 +54,7 @@ class CoarseGrid:
         rows, columns = (max(2, round(side / cell)) for side in image_shape)
         return cls((rows, columns), image_shape)
 
-    @property
+    @cached_property
     def cell_px(self) -> NDArray[np.float64]:
         """(2,) width and height of a cell, px."""
         return np.asarray(np.divide(self.image_shape[::-1], self.shape[::-1]), np.float64)

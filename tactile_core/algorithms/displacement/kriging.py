@@ -78,7 +78,9 @@ class Kriging:
         self._weights: Float32 = weights.astype(np.float32)
         unexplained = _variance(points) - (weights * between).sum(axis=1)
         near = _nearness(points, markers, pitch_mm / range_mm)
+        # in float32, because these matrices are read whole in every frame
         self._variances = (near * np.maximum(unexplained, 0)[:, None]).astype(np.float32)
+        self._variance_shares = KRIGING.std_share**2 / (2 * self._precision.diagonal())
 
     def completed(self, values: Float64, seen: Bool) -> Float64:
         """Replace the values of unseen markers by the most likely ones, given the others.
@@ -109,14 +111,14 @@ class Kriging:
         """Interpolate completed values (N, J) at the points, (M, J)."""
         return np.asarray(self._weights @ values.astype(np.float32))
 
-    def std(self, values: Float64) -> Float32:
+    def std(self, weighted: Float64) -> Float32:
         """Estimate the standard deviation of a component of :meth:`field` at the points, (M,).
 
         The scale of the posterior variance is that of the leave-one-out residuals nearby.
+        ``weighted`` are the values (N, J) multiplied by :meth:`weighted`.
         """
-        residuals = self.weighted(values)
-        squared = (residuals**2).mean(axis=1) / self._precision.diagonal()
-        return np.asarray(KRIGING.std_share * np.sqrt(self._variances @ squared), np.float32)
+        squared = np.einsum("ij,ij->i", weighted, weighted) * self._variance_shares
+        return np.asarray(np.sqrt(self._variances @ squared.astype(np.float32)))
 
 
 def _covariance(a: Float64, b: Float64) -> Float64:

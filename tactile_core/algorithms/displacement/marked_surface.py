@@ -157,12 +157,14 @@ class MarkedSurface:
         shear_fields = None if contact is None else self._shear.fields(grid.share(contact))
         if shear_fields is None or not seen.any():
             moved_mm = self._kriging.completed(moved_mm, seen)
+            weighted = self._kriging.weighted(moved_mm)
             sheared = np.zeros((*grid.shape, 2), np.float32)
         else:
-            moved_mm, strength = self._without(moved_mm, shear_fields, grid.in_cells(px), seen)
+            at = grid.in_cells(px)
+            moved_mm, weighted, strength = self._without(moved_mm, shear_fields, at, seen)
             sheared = (shear_fields @ strength.astype(np.complex64))[..., None].view(np.float32)
         residual = grid.refined(self._kriging.field(moved_mm).reshape(*self._half.shape, 2))
-        std_mm = self._kriging.std(moved_mm).reshape(self._half.shape)
+        std_mm = self._kriging.std(weighted).reshape(self._half.shape)
         noise_mm = np.float32(KRIGING.noise_px * self._mm_per_px)
         return CoarseField(self._at_present(residual, sheared), np.hypot(std_mm, noise_mm))
 
@@ -174,8 +176,8 @@ class MarkedSurface:
 
     def _without(
         self, moved_mm: Float64, fields_mm: Complex64, at: Float32, seen: Bool
-    ) -> tuple[Float64, Float64]:
-        """Residual displacements of the markers, and the strengths of the contact's fields.
+    ) -> tuple[Float64, Float64, Float64]:
+        """Residual displacements of the markers, also weighted, and strengths of the fields.
 
         The strengths are the generalised least-squares estimate under the kriging covariance.
         """
@@ -190,8 +192,9 @@ class MarkedSurface:
         scaled = normal / (size * size[:, None])
         scaled.flat[:: len(size) + 1] += SURFACE.ridge
         strength = np.linalg.solve(scaled, right / size) / size
-        residual = fields[:, -1] - fields[:, :-1] @ strength
-        return residual[:, None].view(np.float64), strength
+        residuals = (each[:, -1:] - each[:, :-1] @ strength[:, None] for each in (fields, weighted))
+        residual, weighted_residual = (each.view(np.float64) for each in residuals)
+        return residual, weighted_residual, strength
 
     def _at_present(self, residual: Float32, sheared: Float32) -> Float32:
         """Sum at present positions; ``residual`` refers to undeformed ones."""

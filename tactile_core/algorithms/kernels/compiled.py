@@ -1,8 +1,15 @@
 """Every kernel, by name; importing this module imports numba."""
 
+from tactile_core.algorithms.kernels.marker_images import (
+    contrast_of_bytes,
+    doubled_mask,
+    mean_of_channels,
+)
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
     neighbours_plane,
+    small_step,
+    spacing,
 )
 from tactile_core.algorithms.kernels.poisson_columns import (
     backward_columns,
@@ -12,16 +19,21 @@ from tactile_core.algorithms.kernels.poisson_columns import (
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
 from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes
-from tactile_core.algorithms.kernels.spots import moments_of_labels
+from tactile_core.algorithms.kernels.spots import measured_spots
 
 __all__ = [
     "backward_columns",
+    "contrast_of_bytes",
     "double_divergence",
+    "doubled_mask",
     "forward_columns",
-    "moments_of_labels",
+    "mean_of_channels",
+    "measured_spots",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "rest_plane",
+    "small_step",
     "solve_low",
+    "spacing",
 ]

@@ -118,3 +118,93 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
         if nearest[i] >= 0 and owner[nearest[i]] != i:
             nearest[i] = -1
     return nearest
+
+
+@njit(**LOOP)
+def spacing(places: Any, index: Any, nearest: Any) -> Any:
+    """Distance of each marker to its nearest neighbour now or in the reference, the shorter.
+
+    Parameters
+    ----------
+    places : (N, 2) float64
+        Positions now.
+    index : (N, k) int
+        Neighbours of each marker.
+    nearest : (N,) float64
+        Distance in the reference.
+
+    Returns
+    -------
+    (N,) float64
+    """
+    out = np.empty(len(places))
+    for i in range(len(places)):
+        least = nearest[i] ** 2
+        for k in range(index.shape[1]):
+            x = places[index[i, k], 0] - places[i, 0]
+            y = places[index[i, k], 1] - places[i, 1]
+            least = min(least, x * x + y * y)
+        out[i] = np.sqrt(least)
+    return out
+
+
+@njit(**LOOP)
+def small_step(
+    places: tuple[Any, Any, Any],
+    within: Any,
+    accepted: Any,
+    neighbours: tuple[Any, Any],
+    limits: tuple[int, float, int],
+) -> tuple[Any, bool, bool]:
+    """Match markers after a small step, and judge whether it is smooth.
+
+    Parameters
+    ----------
+    places : (last, momentum, found)
+        (N, 2), (N, 2) and (M, 2) float64; at least one detection.
+    within : (N,) float64
+        Gate of each marker; negative to leave it out.
+    accepted : (N,) float64
+        Largest distance of a marker from its neighbours' prediction in a smooth step.
+    neighbours : (index, moments)
+        See :func:`neighbours_plane`.
+    limits : (most misfits, fewest matches, fewest neighbours)
+        See :func:`tactile_core.algorithms.marker_tracking.small_motion.matched`.
+
+    Returns
+    -------
+    owner : (N,) int64
+        Index of each marker's detection, or -1.
+    small, smooth : bool
+    """
+    last, momentum, found = places
+    index, moments = neighbours
+    most_misfits, enough, fewest = limits
+    base = last + momentum
+    owner = mutual_nearest(base, found, within)
+    unmoved = mutual_nearest(last, found, within)
+    count, misfits = 0, 0
+    known, step = np.zeros(len(last)), np.zeros(last.shape)
+    for i in range(len(last)):
+        j = owner[i]
+        if j >= 0:
+            count += 1
+            misfits += unmoved[i] >= 0 and unmoved[i] != j
+            known[i] = 1
+            step[i, 0], step[i, 1] = found[j, 0] - base[i, 0], found[j, 1] - base[i, 1]
+    if misfits > most_misfits or count < enough:
+        return owner, False, False
+    if count < min(len(last), len(found)):
+        return owner, True, False
+    expected = neighbours_plane(index, moments, step, known)
+    for i in range(len(last)):
+        if owner[i] < 0:
+            continue
+        if np.hypot(step[i, 0] - expected[i, 0], step[i, 1] - expected[i, 1]) > accepted[i]:
+            return owner, True, False
+        support = 0
+        for k in range(index.shape[1]):
+            support += owner[index[i, k]] >= 0
+        if support < fewest and count < len(last):
+            return owner, True, False
+    return owner, True, True

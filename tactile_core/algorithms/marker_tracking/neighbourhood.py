@@ -87,8 +87,11 @@ class Neighbourhood:
 
     def spacing_px(self, places_px: Array) -> Array:
         """Distance (N,) to the nearest neighbour, in the reference or at (N, 2), the shorter."""
+        loops = kernels.chosen(self.compiled)
+        if loops is not None:
+            return np.asarray(loops.spacing(places_px, self.index, self.nearest_px))
         # neighbour by neighbour: a minimum over the first axis is many times faster
-        x, y = (side.take(self.index.T) - side for side in (places_px[:, 0], places_px[:, 1]))
+        x, y = (side.take(self.index.T) - side for side in places_px.T)
         return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=0))))
 
     def fit(self, values: Array, trust: Array) -> Array:

@@ -33,19 +33,30 @@ def paired(
     (N,) intp
         Index of each marker's detection, or -1.
     """
-    result = np.full(len(expected_px), UNMATCHED, np.intp)
+    loops = kernels.chosen(compiled)
+    if loops is not None and len(found_px) and (within_px >= 0).any():
+        return np.asarray(loops.mutual_nearest(expected_px, found_px, within_px))
+    return np.asarray(pairings(expected_px[None], found_px, within_px)[0])
+
+
+def pairings(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
+    """Match markers like :func:`paired` under each of P predictions, (P, N, 2) to (P, N)."""
+    result = np.full(expected_px.shape[:2], UNMATCHED, np.intp)
     searching = np.flatnonzero(within_px >= 0)
     if not len(found_px) or not searching.size:
         return result
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        return np.asarray(loops.mutual_nearest(expected_px, found_px, within_px))
-    distances, indices = nearest(expected_px[searching], found_px, 1)
-    distance, closest = distances[:, 0], indices[:, 0]
-    nearest_marker = np.full(len(found_px), UNMATCHED, np.intp)
-    far_first = np.argsort(-distance, kind="stable")
-    nearest_marker[closest[far_first]] = far_first
-    mutual = nearest_marker[closest] == np.arange(len(searching))
-    good = (distance <= within_px[searching]) & mutual
-    result[searching[good]] = closest[good]
+    asked_px, gate_px = expected_px[:, searching].reshape(-1, 2), within_px[searching]
+    # detections beyond the widest gate, which are not found, belong to no marker
+    widest_px = np.nextafter(gate_px.max(), np.inf)
+    distances, indices = nearest(asked_px, found_px, 1, widest_px)
+    shape = len(expected_px), len(searching)
+    for one, distance, closest in zip(
+        result, distances.reshape(shape), indices.reshape(shape), strict=True
+    ):
+        nearest_marker = np.full(len(found_px) + 1, UNMATCHED, np.intp)
+        far_first = np.argsort(-distance, kind="stable")
+        nearest_marker[closest[far_first]] = far_first
+        mutual = nearest_marker[closest] == np.arange(len(searching))
+        good = (distance <= gate_px) & mutual
+        one[searching[good]] = closest[good]
     return result

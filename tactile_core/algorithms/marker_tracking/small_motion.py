@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene
+from tactile_core.algorithms.marker_tracking.pairing import pairings
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION
 
 
@@ -31,11 +33,21 @@ def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) ->
         and without momentum. ``smooth``: in addition, each is close to its neighbours' prediction
         and none can be added.
     """
-    base_px = last_px + momentum_px
     gate = np.where(searched, SMALL_MOTION.gate_spacings * scene.spacing_px, -1.0)
     enough = max(GROWTH.min_markers, SMALL_MOTION.min_share * np.count_nonzero(searched))
-    owner = scene.paired(base_px, gate)
-    without_momentum = scene.paired(last_px, gate)
+    loops = kernels.chosen(scene.around.compiled)
+    if loops is not None and len(scene.found_px):
+        around = scene.around
+        owner, small, smooth = loops.small_step(
+            (last_px, momentum_px, scene.found_px),
+            gate,
+            GROWTH.accepted_spacings * scene.spacing_px,
+            (around.index, around.moments),
+            (SMALL_MOTION.max_misfits, enough, GROWTH.min_neighbours),
+        )
+        return owner, np.array([small, smooth])
+    base_px = last_px + momentum_px
+    owner, without_momentum = pairings(np.stack([base_px, last_px]), scene.found_px, gate)
     both = (without_momentum >= 0) & (owner >= 0)
     misfits = np.count_nonzero((without_momentum != owner) & both)
     step, known = scene.steps(base_px, owner)
@@ -53,5 +65,6 @@ def _smooth(scene: Scene, step: Array, known: Bool) -> bool:
     residual = np.hypot(step[:, 0] - expected[:, 0], step[:, 1] - expected[:, 1])
     if (residual > GROWTH.accepted_spacings * scene.spacing_px)[known].any():
         return False
-    supported = around.supporters(known)[known] >= GROWTH.min_neighbours
-    return count == len(known) or bool(supported.all())
+    if count == len(known):
+        return True
+    return bool((around.supporters(known)[known] >= GROWTH.min_neighbours).all())

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, UInt8
 from tactile_core.errors import InputError
@@ -45,7 +46,7 @@ CONTRAST = ContrastParameters()
 """The values in use."""
 
 
-def contrast_of(pixels: Array, *, diameter_px: float) -> UInt8:
+def contrast_of(pixels: Array, *, diameter_px: float, compiled: bool = False) -> UInt8:
     """Return how much darker each pixel is than its background.
 
     The background is a morphological closing of the same frame, wide enough to remove a marker.
@@ -60,6 +61,8 @@ def contrast_of(pixels: Array, *, diameter_px: float) -> UInt8:
         The image.
     diameter_px : float
         Diameter of a marker.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -81,8 +84,13 @@ def contrast_of(pixels: Array, *, diameter_px: float) -> UInt8:
     if not diameter_px > 0:
         raise InputError(f"markers of {diameter_px} px cannot be found; give a positive diameter")
     times = max(1, min(4, int(diameter_px / CONTRAST.coarse_diameter_px)))
-    brightness = brightness_of(pixels, times)
+    brightness = brightness_of(pixels, times, compiled=compiled)
     background = background_of(brightness, diameter_px / times)
+    loops = kernels.chosen(compiled) if brightness.dtype == np.uint8 else None
+    if loops is not None:
+        contrast = np.empty(brightness.shape, np.uint8)
+        loops.contrast_of_bytes(background, brightness, contrast)
+        return contrast
     lost = cv2.subtract(background, brightness)
     if lost.dtype == np.uint8:
         return np.asarray(cv2.divide(lost, background, scale=FULL), np.uint8)
@@ -102,19 +110,26 @@ def check_image(pixels: Array) -> None:
         raise InputError(f"an image is (H, W) or (H, W, K); this one is {pixels.shape}")
 
 
-def brightness_of(pixels: Array, times: int) -> Array:
+def brightness_of(pixels: Array, times: int, *, compiled: bool = False) -> Array:
     """(h, w) mean of the channels of an image that is reduced by a whole factor."""
-    if times > 1:
-        height, width = pixels.shape[:2]
-        pixels = shrunk(pixels, (max(1, width // times), max(1, height // times)))
+    height, width = pixels.shape[:2]
+    colour = pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
+    loops = kernels.chosen(compiled) if colour else None
+    halved = loops is not None and times % 2 == 0 and height % times == width % times == 0
+    first = times // 2 if halved else times
+    if first > 1:
+        pixels = shrunk(pixels, (max(1, width // first), max(1, height // first)))
+    if loops is not None:
+        rows = pixels.reshape(len(pixels), -1)
+        times //= first
+        mean = np.empty((len(rows) // times, pixels.shape[1] // times), np.uint8)
+        loops.mean_of_channels(rows, mean)
+        return mean
     if pixels.ndim == 2:
         return pixels
-    if pixels.shape[2] == 3 and pixels.dtype == np.uint8:
-        # three times faster than the general case, with the same bytes
-        first, second, third = cv2.split(pixels)
-        total = cv2.add(first, second, dtype=cv2.CV_16U)
-        total = cv2.add(total, third, dtype=cv2.CV_16U)
-        return np.asarray(cv2.convertScaleAbs(total, alpha=1 / 3))
+    if colour:
+        # twice as fast as the general case, with the same bytes
+        return cv2.blur(pixels.reshape(len(pixels), -1), (3, 1))[:, 1::3].copy()
     share = np.full((1, pixels.shape[2]), 1 / pixels.shape[2], np.float32)
     return cv2.transform(pixels, share).reshape(pixels.shape[:2])
 

@@ -69,21 +69,27 @@ def find_markers(
     size = diameter_px / scale[0]
     kernel = (_odd_length(DETECTION.smoothing_diameters * size),) * 2
     smooth = np.asarray(cv2.GaussianBlur(contrast, kernel, 0), np.uint8)
-    thick = cv2.morphologyEx(smooth, cv2.MORPH_OPEN, _square(DETECTION.opening_diameters * size))
+    opening = _square(DETECTION.opening_diameters * size)
+    thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, opening), np.uint8)
     peaks = np.asarray(cv2.dilate(thick, _square(DETECTION.peak_diameters * size)), np.uint8)
     level = max(_typical_contrast(peaks), min_contrast * FULL)
-    local_threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
-    above_local = cv2.compare(thick, local_threshold, cv2.CMP_GT)
-    _, above_global = cv2.threshold(thick, DETECTION.min_contrast * level, FULL, cv2.THRESH_BINARY)
-    dark = np.asarray(cv2.bitwise_and(above_local, above_global), np.uint8)
-    background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
-    weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
+    dark, weight = _spot_pixels(thick, smooth, peaks, DETECTION.min_contrast * level)
     faintest = max(DETECTION.faintest_peak * level, min_contrast * FULL)
     rim = max(1, round(DETECTION.rim_diameters * size))
     spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
     centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), truncated
+
+
+def _spot_pixels(thick: UInt8, smooth: UInt8, peaks: UInt8, least: float) -> tuple[UInt8, UInt8]:
+    """Pixels of spots, not 0, and the contrast that counts, each (h, w)."""
+    local_threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
+    above_local = cv2.compare(thick, local_threshold, cv2.CMP_GT)
+    _, above_global = cv2.threshold(thick, least, FULL, cv2.THRESH_BINARY)
+    background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
+    dark = np.asarray(cv2.bitwise_and(above_local, above_global), np.uint8)
+    return dark, np.asarray(cv2.subtract(smooth, background), np.uint8)
 
 
 def _markers(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64, Bool]:
@@ -200,8 +206,9 @@ def _typical_contrast(peaks: UInt8) -> float:
 
 def _weighted_median(mass: Float64) -> float:
     """Median mass, weighted by mass: that of a marker, even among many specks."""
-    ordered = np.sort(mass)
-    total = np.cumsum(ordered)
+    ordered = mass.copy()
+    ordered.sort()
+    total = ordered.cumsum()
     return float(ordered[total.searchsorted(total[-1] / 2)])
 
 
@@ -212,7 +219,9 @@ def _median(values: NDArray[Any]) -> float:
 def _quantile(values: NDArray[Any], share: float) -> float:
     """The value that this share of the values does not exceed, without interpolation."""
     rank = int(share * len(values))
-    return float(np.partition(values, rank)[rank])
+    values = values.copy()
+    values.partition(rank)
+    return float(values[rank])
 
 
 def _odd_length(half_length: float) -> int:

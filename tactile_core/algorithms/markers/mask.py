@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
 from tactile_core.algorithms.markers.contrast import CONTRAST, FULL, contrast_of
@@ -39,7 +40,11 @@ def marker_mask(
 
 
 def mask_of(
-    contrast: UInt8, shape: tuple[int, ...], *, min_contrast: float = CONTRAST.masked_contrast
+    contrast: UInt8,
+    shape: tuple[int, ...],
+    *,
+    min_contrast: float = CONTRAST.masked_contrast,
+    compiled: bool = False,
 ) -> Bool:
     """Threshold the marker contrast, and add a rim of one pixel.
 
@@ -51,11 +56,18 @@ def mask_of(
         Shape of the image.
     min_contrast : float
         Minimum share of the light that a marker absorbs.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     (H, W) bool
     """
+    loops = kernels.chosen(compiled)
+    if loops is not None and shape == (2 * contrast.shape[0], 2 * contrast.shape[1]):
+        mask = np.empty(shape, np.uint8)
+        loops.doubled_mask(contrast, np.uint8(min_contrast * FULL), mask)
+        return mask.view(np.bool_)
     _, dark = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
     dark = repeated(np.asarray(dark, np.uint8), shape)
     return np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)), np.uint8).view(np.bool_)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.arrays.types import Bool, Float64, UInt8
+from tactile_core.algorithms.arrays.types import Bool, Float64, Intp, UInt8
 
 UInt16 = NDArray[np.uint16]
 
@@ -91,39 +91,66 @@ def measured_spots(
     -------
     Spots
     """
-    count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
-    count = min(count, _MAX_LABELS)
-    wide = np.asarray(cv2.dilate(labels, np.ones((2 * rim + 1,) * 2, np.uint8)), np.uint16)
-    moments = _moments(wide, weight, count, compiled)
-    truncated = np.zeros((count, 4), np.bool_)
-    for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):
-        truncated[border, side] = True
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        variance = _PIXEL_VARIANCE_PX2
+        return Spots(*loops.measured_spots(dark, weight, peaks, faintest, rim, variance))
+    moments, truncated = _moments(dark, weight, rim)
     mass = np.maximum(moments[0], 1e-9)
-    x, y, xx, xy, yy = moments[1:] / mass
-    peak = peaks[np.rint(y).astype(np.intp), np.rint(x).astype(np.intp)]
+    means = moments[1:] / mass
+    x, y = centres = means[:2]
+    column, row = np.rint(centres).astype(np.intp)
+    peak = peaks[row, column]
     kept = peak > faintest
-    kept[0] = False  # label 0 is the background
-    mass, x, y, xx, xy, yy = (v[kept] for v in (mass, x, y, xx, xy, yy))
-    xx, xy, yy = xx - x * x + _PIXEL_VARIANCE_PX2, xy - x * y, yy - y * y + _PIXEL_VARIANCE_PX2
-    mean, half_difference = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    major, minor = mean + half_difference, np.maximum(mean - half_difference, _PIXEL_VARIANCE_PX2)
+    if not kept.all():
+        mass, peak, truncated = mass[kept], peak[kept], truncated[kept]
+        x, y = centres = centres[:, kept]
+        means = means[:, kept]
+    xx, xy, yy = means[2:] - (x * x, x * y, y * y)
+    mean, half_difference = (xx + yy) / 2 + _PIXEL_VARIANCE_PX2, np.hypot((xx - yy) / 2, xy)
+    variances = mean + half_difference, np.maximum(mean - half_difference, _PIXEL_VARIANCE_PX2)
     return Spots(
-        mass,
-        np.stack([x, y], 1),
-        np.arctan2(2 * xy, xx - yy) / 2,
-        np.sqrt(np.stack([major, minor], 1)),
-        peak[kept],
-        truncated[kept],
+        mass, centres.T, np.arctan2(2 * xy, xx - yy) / 2, np.sqrt(variances).T, peak, truncated
     )
 
 
-def _moments(labels: UInt16, weight: UInt8, count: int, compiled: bool) -> Float64:
-    """(6, count) sums of w, wx, wy, wxx, wxy and wyy of each label."""
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        return np.asarray(loops.moments_of_labels(labels, weight, count))
-    y, x = np.nonzero(labels)
-    of, w = labels[y, x].astype(np.intp), weight[y, x].astype(np.float64)
-    wx, wy = w * x, w * y
-    sums = (w, wx, wy, wx * x, wx * y, wy * y)
-    return np.stack([np.bincount(of, each, count)[:count] for each in sums])
+def _moments(dark: UInt8, weight: UInt8, rim: int) -> tuple[Float64, Bool]:
+    """Sums (6, N) of w, wx, wy, wxx, wxy and wyy of each spot, and which borders (N, 4) it touches.
+
+    Where rims overlap, a pixel belongs to the last spot.
+    """
+    count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
+    count = min(count, _MAX_LABELS)
+    truncated = np.zeros((count, 4), np.bool_)
+    for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):
+        truncated[border, side] = True
+    wide = np.asarray(cv2.dilate(labels, np.ones((2 * rim + 1,) * 2, np.uint8)), np.uint16)
+    of, y, x, run_sums = _run_sums(wide, weight)
+    w, first, second = run_sums
+    wx = first + w * x
+    sums = w, wx, w * y, second + x * (first + wx), wx * y, w * y * y
+    moments = np.stack([np.bincount(of, each, count)[:count] for each in sums])
+    return np.asarray(moments[:, 1:]), truncated[1:]  # label 0 is the background
+
+
+def _run_sums(labels: UInt16, weight: UInt8) -> tuple[Intp, Intp, Intp, Float64]:
+    """Label, row and first column (R,) of each run of equal labels, and its sums (3, R).
+
+    The sums are those of w, wj and wj², with j the distance from the first column. There are far
+    fewer runs than pixels.
+    """
+    rows, columns = labels.shape
+    at = np.flatnonzero(labels != 0)  # thrice as fast for bools
+    of = labels.ravel()[at]
+    begins = np.ones(len(at), np.bool_)
+    np.not_equal(of[1:], of[:-1], out=begins[1:])
+    begins[1:] |= at[1:] - at[:-1] != 1
+    first_of_row = np.searchsorted(at, columns * np.arange(rows))
+    begins[first_of_row[first_of_row < len(at)]] = True
+    starts = np.flatnonzero(begins)
+    y, x = np.divmod(at[starts], columns)
+    j = at - np.repeat(at[starts], np.diff(starts, append=len(at)))
+    w = weight.ravel()[at].astype(np.float64)
+    wj = w * j
+    sums = [np.add.reduceat(each, starts) for each in (w, wj, wj * j)] if len(at) else [w, w, w]
+    return of[starts].astype(np.intp), y, x, np.stack(sums)

@@ -1,0 +1,126 @@
+"""Kernels of the marker contrast and the marker mask.
+
+Bytes are rounded as OpenCV rounds them, so that both ways give the same images.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tactile_core.algorithms.arrays.types import UInt8
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP
+
+
+@njit(inline="always")
+def _third(a: Any, b: Any, c: Any) -> Any:
+    return (a + b + c + np.uint16(1)) // np.uint16(3)
+
+
+@njit(inline="always")
+def _quarter(a: Any, b: Any, c: Any, d: Any) -> Any:
+    total = np.uint16(a) + np.uint16(b) + np.uint16(c) + np.uint16(d)
+    return (total + np.uint16(2)) // np.uint16(4)
+
+
+@njit(**EXACT_ROW)
+def _mean_row(pixels: UInt8, mean: UInt8) -> None:
+    for j in range(mean.size):
+        mean[j] = _third(
+            np.uint16(pixels[3 * j]), np.uint16(pixels[3 * j + 1]), np.uint16(pixels[3 * j + 2])
+        )
+
+
+@njit(**EXACT_ROW)
+def _halved_mean_row(upper: UInt8, lower: UInt8, mean: UInt8) -> None:
+    for j in range(mean.size):
+        k = 6 * j
+        mean[j] = _third(
+            _quarter(upper[k], upper[k + 3], lower[k], lower[k + 3]),
+            _quarter(upper[k + 1], upper[k + 4], lower[k + 1], lower[k + 4]),
+            _quarter(upper[k + 2], upper[k + 5], lower[k + 2], lower[k + 5]),
+        )
+
+
+@njit(**LOOP)
+def mean_of_channels(pixels: UInt8, mean: UInt8) -> None:
+    """Average the three channels of an image, and halve it if the result is half as large.
+
+    Parameters
+    ----------
+    pixels : (H, 3 W) uint8
+        Interleaved channels.
+    mean : (H, W) or (H / 2, W / 2) uint8
+        The result.
+    """
+    if len(mean) == len(pixels):
+        for i in range(len(mean)):
+            _mean_row(pixels[i], mean[i])
+    else:
+        for i in range(len(mean)):
+            _halved_mean_row(pixels[2 * i], pixels[2 * i + 1], mean[i])
+
+
+@njit(**EXACT_ROW)
+def _contrast_row(background: UInt8, brightness: UInt8, contrast: UInt8) -> None:
+    for j in range(contrast.size):
+        around = np.float32(background[j])
+        lost = max(around - np.float32(brightness[j]), np.float32(0))
+        contrast[j] = np.uint8(np.rint(lost * np.float32(255) / around))
+
+
+@njit(**LOOP)
+def contrast_of_bytes(background: UInt8, brightness: UInt8, contrast: UInt8) -> None:
+    """Divide the light that each pixel lacks by its background.
+
+    Parameters
+    ----------
+    background, brightness : (h, w) uint8
+        ``background`` is nowhere 0.
+    contrast : (h, w) uint8
+        The result: 255 for a pixel without any light.
+    """
+    for i in range(len(contrast)):
+        _contrast_row(background[i], brightness[i], contrast[i])
+
+
+@njit(**EXACT_ROW)
+def _either_row(row: UInt8, other: UInt8, least: UInt8, dark: UInt8) -> None:
+    for j in range(dark.size):
+        dark[j] = (row[j] > least) | (other[j] > least)
+
+
+@njit(**EXACT_ROW)
+def _doubled_row(dark: UInt8, mask: UInt8) -> None:
+    last = dark.size - 1
+    mask[0], mask[2 * last + 1] = dark[0], dark[last]
+    for j in range(last):
+        both = dark[j] | dark[j + 1]
+        mask[2 * j + 1] = both
+        mask[2 * j + 2] = both
+
+
+@njit(**LOOP)
+def doubled_mask(contrast: UInt8, least: UInt8, mask: UInt8) -> None:
+    """Threshold the contrast, double the mask, and add a rim of one pixel.
+
+    Parameters
+    ----------
+    contrast : (h, w) uint8
+    least : uint8
+        A pixel above it is dark.
+    mask : (2 h, 2 w) uint8
+        The result, 0 or 1.
+    """
+    rows = len(contrast)
+    dark = np.empty(contrast.shape[1], np.uint8)
+    for i in range(rows + 1):
+        # a rim of half a cell joins each row of cells to the next
+        upper, lower = max(i - 1, 0), min(i, rows - 1)
+        _either_row(contrast[upper], contrast[lower], least, dark)
+        if i > 0:
+            _doubled_row(dark, mask[2 * i - 1])
+        if i < rows:
+            _doubled_row(dark, mask[2 * i])

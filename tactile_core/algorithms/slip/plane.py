@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -42,10 +42,21 @@ def stride_of(width_px: int) -> int:
     return max(1, width_px // PLANE.columns)
 
 
-def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex64:
-    """Sample a field (H, W, 2) in the middle of each block of pixels, (h, w) complex, mm."""
-    field = np.ascontiguousarray(displacement_mm, np.float32).view(np.complex64)[..., 0]
-    return picked(field, stride)
+def grid_shape(image_shape: tuple[int, ...], stride: int) -> tuple[int, int]:
+    """Return the rows and columns (h, w) of grid points in an image (H, W)."""
+    rows, columns = (len(range(stride // 2, side, stride)) for side in image_shape[:2])
+    return rows, columns
+
+
+def coarse(cells: Float32, shape: tuple[int, ...]) -> Float32:
+    """Interpolate a field of cells that tile the image (rows, columns, …) at (h, w) grid points."""
+    found = cv2.resize(cells, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(found, np.float32)
+
+
+def as_complex(field: Float32) -> Complex64:
+    """View a field (h, w, 2) as complex numbers x + iy, (h, w)."""
+    return field.view(np.complex64)[..., 0]
 
 
 def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
@@ -81,7 +92,7 @@ def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
             cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
         )
-        moved = now - was.view(np.complex64)[..., 0]
+        moved = now - as_complex(np.asarray(was, np.float32))
     return moved
 
 
@@ -109,7 +120,7 @@ def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
 def positions_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
     """Return the positions (h, w) of the grid points relative to the centre of the field, mm."""
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
-    positions = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
+    positions = np.asarray((as_complex(_nodes(shape)) - middle) * spacing_mm)
     positions.flags.writeable = False
     return positions
 

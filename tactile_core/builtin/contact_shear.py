@@ -119,12 +119,12 @@ class ShearOfContact(Estimator):
         chosen = valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask
         wide = fills_view(mask)
         self._last = _Observation(
-            as_complex(coarse(displacement.cells_mm, mask.shape)),
+            as_complex(coarse(displacement.cells_mm, displacement.valid.shape, self._stride)),
             chosen,
             Load(contact.area, contact.depth),
             contact.source == "image",
             wide,
-            _std_mm(displacement, chosen) if wide else None,
+            self._std_mm(displacement, chosen) if wide else None,
             seen,
             displacement.timestamp_s,
         )
@@ -154,8 +154,9 @@ class ShearOfContact(Estimator):
             now.time_s,
         )
 
-
-def _std_mm(displacement: DisplacementField, chosen: Bool) -> float | None:
-    """Typical standard deviation of a field at the chosen grid points (h, w)."""
-    cells_mm = displacement.std_cells_mm
-    return None if cells_mm is None else float(np.median(coarse(cells_mm, chosen.shape)[chosen]))
+    def _std_mm(self, displacement: DisplacementField, chosen: Bool) -> float | None:
+        """Typical standard deviation of a field at the chosen grid points (h, w)."""
+        cells_mm = displacement.std_cells_mm
+        if cells_mm is None:
+            return None
+        return float(np.median(coarse(cells_mm, displacement.valid.shape, self._stride)[chosen]))

@@ -15,7 +15,6 @@ from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.plane import (
     as_complex,
     coarse,
-    grid_shape,
     picked,
     stride_of,
 )
@@ -150,16 +149,17 @@ class SlipContactFinder(Estimator):
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> _Touch:
-        shape = grid_shape(displacement.valid.shape, self._stride)
         if contact is not None:
             found = self._measured(contact, height)
             if self._measured_once:  # a displacement is what remains of a measured contact
                 return found
         elif frame is not None and reference is not None and self._sheared is None:
+            shape = picked(displacement.valid, self._stride).shape
             found = self._in_image(frame, reference, markers, shape)
             if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
                 return found
-        moved_mm = np.abs(as_complex(coarse(displacement.cells_mm, shape)))
+        cells_mm, image_shape = displacement.cells_mm, displacement.valid.shape
+        moved_mm = np.abs(as_complex(coarse(cells_mm, image_shape, self._stride)))
         if contact is not None and not _fills_view(moved_mm):
             return found
         mask = contact_from_motion(moved_mm)

@@ -42,16 +42,32 @@ def stride_of(width_px: int) -> int:
     return max(1, width_px // PLANE.columns)
 
 
-def grid_shape(image_shape: tuple[int, ...], stride: int) -> tuple[int, int]:
-    """Return the rows and columns (h, w) of grid points in an image (H, W)."""
-    rows, columns = (len(range(stride // 2, side, stride)) for side in image_shape[:2])
-    return rows, columns
+def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32:
+    """Interpolate a field of cells (rows, columns, …) that tile an image in each block of pixels.
+
+    Returns
+    -------
+    (h, w, …) float32
+        At the pixels that :func:`picked` samples.
+    """
+    x, y = _places(cells.shape[:2], image_shape[:2], stride)
+    how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+    # one by one, because OpenCV rounds the places of two channels to 1/32 of a cell
+    planes = [cv2.remap(each, x, y, how, borderMode=border) for each in cv2.split(cells)]
+    return np.asarray(cv2.merge(planes), np.float32)
 
 
-def coarse(cells: Float32, shape: tuple[int, ...]) -> Float32:
-    """Interpolate a field of cells that tile the image (rows, columns, …) at (h, w) grid points."""
-    found = cv2.resize(cells, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(found, np.float32)
+@lru_cache(maxsize=4)
+def _places(
+    cells: tuple[int, ...], image_shape: tuple[int, ...], stride: int
+) -> tuple[Float32, Float32]:
+    """Column and row (h, w) of each grid point, in cells."""
+    rows, columns = (
+        (np.arange(stride // 2, side, stride) + 0.5) * count / side - 0.5
+        for count, side in zip(cells, image_shape, strict=True)
+    )
+    x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
+    return x, y
 
 
 def as_complex(field: Float32) -> Complex64:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.gradient import steepness
-from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
+from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
@@ -147,23 +147,28 @@ def contact_mask(
         x, y, width, height = (int(value) for value in stats[label, :4])
         window = np.s_[y : y + height, x : x + width]
         region = labels[window] == label
-        peak_mm = float(coarse[window][region].max())
+        heights_mm = coarse[window][region]
+        peak_mm = float(heights_mm.max())
         flank = np.count_nonzero(region & steep[window])
         if peak_mm > detectable_mm and flank >= max(1, min_area_px):
             share = border_fraction
             if share is None:
-                share = _border(coarse[window][region] / peak_mm, slope[window][region])
+                share = _border(heights_mm / peak_mm, slope[window][region])
             border_mm = max(low_mm, share * peak_mm)
             touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
             _draw(mask, height_mm, touched, (x, y), size, border_mm)
     return mask.view(bool)
 
 
+_SQUARE = np.ones((3, 3), np.uint8)
+"""Neighbourhood of a pixel."""
+
+
 def _height_noise(coarse: Array) -> float:
     """Standard deviation of the height of the undeformed surface, from the pixels below 0."""
     sample = _sample(coarse)
     below = -sample[sample < 0]
-    return sigma_of(below) if len(below) else 0.0
+    return SIGMA_PER_MEDIAN * quantile(below, 0.5) if len(below) else 0.0
 
 
 def _slope_noise(slope: Array) -> float:
@@ -174,7 +179,7 @@ def _slope_noise(slope: Array) -> float:
 def _border(depth: Array, slope: Array) -> float:
     """Relative depth at the border of a region, from (N,) relative depths and slopes."""
     bands = CONTACT.bands
-    band = np.clip((bands * depth).astype(np.intp), 0, bands - 1)
+    band = np.minimum((bands * depth).astype(np.intp), bands - 1)
     mean = np.bincount(band, slope, bands) / np.maximum(np.bincount(band, None, bands), 1)
     mean[1:-1] += (mean[:-2] + mean[2:]) / 2
     steepest = 1 + int(np.argmax(mean[1 : CONTACT.highest_band + 1]))
@@ -205,7 +210,7 @@ def _draw(
 ) -> None:
     """Set ``mask`` where the full map is above ``border_mm``, at and next to touched pixels."""
     x, y = corner
-    near = cv2.dilate(cv2.copyMakeBorder(touched.view(np.uint8), 1, 1, 1, 1, 0), np.ones((3, 3)))
+    near = cv2.dilate(cv2.copyMakeBorder(touched.view(np.uint8), 1, 1, 1, 1, 0), _SQUARE)
     rows, columns = mask.shape
     across, down = columns / coarse_size[0], rows / coarse_size[1]
     left, right = (round(across * i) for i in (x - 1, x + 1 + touched.shape[1]))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
-from tactile_core.algorithms.slip.plane import coarse, picked, stride_of
+from tactile_core.algorithms.slip.plane import as_complex, coarse, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW
@@ -116,14 +117,14 @@ class ShearOfContact(Estimator):
             return ContactShear(True, timestamp_s=displacement.timestamp_s)
         valid = mask & picked(displacement.valid, self._stride)
         chosen = valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask
-        std_mm = displacement.std_mm
+        wide = fills_view(mask)
         self._last = _Observation(
-            coarse(displacement.mm, self._stride),
+            as_complex(coarse(displacement.cells_mm, displacement.valid.shape, self._stride)),
             chosen,
             Load(contact.area, contact.depth),
             contact.source == "image",
-            fills_view(mask),
-            None if std_mm is None else float(np.median(picked(std_mm, self._stride)[chosen])),
+            wide,
+            self._std_mm(displacement, chosen) if wide else None,
             seen,
             displacement.timestamp_s,
         )
@@ -145,10 +146,17 @@ class ShearOfContact(Estimator):
             cues.stick_share,
             cues.motion_mm,
             cues.rotation_mm,
-            float(np.degrees(cues.rotation_rad)),
+            math.degrees(cues.rotation_rad),
             cues.entropy_bits,
             self._contact.restarted,
             cues.degree_std,
             cues.deceleration,
             now.time_s,
         )
+
+    def _std_mm(self, displacement: DisplacementField, chosen: Bool) -> float | None:
+        """Typical standard deviation of a field at the chosen grid points (h, w)."""
+        cells_mm = displacement.std_cells_mm
+        if cells_mm is None:
+            return None
+        return float(np.median(coarse(cells_mm, displacement.valid.shape, self._stride)[chosen]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -73,7 +74,11 @@ class MotionOfImprint(Estimator):
             undeformed_px = markers.undeformed_px
             undeformed_px = markers.reference_px if undeformed_px is None else undeformed_px
             self._tracker = ImprintTracker(
-                reference.pixels, undeformed_px, diameter_px, self._mm_per_px
+                reference.pixels,
+                undeformed_px,
+                diameter_px,
+                self._mm_per_px,
+                compiled=self.context.compiled,
             )
         self._tracker_of = reference
         return self._tracker
@@ -91,7 +96,7 @@ def _motion(change: ImprintChange, time_s: float) -> ImprintMotion:
         change.moved,
         change.distance_mm,
         change.distance_std_mm,
-        float(np.degrees(change.turned_rad)),
+        math.degrees(change.turned_rad),
         change.kind,
         change.strength,
         time_s,

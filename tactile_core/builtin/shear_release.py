@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
-import numpy as np
 from pydantic import BaseModel
 
 from tactile_core.algorithms.slip.release import ShearPeak
@@ -33,7 +33,8 @@ class ReleaseOfShear(Estimator):
 
     def estimate(self, markers: MarkerField) -> ShearRelease:
         """Return the shear and its release; no shear if no marker is seen."""
-        square = np.square(markers.displacement_mm[markers.seen]).sum(axis=1)
-        shear_mm = float(np.sqrt(square.mean())) if len(square) else 0.0
+        moved_mm = markers.displacement_mm[markers.seen].ravel()
+        square = 2 * float(moved_mm @ moved_mm)
+        shear_mm = math.sqrt(square / len(moved_mm)) if len(moved_mm) else 0.0
         released = self._peak.update(shear_mm, markers.timestamp_s)
         return ShearRelease(shear_mm, released, markers.timestamp_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +12,22 @@ from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.plane import coarse, picked, stride_of
+from tactile_core.algorithms.slip.plane import (
+    as_complex,
+    coarse,
+    picked,
+    stride_of,
+)
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
     covered,
     light_change,
+    peak,
     small_image,
 )
+from tactile_core.algorithms.slip.wide_contact import rim_share
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
@@ -52,9 +60,6 @@ class TouchParameters(NamedTuple):
         The height map is used while the slope stays above this share of its last value with a
         contact.
         Source: chosen by hand; no script derives it.
-    slope_quantile : float, share of the view
-        Quantile of the slope that counts as its maximum.
-        Source: chosen by hand; robust against a few outliers.
     min_change : float, share of full scale
         Minimum change of light at the border of a contact.
         Source: chosen by hand; no script derives it.
@@ -73,7 +78,6 @@ class TouchParameters(NamedTuple):
     min_slope: float = 0.03
     clear_slope: float = 0.1
     slope_drop: float = 0.5
-    slope_quantile: float = 0.99
     min_change: float = 0.015
     change_noises: float = 5.0
     max_border_share: float = 0.5
@@ -122,8 +126,7 @@ class SlipContactFinder(Estimator):
         contact: ContactMask | None,
     ) -> SlipContact:
         """Return the contact; its mask is empty without contact."""
-        moved_mm = np.abs(coarse(displacement.mm, self._stride))
-        mask, load, source = self._find(moved_mm, frame, reference, markers, height, contact)
+        mask, load, source = self._find(displacement, frame, reference, markers, height, contact)
         if not mask.any():
             self._release()
         # a first frame as reference may show a contact: then the load is not known
@@ -139,22 +142,26 @@ class SlipContactFinder(Estimator):
 
     def _find(
         self,
-        moved_mm: Float32,
+        displacement: DisplacementField,
         frame: Frame | None,
         reference: Reference | None,
         markers: MarkerField | None,
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> _Touch:
-        """Find the contact; ``moved_mm`` (h, w) is the magnitude of the displacement."""
         if contact is not None:
             found = self._measured(contact, height)
-            if found.mask.any() or not self._fills_view(moved_mm):
+            if self._measured_once:  # a displacement is what remains of a measured contact
                 return found
         elif frame is not None and reference is not None and self._sheared is None:
-            found = self._in_image(frame, reference, markers, moved_mm.shape)
-            if found.mask.any() and _ends_within_view(found.mask):
+            shape = picked(displacement.valid, self._stride).shape
+            found = self._in_image(frame, reference, markers, shape)
+            if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
                 return found
+        cells_mm, image_shape = displacement.cells_mm, displacement.valid.shape
+        moved_mm = np.abs(as_complex(coarse(cells_mm, image_shape, self._stride)))
+        if contact is not None and not _fills_view(moved_mm):
+            return found
         mask = contact_from_motion(moved_mm)
         if mask.any() and self._sheared is not None:
             # a part that lags behind once slip begins was sheared along before
@@ -170,25 +177,19 @@ class SlipContactFinder(Estimator):
         down, so the mask misses the border or flickers.
         """
         mask = picked(contact.mask, self._stride)
-        load = Load(float(np.count_nonzero(contact.mask)), 0.0)
+        touched = bool(mask.any())
         if height is not None:
             steep = steepness(picked(height.mm, self._stride), self._spacing_mm, smooth=True)
-            slope = quantile(steep.ravel(), TOUCH.slope_quantile)
-            if mask.any() or slope > TOUCH.clear_slope:
+            slope = peak(steep)
+            if touched or slope > TOUCH.clear_slope:
                 self._slope = slope
             if self._slope and slope >= TOUCH.slope_drop * self._slope:
-                within = contact_within_ring(steep, TOUCH.min_slope)
+                within = contact_within_ring(steep, TOUCH.min_slope, slope)
                 if within.any():
-                    mask, load = within, Load(0.0, float(np.sqrt(steep.sum())))
-        self._measured_once |= bool(mask.any())
-        return _Touch(mask, load, "height")
-
-    def _fills_view(self, moved_mm: Float32) -> bool:
-        """Whether an object larger than the view, which has no visible border, shears the surface.
-
-        After a measured contact, such a displacement is what remains of it.
-        """
-        return not self._measured_once and quantile(moved_mm.ravel(), 0.5) > TOUCH.sheared_mm
+                    self._measured_once = True
+                    return _Touch(within, Load(0.0, math.sqrt(steep.sum())), "height")
+        self._measured_once |= touched
+        return _Touch(mask, Load(float(np.count_nonzero(contact.mask)), 0.0), "height")
 
     def _in_image(
         self,
@@ -205,7 +206,7 @@ class SlipContactFinder(Estimator):
         change = light_change(now, self._undeformed[1], self._hidden(markers, shape))
         least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
-        load = Load(0.0, float(np.sqrt(change.sum())))
+        load = Load(0.0, math.sqrt(change.sum()))
         return _Touch(contact_within_ring(change, least), load, "image")
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
@@ -218,7 +219,6 @@ class SlipContactFinder(Estimator):
         return covered((points_px + 0.5) / self._stride - 0.5, self._marker_radius, shape)
 
 
-def _ends_within_view(mask: Bool) -> bool:
-    """Whether most of the border of the contact is in view."""
-    rim = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
-    return bool(rim.mean() < TOUCH.max_border_share)
+def _fills_view(moved_mm: Float32) -> bool:
+    """Whether an object larger than the view, which has no visible border, shears the surface."""
+    return quantile(moved_mm.ravel(), 0.5) > TOUCH.sheared_mm

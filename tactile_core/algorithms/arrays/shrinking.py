@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -44,14 +46,25 @@ def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Arra
     return image.reshape(size_px[1], size_px[0], *channels)
 
 
+_WORDS: dict[int, Any] = {
+    2: np.uint16(0x0101),
+    4: np.uint32(0x01010101),
+    8: np.uint64(0x0101010101010101),
+}
+"""Factors that repeat a byte in a word of so many bytes."""
+
+
 def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Enlarge an (h, w) uint8 image to an (H, W) shape by nearest-neighbour interpolation."""
     times = shape[0] // image.shape[0]
     if (image.shape[0] * times, image.shape[1] * times) != shape:
         nearest = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST)
         return np.asarray(nearest, np.uint8)
-    # much faster than interpolation: equal interleaved channels are pixels next to each other
-    wide = np.asarray(cv2.merge([image] * times), np.uint8).reshape(len(image), -1)
+    # much faster than interpolation: equal bytes of a word, or channels, are neighbouring pixels
+    if times in _WORDS:
+        wide = (image * _WORDS[times]).view(np.uint8)
+    else:
+        wide = np.asarray(cv2.merge([image] * times), np.uint8).reshape(len(image), -1)
     return np.repeat(wide, times, axis=0)
 
 

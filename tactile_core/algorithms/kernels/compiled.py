@@ -1,5 +1,6 @@
 """Every kernel, by name; importing this module imports numba."""
 
+from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, pattern_of
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
     doubled_mask,
@@ -26,12 +27,15 @@ __all__ = [
     "contrast_of_bytes",
     "double_divergence",
     "doubled_mask",
+    "energy_moments",
+    "fit_sums",
     "forward_columns",
     "mean_of_channels",
     "measured_spots",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
+    "pattern_of",
     "rest_plane",
     "small_step",
     "solve_low",

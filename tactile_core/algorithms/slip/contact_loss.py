@@ -7,10 +7,9 @@ does not depend on the texture of the object, on its shear or on the frame rate.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import NamedTuple
-
-import numpy as np
 
 
 class ContactLossParameters(NamedTuple):
@@ -163,7 +162,7 @@ class ContactLossTracker:
             return LossOfStrength(strength, 0.0, 0.0)
         kept = min(value for _, value in recent)
         elapsed_s = 0.0 if earlier_s is None else time_s - earlier_s
-        fading = float(np.exp(-elapsed_s / CONTACT_LOSS.memory_s))
+        fading = math.exp(-elapsed_s / CONTACT_LOSS.memory_s)
         settled = max(self._settled, kept)
         self._settled = kept + fading * (settled - kept)
         lost = 1.0 - strength / (settled + self._uncertainty)

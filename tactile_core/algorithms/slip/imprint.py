@@ -7,11 +7,13 @@ does not move: that part of the change is not a rigid motion.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 _TINY = 1e-12
@@ -46,6 +48,12 @@ FIT = FitParameters()
 INNER = slice(1, -1, 2), slice(1, -1)
 """Rows and columns in which changes are fitted."""
 
+_SQUARE = np.ones((3, 3), np.uint8)
+"""Neighbourhood of a pixel."""
+
+Motion = tuple[float, float, float]
+"""x and y in px of the view, and rotation in rad."""
+
 
 class Imprint:
     """The pattern (h, w, K) that an object imprints on the gel surface, and its mask (h, w).
@@ -56,6 +64,8 @@ class Imprint:
         0 where it is hidden.
     seen : (h, w) float32
         1 where the surface is visible, else 0.
+    compiled : bool
+        Whether to use compiled loops if they are available.
 
     Attributes
     ----------
@@ -69,17 +79,27 @@ class Imprint:
         RMS distance of the energy from the centroid, px of the view.
     """
 
-    def __init__(self, pattern: Float32, seen: Float32) -> None:
-        self.pattern, self.seen = pattern, seen
+    def __init__(self, pattern: Float32, seen: Float32, *, compiled: bool = False) -> None:
+        self.pattern, self.seen, self.compiled = pattern, seen, compiled
         channels = pattern.shape[2]
+        self.count = cv2.sumElems(seen)[0] * channels
+        loops = kernels.chosen(compiled)
+        if loops is not None:
+            self.energy, x, y, square = loops.energy_moments(self.rows)
+            self.centre, self.radius = (x, y), math.sqrt(square)
+            return
         square = cv2.transform(pattern * pattern, np.ones((1, channels), np.float32))
         moments = cv2.moments(square)
         self.energy, total = moments["m00"], max(moments["m00"], _TINY)
-        self.count = float(seen.sum()) * channels
         self.centre = moments["m10"] / total, moments["m01"] / total
-        self.radius = float(np.sqrt((moments["mu20"] + moments["mu02"]) / total))
+        self.radius = math.sqrt((moments["mu20"] + moments["mu02"]) / total)
 
-    def moved(self, motion: Array) -> Imprint:
+    @property
+    def rows(self) -> Float32:
+        """The pattern with the channels as separate rows, (h, K, w), for the compiled loops."""
+        return np.ascontiguousarray(self.pattern.transpose(0, 2, 1))
+
+    def moved(self, motion: Motion) -> Imprint:
         """Return the imprint after a motion: x, y and rotation about its centroid."""
         x, y, turn = motion
         cosine, sine = np.cos(turn), np.sin(turn)
@@ -87,9 +107,11 @@ class Imprint:
         from_px = np.array(self.centre) - back @ (np.array(self.centre) + np.array([x, y]))
         warp = np.column_stack([back, from_px]).astype(np.float32)
         size, how = self.seen.shape[::-1], cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        pattern = np.asarray(cv2.warpAffine(self.pattern, warp, size, flags=how), np.float32)
+        pattern = np.asarray(
+            cv2.warpAffine(np.ascontiguousarray(self.pattern), warp, size, flags=how), np.float32
+        )
         seen = np.asarray(cv2.warpAffine(self.seen, warp, size, flags=how), np.float32)
-        return Imprint(pattern.reshape(self.pattern.shape), seen)
+        return Imprint(pattern.reshape(self.pattern.shape), seen, compiled=self.compiled)
 
 
 class Step(NamedTuple):
@@ -97,7 +119,7 @@ class Step(NamedTuple):
 
     Attributes
     ----------
-    motion : (3,)
+    motion : (float, float, float)
         x, y in px of the view, and rotation about the centroid in rad.
     changed : float
         Energy of the change.
@@ -107,23 +129,23 @@ class Step(NamedTuple):
         Energy of both imprints, where both are visible.
     values : float
         Number of values that are visible in both.
-    covariance : (3, 3)
+    variance : (float, float, float)
         Of the motion, for noise of variance 1 in each value of the change.
     """
 
-    motion: Array
+    motion: Motion
     changed: float
     unexplained: float
     energy: float
     values: float
-    covariance: Array
+    variance: Motion
 
 
 def step_between(before: Imprint, now: Imprint) -> Step:
     """Fit a rigid motion and a growth of the pattern to a change, by least squares."""
     step = _linear(before, now)
-    motion, best = step.motion, np.zeros(3)
-    if np.hypot(motion[0], motion[1]) <= FIT.long_step:
+    motion, best = step.motion, (0.0, 0.0, 0.0)
+    if math.hypot(*motion[:2]) <= FIT.long_step:
         return step
     least = step.changed / max(step.values, 1.0)
     for _ in range(FIT.rounds - 1):
@@ -131,46 +153,66 @@ def step_between(before: Imprint, now: Imprint) -> Step:
         left = more.changed / max(more.values, 1.0)
         if left >= least:  # a motion along stripes, for example, cannot be seen
             break
-        best, least, motion = motion, left, motion + more.motion
-        if np.hypot(more.motion[0], more.motion[1]) <= FIT.long_step:
+        x, y, turn = more.motion
+        best, least, motion = motion, left, (motion[0] + x, motion[1] + y, motion[2] + turn)
+        if math.hypot(x, y) <= FIT.long_step:
             return step._replace(motion=motion)
     return step._replace(motion=best)
 
 
 def _linear(before: Imprint, now: Imprint) -> Step:
     """Fit the change of every second row; the others say nearly the same, after smoothing."""
-    channels = now.pattern.shape[2]
-    # next to a hidden pixel, the gradient is that of the mask
-    both = np.asarray(cv2.erode(before.seen * now.seen, np.ones((3, 3), np.uint8)), np.float32)
-    weight = np.repeat(both[INNER][..., np.newaxis], channels, axis=2)
-    total = before.pattern + now.pattern
-    # central differences of the mean of both
-    across = (total[1:-1:2, 2:] - total[1:-1:2, :-2]) * np.float32(0.25)
-    down = (total[2::2, 1:-1] - total[:-2:2, 1:-1]) * np.float32(0.25)
-    x, y = before.centre
-    columns = np.arange(1, total.shape[1] - 1, dtype=np.float32)[:, np.newaxis] - np.float32(x)
-    rows = np.arange(1, total.shape[0] - 1, 2, dtype=np.float32)[:, np.newaxis, np.newaxis]
-    away: Array = np.empty((3, *weight.shape), np.float32)
-    np.multiply(across, -weight, out=away[0])
-    np.multiply(down, -weight, out=away[1])
-    np.subtract(away[1] * columns, away[0] * (rows - np.float32(y)), out=away[2])
-    slopes = away.reshape(3, -1)
-    half = total[INNER] * (np.float32(0.5) * weight)
-    change = ((now.pattern[INNER] - before.pattern[INNER]) * weight).reshape(-1)
-    normal = (slopes @ slopes.T).astype(np.float64)
-    normal += np.diag(np.diag(normal)) * FIT.damping + np.eye(3) * _TINY
-    covariance = np.linalg.inv(normal)
-    slope = (slopes @ change).astype(np.float64)
-    motion = covariance @ slope
-    changed, middle = float(change @ change), float(np.vdot(half, half))
+    loops = kernels.chosen(now.compiled)
+    if loops is None:
+        sums = _sums(before, now)
+    else:
+        sums = loops.fit_sums(before.rows, now.rows, before.seen, now.seen, before.centre)
+    xx, xy, yy, xt, yt, tt, x, y, t, changed, middle, growth, values = sums.tolist()
+    xx, yy, tt = (square * (1 + FIT.damping) + _TINY for square in (xx, yy, tt))
+    # inverse of the symmetric matrix of products, by its cofactors
+    of_x = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
+    of_y = of_x[1], xx * tt - xt * xt, xy * xt - xx * yt
+    of_t = of_x[2], of_y[2], xx * yy - xy * xy
+    over = 1 / (xx * of_x[0] + xy * of_x[1] + xt * of_x[2])
+    motion = tuple(over * (a * x + b * y + c * t) for a, b, c in (of_x, of_y, of_t))
     # a growing load strengthens the pattern in place; a weaker pattern may be one that leaves
-    growth = max(float(half.reshape(-1) @ change), 0.0)
-    explained = float(slope @ motion) + growth**2 / max(middle, _TINY)
+    explained = x * motion[0] + y * motion[1] + t * motion[2]
+    explained += max(growth, 0.0) ** 2 / max(middle, _TINY)
     return Step(
         motion,
         changed,
         max(changed - explained, 0.0),
         2 * middle + changed / 2,
-        float(weight.sum()),
-        covariance,
+        values,
+        (over * of_x[0], over * of_y[1], over * of_t[2]),
     )
+
+
+def _sums(before: Imprint, now: Imprint) -> Array:
+    """Sums (13,) of the fit, as the compiled loop ``fit_sums`` returns them."""
+    channels = now.pattern.shape[2]
+    # next to a hidden pixel, the gradient is that of the mask
+    both = np.asarray(cv2.erode(before.seen * now.seen, _SQUARE), np.float32)
+    weight = np.repeat(both[INNER], channels, axis=1)
+    total = (before.pattern + now.pattern).reshape(len(both), -1)
+    # central differences of the mean of both
+    across = total[1:-1:2, 2 * channels :] - total[1:-1:2, : -2 * channels]
+    down = total[2::2, channels:-channels] - total[:-2:2, channels:-channels]
+    x, y = before.centre
+    columns = np.repeat(np.arange(1, both.shape[1] - 1, dtype=np.float32) - np.float32(x), channels)
+    rows = np.arange(1, both.shape[0] - 1, 2, dtype=np.float32)[:, np.newaxis] - np.float32(y)
+    values = np.empty((5, *weight.shape), np.float32)
+    slope_x, slope_y, slope_t, change, middle = values
+    slopes = weight * np.float32(-0.25)
+    np.multiply(across, slopes, out=slope_x)
+    np.multiply(down, slopes, out=slope_y)
+    np.subtract(slope_y * columns, slope_x * rows, out=slope_t)
+    inner = np.s_[1:-1:2, channels:-channels]
+    before_rows, now_rows = (each.pattern.reshape(len(both), -1)[inner] for each in (before, now))
+    np.multiply(np.subtract(now_rows, before_rows, out=change), weight, out=change)
+    np.multiply(total[inner], weight * np.float32(0.5), out=middle)
+    flat = values.reshape(5, -1)
+    products = (flat @ flat.T).astype(np.float64)
+    squares = products[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    of_change = products[[0, 1, 2, 3, 4, 3], [3, 3, 3, 3, 4, 4]]
+    return np.concatenate([squares, of_change, [weight.sum()]])

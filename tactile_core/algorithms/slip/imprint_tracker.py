@@ -11,14 +11,16 @@ References
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from operator import mul
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.slip.imprint import Imprint, Step, step_between
+from tactile_core.algorithms.slip.imprint import Imprint, Motion, Step, step_between
 from tactile_core.algorithms.slip.still_noise import StillNoise
 from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
 
@@ -119,6 +121,8 @@ class ImprintTracker:
     mm_per_px : float
     change_per_mm : float
         Change of an imprint that sticks, as in :class:`ImprintParameters`.
+    compiled : bool
+        Whether to use compiled loops if they are available.
 
     Raises
     ------
@@ -134,9 +138,10 @@ class ImprintTracker:
         mm_per_px: float,
         *,
         change_per_mm: float = IMPRINT.change_per_mm,
+        compiled: bool = False,
     ) -> None:
-        self._change_per_mm = change_per_mm
-        self._view = SurfaceView(pixels, reference_px, diameter_px)
+        self._change_per_mm, self._compiled = change_per_mm, compiled
+        self._view = SurfaceView(pixels, reference_px, diameter_px, compiled=compiled)
         self._mm_per_px = mm_per_px
         self.reset()
 
@@ -170,80 +175,89 @@ class ImprintTracker:
         -------
         ImprintChange
         """
-        now = Imprint(*self._view.imprint(pixels, px))
+        now = Imprint(*self._view.imprint(pixels, px), compiled=self._compiled)
         last, before_px, elapsed_s = self._last, self._px, timestamp_s - self._time_s
         self._last, self._px, self._time_s = now, px, timestamp_s
         if last is None or before_px is None:
             return self._result()
         step = step_between(last, now)
         moved_mm = np.hypot(*(px - before_px).T) * self._mm_per_px
-        share = self._unexplained(step, float(np.sqrt(np.mean(moved_mm**2))))
-        kept = float(np.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s))
+        share = self._unexplained(step, math.sqrt(moved_mm @ moved_mm / len(moved_mm)))
+        kept = math.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s)
         self._changed = self._changed * kept + share if self._noise.steady else 0.0
         self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, IMPRINT.sheared_quantile)
-        motion, variance = self._metric(step)
-        self._way, self._recent = self._way.plus(motion, variance), self._recent.faded(kept)
-        self._recent = self._recent.plus(motion, variance)
+        way = self._metric(step, now.radius)
+        self._way, self._recent = self._way.plus(way), self._recent.scaled(*[kept] * 3).plus(way)
         return self._result()
 
     def _unexplained(self, step: Step, moved_mm: float) -> float:
         """Share of the energy whose change nothing but slip explains."""
         values = max(step.values, 1.0)
         self._noise.update(step.changed / values, moved_mm)
-        if not self._noise.steady or np.isinf(self._noise.variance):
+        if not self._noise.steady or math.isinf(self._noise.variance):
             return 0.0
         noise = self._noise.variance * values
         explained = noise + self._change_per_mm * moved_mm * step.energy
         return max(step.unexplained - explained, 0.0) / max(step.energy, noise, _TINY)
 
-    def _metric(self, step: Step) -> tuple[Array, Array]:
+    def _metric(self, step: Step, radius: float) -> _Way:
         """Motion of the imprint in mm, with rotation as RMS motion, and its variances in mm²."""
-        assert self._last is not None
-        scale = self._view.times * self._mm_per_px * np.array([1, 1, self._last.radius])
-        variance = self._noise.variance if np.isfinite(self._noise.variance) else 0.0
+        scale = self._view.times * self._mm_per_px
+        variance = self._noise.variance if math.isfinite(self._noise.variance) else 0.0
         # what changed without a motion may have moved by the length over which patterns differ
         left = max(step.unexplained - variance * step.values, 0.0)
         # neighbouring values share the noise that the box filter spread over them
         noise = variance * VIEW.smoothing_px**2 + left
-        return step.motion * scale, np.diag(step.covariance) * noise * scale**2
+        x, y, turn = (noise * of_motion for of_motion in step.variance)
+        return _Way(step.motion, (x, y, turn)).scaled(scale, scale, scale * radius)
 
     def _result(self) -> ImprintChange:
         recent, last = self._recent, self._last
         scale = self._view.times * self._mm_per_px
         explained = IMPRINT.elastic_share * self._sheared_mm + IMPRINT.sigmas * recent.std_mm
-        turned = abs(recent.mm[2]) > np.hypot(recent.mm[0], recent.mm[1])
+        turned = abs(recent.mm[2]) > math.hypot(recent.mm[0], recent.mm[1])
         radius_mm = 0.0 if last is None else last.radius * scale
         return ImprintChange(
             self._changed,
             recent.length_mm / (explained + IMPRINT.drift * scale),
             self._way.length_mm,
             self._way.std_mm,
-            float(recent.mm[2]) / max(radius_mm, _TINY),
-            0.0 if last is None else float(np.sqrt(last.energy / max(last.count, 1.0))),
+            recent.mm[2] / max(radius_mm, _TINY),
+            0.0 if last is None else math.sqrt(last.energy / max(last.count, 1.0)),
             "rotation" if turned else "translation",
         )
 
 
 class _Way(NamedTuple):
-    """A sum of motions (3,) in mm: x, y and rotation; and its variances (3,)."""
+    """A sum of motions in mm: x, y and rotation; and its variances."""
 
-    mm: Array = np.zeros(3)
-    variance: Array = np.zeros(3)
+    mm: Motion = (0.0, 0.0, 0.0)
+    variance: Motion = (0.0, 0.0, 0.0)
 
     @property
     def length_mm(self) -> float:
-        return float(np.sqrt(np.sum(self.mm**2)))
+        return math.hypot(*self.mm)
 
     @property
     def std_mm(self) -> float:
         """Standard deviation along the motion; that of all directions if there is none."""
-        square = float(np.sum(self.mm**2))
-        if square == 0:
-            return float(np.sqrt(np.sum(self.variance)))
-        return float(np.sqrt(np.sum(self.mm**2 * self.variance) / square))
+        squares = [side * side for side in self.mm]
+        total = sum(squares)
+        if total == 0:
+            return math.sqrt(sum(self.variance))
+        return math.sqrt(sum(map(mul, squares, self.variance)) / total)
 
-    def plus(self, mm: Array, variance: Array) -> _Way:
-        return _Way(self.mm + mm, self.variance + variance)
+    def plus(self, other: _Way) -> _Way:
+        (x, y, t), (var_x, var_y, var_t) = self
+        mm, variance = other
+        return _Way(
+            (x + mm[0], y + mm[1], t + mm[2]),
+            (var_x + variance[0], var_y + variance[1], var_t + variance[2]),
+        )
 
-    def faded(self, kept: float) -> _Way:
-        return _Way(self.mm * kept, self.variance * kept**2)
+    def scaled(self, x: float, y: float, t: float) -> _Way:
+        mm, variance = self
+        return _Way(
+            (mm[0] * x, mm[1] * y, mm[2] * t),
+            (variance[0] * x * x, variance[1] * y * y, variance[2] * t * t),
+        )

@@ -7,6 +7,7 @@ markers from the polynomial.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import NamedTuple
 
@@ -101,7 +102,8 @@ class MarkerLattice:
         found = len(nodes) >= least and share >= MARKER_LATTICE.indexed_share
         self._undecided = MARKER_LATTICE.watched_frames if found else 0
         self.regular = found and (self._is_regular(px) or self._is_strained(px))
-        self._square = np.full(len(nodes), np.nan)
+        self._fit: _Fit | None = None
+        self._square = np.zeros(len(nodes))
         self._seen_s = np.full(len(nodes), -np.inf)
 
     def strain(self, px: Array, seen: Bool, time_s: float) -> float | None:
@@ -127,16 +129,17 @@ class MarkerLattice:
         if self._undecided and not self.regular:
             self._undecided -= 1
             self.regular = self._is_regular(px)
-        if not self.regular or detected.sum() < count + MARKER_LATTICE.spare_markers:
+        if not self.regular or np.count_nonzero(detected) < count + MARKER_LATTICE.spare_markers:
             return None
-        terms, places = self._terms[detected], np.asarray(px, np.float64)[self._chosen[detected]]
-        # normal equations: the terms are of order 1, and much faster than a decomposition
-        fitted = np.linalg.solve(terms.T @ terms, terms.T @ places)
-        apart = (places - terms @ fitted) / self._pitch_px
-        self._square[detected] = (apart * apart).sum(axis=1)
+        if self._fit is None or not np.array_equal(detected, self._fit.detected):
+            self._fit = _Fit.of(detected, self._terms)
+        places = np.asarray(px, np.float64)[self._chosen[detected]]
+        apart = (places - self._fit.terms @ (self._fit.inverse @ places)) / self._pitch_px
+        self._square[detected] = (apart * apart) @ _ONES
         self._seen_s[detected] = time_s
         recent = self._seen_s >= time_s - MARKER_LATTICE.hold_s
-        return float(np.sqrt(self._square[recent].sum() / (recent.sum() - count)))
+        held = np.count_nonzero(recent) - count
+        return math.sqrt(float(self._square @ recent) / held)
 
     def _is_regular(self, px: Array) -> bool:
         """Whether neighbours place the median marker where it is."""
@@ -159,6 +162,33 @@ class MarkerLattice:
         irregularity, deviation = (np.median(np.linalg.norm(d, axis=1)) for d in (alone, apart))
         return float(irregularity), float(deviation)
 
+
+class _Fit(NamedTuple):
+    """The polynomial fit to the detected markers; most often they are those of the last frame.
+
+    Attributes
+    ----------
+    detected : (M,) bool
+    terms : (N, terms)
+        Of the detected markers.
+    inverse : (terms, N)
+        Coefficients for places of 1.
+    """
+
+    detected: Bool
+    terms: Float64
+    inverse: Float64
+
+    @classmethod
+    def of(cls, detected: Bool, terms: Float64) -> _Fit:
+        terms = terms[detected]
+        # normal equations: the terms are of order 1, and much faster than a decomposition
+        inverse = np.linalg.solve(terms.T @ terms, terms.T)
+        return cls(detected, terms, np.asarray(inverse, np.float64))
+
+
+_ONES = np.ones(2)
+"""Sums x and y."""
 
 _SQUARE_NEIGHBOURS = 4
 """Nearest neighbours of a marker on a square lattice."""

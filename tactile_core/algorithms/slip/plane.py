@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -42,10 +42,37 @@ def stride_of(width_px: int) -> int:
     return max(1, width_px // PLANE.columns)
 
 
-def coarse(displacement_mm: NDArray[Any], stride: int) -> Complex64:
-    """Sample a field (H, W, 2) in the middle of each block of pixels, (h, w) complex, mm."""
-    field = np.ascontiguousarray(displacement_mm, np.float32).view(np.complex64)[..., 0]
-    return picked(field, stride)
+def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32:
+    """Interpolate a field of cells (rows, columns, …) that tile an image in each block of pixels.
+
+    Returns
+    -------
+    (h, w, …) float32
+        At the pixels that :func:`picked` samples.
+    """
+    x, y = _places(cells.shape[:2], image_shape[:2], stride)
+    how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+    # one by one, because OpenCV rounds the places of two channels to 1/32 of a cell
+    planes = [cv2.remap(each, x, y, how, borderMode=border) for each in cv2.split(cells)]
+    return np.asarray(cv2.merge(planes), np.float32)
+
+
+@lru_cache(maxsize=4)
+def _places(
+    cells: tuple[int, ...], image_shape: tuple[int, ...], stride: int
+) -> tuple[Float32, Float32]:
+    """Column and row (h, w) of each grid point, in cells."""
+    rows, columns = (
+        (np.arange(stride // 2, side, stride) + 0.5) * count / side - 0.5
+        for count, side in zip(cells, image_shape, strict=True)
+    )
+    x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
+    return x, y
+
+
+def as_complex(field: Float32) -> Complex64:
+    """View a field (h, w, 2) as complex numbers x + iy, (h, w)."""
+    return field.view(np.complex64)[..., 0]
 
 
 def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
@@ -81,7 +108,7 @@ def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
             cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
         )
-        moved = now - was.view(np.complex64)[..., 0]
+        moved = now - as_complex(np.asarray(was, np.float32))
     return moved
 
 
@@ -109,7 +136,7 @@ def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
 def positions_mm(shape: tuple[int, ...], spacing_mm: float) -> Complex64:
     """Return the positions (h, w) of the grid points relative to the centre of the field, mm."""
     middle = complex(shape[1] - 1, shape[0] - 1) / 2
-    positions = np.asarray((_nodes(shape).view(np.complex64)[..., 0] - middle) * spacing_mm)
+    positions = np.asarray((as_complex(_nodes(shape)) - middle) * spacing_mm)
     positions.flags.writeable = False
     return positions
 

@@ -5,9 +5,8 @@ An object that slips lets the surface spring back, while one that sticks keeps i
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
-
-import numpy as np
 
 
 class ReleaseParameters(NamedTuple):
@@ -43,7 +42,7 @@ class ShearPeak:
 
     def update(self, shear_mm: float, timestamp_s: float) -> float:
         """Take the next shear; return the released share, from 0 to 1."""
-        kept = float(np.exp(-max(timestamp_s - self._time_s, 0.0) / RELEASE.memory_s))
+        kept = math.exp(-max(timestamp_s - self._time_s, 0.0) / RELEASE.memory_s)
         self._time_s = timestamp_s
         self._peak_mm = shear_mm + max(self._peak_mm - shear_mm, 0.0) * kept
         return (self._peak_mm - shear_mm) / max(self._peak_mm, RELEASE.least_mm)

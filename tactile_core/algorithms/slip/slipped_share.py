@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -72,7 +73,7 @@ def slipped_share(evidence: float, *, turned: bool) -> float:
     """
     use = SLIPPED_SHARE
     scale, shape = (use.turned_scale, use.turned_shape) if turned else (use.scale, use.shape)
-    return float(-np.expm1(-((evidence / scale) ** shape)))
+    return -math.expm1(-((evidence / scale) ** shape))
 
 
 def slipped_share_std(share: float, *, turned: bool, deceleration: float) -> float:

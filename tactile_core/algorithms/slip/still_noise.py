@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from math import inf
+from statistics import median
 from typing import NamedTuple
-
-import numpy as np
 
 
 class NoiseParameters(NamedTuple):
@@ -49,7 +49,7 @@ class StillNoise:
     """
 
     def __init__(self) -> None:
-        self.variance = np.inf
+        self.variance = inf
         self.steady = True
         self._still: list[float] = []
 
@@ -60,5 +60,5 @@ class StillNoise:
         self.variance = min(self.variance, change)
         if moved_mm < NOISE.still_mm and len(self._still) < NOISE.first:
             self._still.append(change)
-        if len(self._still) >= NOISE.fewest:
-            self.steady = bool(np.median(self._still) <= NOISE.steady * min(self._still))
+            if len(self._still) >= NOISE.fewest:
+                self.steady = median(self._still) <= NOISE.steady * min(self._still)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
@@ -77,6 +79,8 @@ class SurfaceView:
         Positions of the markers, x and y; at least three.
     diameter_px : float
         Diameter of a marker.
+    compiled : bool
+        Whether to use the compiled loop if it is available.
 
     Raises
     ------
@@ -84,12 +88,15 @@ class SurfaceView:
         There are fewer than three markers, or the diameter is not positive.
     """
 
-    def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
+    def __init__(
+        self, pixels: Array, reference_px: Array, diameter_px: float, *, compiled: bool = False
+    ) -> None:
         if len(reference_px) < VIEW.min_markers:
             raise InputError(
                 f"{len(reference_px)} markers do not determine the motion of the gel surface; "
                 f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
+        self._compiled = compiled
         self.times = max(1, round(pixels.shape[1] / VIEW.width_px))
         first = _reduced(pixels, self.times)
         height, width = first.shape[:2]
@@ -99,7 +106,7 @@ class SurfaceView:
             np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
         )
         pitch_px = pitch(self._markers_px)
-        self._weights, self._nodes = _local_linear(self._markers_px, pitch_px, height, width)
+        self._weights, self._grid = _local_linear(self._markers_px, pitch_px, height, width)
         rim = 2 * int(np.ceil(VIEW.rim_diameters * diameter_px)) + 1
         mask = marker_mask(pixels, diameter_px=diameter_px * self.times)
         share = shrunk(mask.astype(np.float32), (width, height))
@@ -125,14 +132,32 @@ class SurfaceView:
         """
         frame = _reduced(pixels, self.times)
         height, width = frame.shape[:2]
-        moved = self._weights @ (_at(px, self.times) - self._markers_px)
-        x, y = (cv2.resize(along.reshape(self._nodes), (width, height)) for along in moved.T)
+        apart = (_at(px, self.times) - self._markers_px).T
+        moved = (apart @ self._weights).reshape(2, *self._grid)
+        x, y = (cv2.resize(along, (width, height)) for along in moved)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
+        loops = kernels.chosen(self._compiled)
+        if loops is not None and frame.shape[2:] == (3,):
+            return self._looped(loops, frame, x, y)
+        frame = frame.astype(np.float32)
         warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
         seen = within & ~self._hidden
         pattern = _pattern(warped.reshape(height, width, -1), seen, self._side)
         return pattern, seen.astype(np.float32)
+
+    def _looped(
+        self, loops: ModuleType, frame: Array, x: Array, y: Array
+    ) -> tuple[Float32, Float32]:
+        """Do the same for three channels by compiled loops."""
+        # OpenCV warps four channels twice as fast as three
+        opaque = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2RGBA))
+        warped = cv2.remap(opaque.astype(np.float32), x, y, cv2.INTER_LINEAR)
+        height, width = x.shape
+        pattern, seen = np.empty((height, 3, width), np.float32), np.empty_like(x)
+        reaches = self._side // 2, VIEW.smoothing_px // 2
+        loops.pattern_of(warped, x, y, self._hidden, reaches, pattern, seen)
+        return pattern.transpose(0, 2, 1), seen
 
 
 def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:
@@ -155,9 +180,8 @@ def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:
     return smooth
 
 
-def _reduced(pixels: Array, times: int) -> Float32:
-    size = pixels.shape[1] // times, pixels.shape[0] // times
-    return np.asarray(shrunk(pixels, size), np.float32)
+def _reduced(pixels: Array, times: int) -> Array:
+    return shrunk(pixels, (pixels.shape[1] // times, pixels.shape[0] // times))
 
 
 def _at(points_px: Array, times: int) -> Float32:
@@ -167,7 +191,7 @@ def _at(points_px: Array, times: int) -> Float32:
 def _local_linear(
     markers_px: Float32, pitch_px: float, height: int, width: int
 ) -> tuple[Float32, tuple[int, int]]:
-    """Weights (G, N) of a local linear fit to values at the markers, and rows and columns of G."""
+    """Weights (N, G) of a local linear fit to values at the markers, and rows and columns of G."""
     rows, columns = -(-height // VIEW.cell_px), -(-width // VIEW.cell_px)
     x, y = np.meshgrid(
         (np.arange(columns) + 0.5) * width / columns - 0.5,
@@ -181,4 +205,4 @@ def _local_linear(
     weighted = basis * near[..., np.newaxis]
     normal = np.swapaxes(basis, 1, 2) @ weighted + np.diag([1e-9, VIEW.ridge, VIEW.ridge])
     weights = np.linalg.solve(normal, np.swapaxes(weighted, 1, 2))[:, 0]
-    return weights.astype(np.float32), (rows, columns)
+    return np.ascontiguousarray(weights.T, np.float32), (rows, columns)

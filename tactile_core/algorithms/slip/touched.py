@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import reduce
+from functools import cache, reduce
 from typing import NamedTuple
 
 import cv2
@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.places import struck
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 
 
 class RingParameters(NamedTuple):
@@ -99,7 +99,14 @@ def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     )
 
 
-def contact_within_ring(steep: Float32, min_steepness: float) -> Bool:
+def peak(steep: Float32) -> float:
+    """Return the steepness (h, w) that counts as its maximum."""
+    return quantile(steep.ravel(), RING.peak_quantile)
+
+
+def contact_within_ring(
+    steep: Float32, min_steepness: float, steepest: float | None = None
+) -> Bool:
     """Return the contact area inside the steep ring at its border.
 
     The gel surface is steepest, and its light changes most, at the border of a contact. The area
@@ -113,24 +120,29 @@ def contact_within_ring(steep: Float32, min_steepness: float) -> Bool:
         :func:`~tactile_core.algorithms.arrays.gradient.steepness` or :func:`light_change`.
     min_steepness : float
         Minimum steepness at the border of any contact.
+    steepest : float, optional
+        :func:`peak` of ``steep``, if it is known.
 
     Returns
     -------
     (h, w) bool
     """
-    limit = max(min_steepness, RING.edge_share * quantile(steep.ravel(), RING.peak_quantile))
+    if steepest is None:
+        steepest = peak(steep)
+    limit = max(min_steepness, RING.edge_share * steepest)
     gap = RING.gap
-    ring = np.pad((steep > limit).astype(np.uint8), gap)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * gap + 1, 2 * gap + 1))
-    closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, disc)[gap:-gap, gap:-gap]
+    sides = gap, gap, gap, gap
+    ring = cv2.copyMakeBorder((steep > limit).view(np.uint8), *sides, cv2.BORDER_CONSTANT)
+    closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, _disc(gap))[gap:-gap, gap:-gap]
     borders, _ = cv2.findContours(closed.copy(), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    borders = [border for border in borders if cv2.contourArea(border) >= RING.min_area]
-    truncated = [border for border in borders if _leaves(border, steep.shape)]
-    whole = [border for border in borders if not _leaves(border, steep.shape)]
+    whole, truncated = list[Array](), list[Array]()
+    for border in borders:
+        if cv2.contourArea(border) >= RING.min_area:
+            (truncated if _leaves(border, steep.shape) else whole).append(border)
     whole += [np.concatenate(truncated)] if truncated else []
     mask = np.zeros(steep.shape, np.uint8)
     cv2.drawContours(mask, [cv2.convexHull(border) for border in whole], -1, 1, cv2.FILLED)
-    inner = cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=RING.outer_rim)
+    inner = cv2.erode(mask, _SQUARE, iterations=RING.outer_rim)
     return np.asarray(inner).view(np.bool_)
 
 
@@ -156,5 +168,15 @@ def contact_from_motion(moved_mm: Float32) -> Bool:
 
 
 def _leaves(border: Array, shape: tuple[int, ...]) -> bool:
-    x, y = border[:, 0].T
-    return bool(min(x.min(), y.min()) == 0 or x.max() == shape[1] - 1 or y.max() == shape[0] - 1)
+    left, top, width, height = cv2.boundingRect(border)
+    return min(left, top) == 0 or left + width == shape[1] or top + height == shape[0]
+
+
+@cache
+def _disc(radius: int) -> UInt8:
+    side = 2 * radius + 1
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
+
+
+_SQUARE = np.ones((3, 3), np.uint8)
+"""Neighbourhood of a grid point."""

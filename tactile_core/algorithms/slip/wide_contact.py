@@ -66,8 +66,13 @@ WIDE_CONTACT = WideContactParameters()
 
 def fills_view(mask: Bool) -> bool:
     """Return whether a contact (h, w) covers most of the border of the view."""
-    rim = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
-    return bool(rim.mean() >= WIDE_CONTACT.border_share)
+    return rim_share(mask) >= WIDE_CONTACT.border_share
+
+
+def rim_share(mask: Bool) -> float:
+    """Return the share of the border of the view that a mask (h, w) covers; corners count twice."""
+    sides = mask[0], mask[-1], mask[:, 0], mask[:, -1]
+    return sum(np.count_nonzero(side) for side in sides) / (2 * sum(mask.shape))
 
 
 def smoothed_std_mm(std_mm: float, markers: int | None) -> float:

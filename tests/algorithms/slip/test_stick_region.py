@@ -10,7 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.slip.plane import coarse, positions_mm, since, strain, stride_of
+from tactile_core.algorithms.slip.plane import (
+    as_complex,
+    coarse,
+    positions_mm,
+    since,
+    strain,
+    stride_of,
+)
 from tactile_core.algorithms.slip.stick_region import StickRegion, calm_weights, stick_region
 
 SPACING_MM = 0.22
@@ -124,9 +131,12 @@ def test_strain_does_not_depend_on_the_axes(turn_deg: float) -> None:
     np.testing.assert_allclose(found, 0.02 * np.sqrt(2), rtol=1e-3)
 
 
-def test_a_field_is_sampled_in_the_middle_of_each_block() -> None:
-    field = np.zeros((480, 640, 2), np.float32)
-    field[4, 12] = (0.3, -0.2)
-    small = coarse(field, stride_of(640))
+@pytest.mark.parametrize("cells", [(48, 64), (480, 640)], ids=["cells", "pixels"])
+def test_a_field_is_sampled_in_the_middle_of_each_block(cells: tuple[int, int]) -> None:
+    rows, columns = ((np.arange(count) + 0.5) / count for count in cells)
+    field = np.stack(np.broadcast_arrays(columns, -rows[:, None]), axis=2).astype(np.float32)
+    small = as_complex(coarse(field, (480, 640), stride_of(640)))
     assert small.shape == SHAPE
-    assert small[0, 1] == np.complex64(0.3 - 0.2j)
+    at_x, at_y = ((np.arange(4, side, 8) + 0.5) / side for side in (640, 480))
+    inner = np.s_[1:-1, 1:-1]
+    np.testing.assert_allclose(small[inner], (at_x - 1j * at_y[:, None])[inner], atol=1e-5)

@@ -57,8 +57,8 @@ class LookupTableParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     halvings : int, count
         The empty ones are interpolated at every 2^halvings-th entry first, and then between.
-        Source: as for all tables (``algorithms/colour_table.py``); the errors of held-out presses of four
-        sets are within 0.1 % of those of every entry (ADR 81).
+        Source: as for all tables (``algorithms/colour_table.py``); on four sets the errors of
+        held-out presses are within 0.1 % of those of every entry (ADR 81).
     order : int, degree
         Degree of the term in colour and position.
         Source: chosen by hand; no script derives it.

@@ -141,9 +141,7 @@ class PressFit:
         """Update the border of the contact; how certain it is only if ``judged``."""
         assert self.fitted is not None
         change, deviation = self.sighting.change, self.fitted.deviation
-        self.border = find_border(
-            change, light, deviation, self.centre, self.ball, judged=judged
-        )
+        self.border = find_border(change, light, deviation, self.centre, self.ball, judged=judged)
 
     @property
     def visible_share(self) -> float:

@@ -37,6 +37,9 @@ class TableParameters(NamedTuple):
     place_offset : float, half widths of the image
         Distance from the centre, along x and y, of the places over which a table is averaged.
         Source: chosen by hand; no script derives it.
+    halvings : int, count
+        A model is evaluated at every 2^halvings-th entry, and interpolated between.
+        Source: the errors of held-out presses of four sets are within 0.1 % of those of 1 (ADR 81).
 
     References
     ----------
@@ -51,6 +54,7 @@ class TableParameters(NamedTuple):
     least_margin: float = 1e-3
     points: int = 1_200
     place_offset: float = 0.6
+    halvings: int = 2
 
 
 TABLE = TableParameters()
@@ -161,8 +165,8 @@ def as_complex(normal_xy: Float32) -> Complex64:
 def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) -> ColourTable:
     """Tabulate a slope model, averaged over five places of the image.
 
-    The model is smooth on the scale of an entry, so it is evaluated at every other entry and
-    interpolated between.
+    The model is smooth on the scale of some entries, so it is evaluated at a few and interpolated
+    between.
 
     Parameters
     ----------
@@ -172,10 +176,9 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
     aspect : float
         Height of the image over its width.
     """
-    from scipy.ndimage import zoom
-
-    nodes = axis.count // 2 + 1
-    steps = 2 * np.arange(nodes, dtype=np.float32) + np.float32(axis.first)
+    step = 2**TABLE.halvings
+    nodes = coarse_count(axis.count, TABLE.halvings)
+    steps = step * np.arange(nodes, dtype=np.float32) + np.float32(axis.first)
     values = steps / np.float32(axis.per_unit) - 1
     changes = np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3)
     ends = -TABLE.place_offset, TABLE.place_offset
@@ -185,5 +188,37 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
         spot = np.broadcast_to(np.asarray(where, np.float32), (len(changes), 2))
         total += model(np.concatenate([changes, spot], 1))
     normal_xy = as_complex(total / np.float32(len(places))).reshape((nodes,) * 3)
-    finer = zoom(normal_xy, (2 * nodes - 1) / nodes, order=1, mode="nearest")
-    return ColourTable(axis, np.ascontiguousarray(finer[(slice(axis.count),) * 3]))
+    return ColourTable(axis, refined(normal_xy, axis.count, TABLE.halvings))
+
+
+def coarse_count(count: int, halvings: int) -> int:
+    """Number of entries per channel, each 2^halvings apart, that span ``count`` entries."""
+    return -(-(count - 1) // 2**halvings) + 1
+
+
+def refined(coarse: Complex64, count: int, halvings: int) -> Complex64:
+    """Interpolate entries that are 2^halvings apart to a whole table, (count, count, count).
+
+    Each halving puts a cubic through the four nearest entries between each two [1]_.
+
+    References
+    ----------
+    .. [1] N. Dyn, D. Levin and J. A. Gregory, "A 4-point interpolatory subdivision scheme for curve
+       design", Computer Aided Geometric Design 4(4), 1987.
+    """
+    for _ in range(halvings):
+        for axis in range(3):
+            coarse = np.moveaxis(_halved(np.moveaxis(coarse, axis, 0)), 0, axis)
+    return np.ascontiguousarray(coarse[(slice(count),) * 3])
+
+
+def _halved(values: Complex64) -> Complex64:
+    """Insert values between those along the first axis, (n, …) to (2 n − 1, …)."""
+    finer = np.empty((2 * len(values) - 1, *values.shape[1:]), np.complex64)
+    finer[::2] = values
+    # a straight line continues the table at both ends
+    before, after = 2 * values[:1] - values[1:2], 2 * values[-1:] - values[-2:-1]
+    near = values[:-1] + values[1:]
+    far = np.concatenate([before, values[:-2]]) + np.concatenate([values[2:], after])
+    finer[1::2] = np.float32(9 / 16) * near - np.float32(1 / 16) * far
+    return finer

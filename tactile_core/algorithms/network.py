@@ -33,9 +33,13 @@ class TrainingParameters(NamedTuple):
     least_rate_share : float, share of the peak rate
         Added to the cosine schedule, so that the last steps are not zero.
         Source: chosen by hand; no script derives it.
-    beta_1, beta_2 : float, ratio
-        Decay of the moments of the gradient.
-        Source: Kingma and Ba, Algorithm 1 (default values).
+    beta_1 : float, ratio
+        Decay of the first moment of the gradient.
+        Source: Kingma and Ba, Algorithm 1 (default value).
+    beta_2 : float, ratio
+        Decay of the second moment. The default of Kingma and Ba, 0.999, remembers more steps than
+        a training has.
+        Source: virtual presses, together with the rate (ADR 81).
     epsilon : float, root of the second moment
         Lower bound of the divisor.
         Source: Kingma and Ba, Algorithm 1 (default value).
@@ -46,7 +50,7 @@ class TrainingParameters(NamedTuple):
     smallest_batch: int = 32
     least_rate_share: float = 1e-3
     beta_1: float = 0.9
-    beta_2: float = 0.999
+    beta_2: float = 0.97
     epsilon: float = 1e-8
 
 
@@ -90,9 +94,9 @@ def train(
     targets: Float32,
     *,
     hidden: Sequence[int] = (24, 24, 24),
-    epochs: int = 60,
-    rate: float = 1e-2,
-    steps: int = 24,
+    epochs: int = 15,
+    rate: float = 4e-2,
+    steps: int = 48,
     decay: float = 1e-2,
     noise: float = 0.05,
     seed: int = 0,
@@ -133,78 +137,113 @@ def train(
     """
     rng = np.random.default_rng(seed)
     mean, std = scaling(features)
-    scaled = (features - mean) / std
+    # A sample per column, as in the network; a row of ones multiplies the biases.
+    scaled = np.ascontiguousarray(((features - mean) / std).T)
+    wanted = np.ascontiguousarray(targets.T)
     sizes = [features.shape[1], *hidden, targets.shape[1]]
-    parameters: list[Float32] = []
-    for a, b in pairwise(sizes):
-        parameters += [
-            (rng.standard_normal((a, b)) / np.sqrt(a)).astype(np.float32),
-            np.zeros(b, np.float32),
-        ]
-    adam = _Adam(parameters, decay)
-    batch = min(len(scaled), max(TRAINING.smallest_batch, len(scaled) // steps))
-    batches = len(scaled) // batch
+    parameters = _Parameters.drawn(sizes, rng)
+    adam = _Adam(len(parameters.flat), np.float32(decay) * parameters.decaying)
+    count = scaled.shape[1]
+    batch = min(count, max(TRAINING.smallest_batch, count // steps))
+    batches = count // batch
     total = epochs * batches
+    activations = [np.ones((size + 1, batch), np.float32) for size in sizes[:-1]]
     for step in range(total):
         if step % batches == 0:
-            order = rng.permutation(len(scaled))
+            order = rng.permutation(count)
         pick = order[(step % batches) * batch : (step % batches + 1) * batch]
-        x = scaled[pick]
+        scaled.take(pick, axis=1, out=activations[0][:-1])
         if noise:
-            x = x + np.float32(noise) * rng.standard_normal(x.shape, dtype=np.float32)
-        slope = _gradients(parameters, x, targets[pick])
+            drawn = rng.standard_normal((sizes[0], batch), dtype=np.float32)
+            activations[0][:-1] += np.float32(noise) * drawn
+        parameters.write_slope(activations, wanted.take(pick, axis=1))
         cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + TRAINING.least_rate_share
-        adam.update(parameters, slope, rate * cosine)
-    return Network(mean, std, _pairs(parameters))
+        adam.update(parameters.flat, parameters.slope, rate * cosine)
+    return Network(mean, std, parameters.layers())
 
 
-def _pairs(parameters: Sequence[Float32]) -> tuple[tuple[Float32, Float32], ...]:
-    return tuple(zip(parameters[0::2], parameters[1::2], strict=True))
+@dataclass(frozen=True, eq=False)
+class _Parameters:
+    """Weights and biases in one vector, so that Adam updates all of them at once.
+
+    Attributes
+    ----------
+    flat, slope : (P,) float32
+        All of them, and the derivative of the loss by them.
+    matrices, slopes : list of (A + 1, B) float32
+        Views of both for each layer: weights, and the biases as the last row.
+    """
+
+    flat: Float32
+    slope: Float32
+    matrices: list[Float32]
+    slopes: list[Float32]
+
+    @classmethod
+    def drawn(cls, sizes: Sequence[int], rng: np.random.Generator) -> _Parameters:
+        """Draw the weights at random; biases are 0."""
+        flat, slope = np.zeros((2, sum((a + 1) * b for a, b in pairwise(sizes))), np.float32)
+        made = cls(flat, slope, _views(flat, sizes), _views(slope, sizes))
+        for matrix in made.matrices:
+            weight = matrix[:-1]
+            weight[...] = rng.standard_normal(weight.shape) / np.sqrt(len(weight))
+        return made
+
+    @property
+    def decaying(self) -> Float32:
+        """(P,) 1 for weights, 0 for biases."""
+        ones = [np.ones_like(matrix) for matrix in self.matrices]
+        for matrix in ones:
+            matrix[-1] = 0
+        return np.concatenate([matrix.ravel() for matrix in ones])
+
+    def layers(self) -> tuple[tuple[Float32, Float32], ...]:
+        """Weight and bias of each layer."""
+        return tuple((matrix[:-1].copy(), matrix[-1].copy()) for matrix in self.matrices)
+
+    def write_slope(self, activations: Sequence[Float32], wanted: Float32) -> None:
+        """Write the derivative of the loss into ``slope``.
+
+        Parameters
+        ----------
+        activations : sequence of (A + 1, N) float32
+            Input of each layer above a row of ones; the first is read, the others are written.
+        wanted : (M, N) float32
+        """
+        for matrix, below, above in zip(self.matrices, activations, activations[1:], strict=False):
+            z = np.matmul(matrix.T, below, out=above[:-1])
+            np.tanh(z, out=z)
+        error = self.matrices[-1].T @ activations[-1] - wanted
+        size = np.sqrt(np.square(error).sum(0))
+        error /= np.maximum(1, size / np.float32(TRAINING.huber_error)) * np.float32(len(size))
+        for depth in range(len(self.matrices) - 1, -1, -1):
+            below = activations[depth]
+            np.matmul(below, error.T, out=self.slopes[depth])
+            if depth:
+                bend = 1 - np.square(below[:-1])
+                error = np.multiply(self.matrices[depth][:-1] @ error, bend, out=bend)
 
 
-def _forward(layers: Sequence[tuple[Float32, Float32]], x: Float32) -> list[Float32]:
-    activations = [x]
-    for weight, bias in layers[:-1]:
-        z = activations[-1] @ weight
-        z += bias
-        activations.append(np.tanh(z, out=z))
-    weight, bias = layers[-1]
-    activations.append(activations[-1] @ weight + bias)
-    return activations
-
-
-def _gradients(parameters: Sequence[Float32], x: Float32, y: Float32) -> list[Float32]:
-    layers = _pairs(parameters)
-    activations = _forward(layers, x)
-    error = activations[-1] - y
-    size = np.linalg.norm(error, axis=1, keepdims=True)
-    error /= np.maximum(1, size / TRAINING.huber_error) * np.float32(len(x))
-    slopes: list[Float32] = []
-    for depth in range(len(layers) - 1, -1, -1):
-        below = activations[depth]
-        slopes = [below.T @ error, error.sum(0), *slopes]
-        if depth:
-            error = (error @ layers[depth][0].T) * (1 - below * below)
-    return slopes
+def _views(flat: Float32, sizes: Sequence[int]) -> list[Float32]:
+    ends = np.cumsum([0, *((a + 1) * b for a, b in pairwise(sizes))])
+    return [
+        flat[start:end].reshape(a + 1, b)
+        for (start, end), (a, b) in zip(pairwise(ends), pairwise(sizes), strict=True)
+    ]
 
 
 class _Adam:
-    def __init__(self, parameters: Sequence[Float32], decay: float) -> None:
-        self._first = [np.zeros_like(p) for p in parameters]
-        self._second = [np.zeros_like(p) for p in parameters]
-        self._decay = np.float32(decay)
+    def __init__(self, count: int, decay: Float32) -> None:
+        self._first, self._second = np.zeros((2, count), np.float32)
+        self._decay = decay
         self._steps = 0
 
-    def update(self, parameters: list[Float32], slopes: list[Float32], rate: float) -> None:
+    def update(self, parameters: Float32, slope: Float32, rate: float) -> None:
         self._steps += 1
         beta_1, beta_2 = TRAINING.beta_1, TRAINING.beta_2
         first_bias, second_bias = 1 - beta_1**self._steps, 1 - beta_2**self._steps
-        for p, slope, m, v in zip(parameters, slopes, self._first, self._second, strict=True):
-            m += np.float32(1 - beta_1) * (slope - m)
-            v += np.float32(1 - beta_2) * (slope * slope - v)
-            step = (m / np.float32(first_bias)) / (
-                np.sqrt(v / np.float32(second_bias)) + np.float32(TRAINING.epsilon)
-            )
-            if p.ndim == 2:
-                step = step + self._decay * p
-            p -= np.float32(rate) * step
+        self._first += np.float32(1 - beta_1) * (slope - self._first)
+        self._second += np.float32(1 - beta_2) * (slope * slope - self._second)
+        size = np.sqrt(self._second / np.float32(second_bias)) + np.float32(TRAINING.epsilon)
+        step = self._first / (np.float32(first_bias) * size) + self._decay * parameters
+        parameters -= np.float32(rate) * step

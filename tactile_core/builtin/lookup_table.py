@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
-from tactile_core.algorithms.colour_table import TABLE, Axis, ColourTable, as_complex
+from tactile_core.algorithms.colour_table import (
+    TABLE,
+    Axis,
+    ColourTable,
+    as_complex,
+    coarse_count,
+    refined,
+)
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -48,6 +55,10 @@ class LookupTableParameters(NamedTuple):
     most_nodes : int, count
         Approximate upper bound of the entries between which the empty ones are interpolated.
         Source: chosen by hand; no script derives it.
+    halvings : int, count
+        The empty ones are interpolated at every 2^halvings-th entry first, and then between.
+        Source: as for all tables (``algorithms/colour_table.py``); on four sets the errors of
+        held-out presses are within 0.1 % of those of every entry (ADR 81).
     order : int, degree
         Degree of the term in colour and position.
         Source: chosen by hand; no script derives it.
@@ -62,6 +73,7 @@ class LookupTableParameters(NamedTuple):
     least_weight: float = 1e-3
     least_divisor: float = 1e-9
     most_nodes: int = 3000
+    halvings: int = 2
     order: int = 2
     ridge: float = 1e-3
 
@@ -180,10 +192,12 @@ def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     )
     mean = np.stack(sums, -1) / np.maximum(weight, LOOKUP.least_divisor)[..., None]
     full = weight > LOOKUP.least_weight
-    holes = np.argwhere(~full)
     nodes = seen[:: max(1, len(seen) // LOOKUP.most_nodes)]
-    mean[~full] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(holes)
-    inside = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(holes)
-    known = np.isfinite(inside[:, 0])
-    mean[tuple(holes[known].T)] = inside[known]
-    return ColourTable(axis, as_complex(mean.astype(np.float32)))
+    # Interpolated values vary over the distance of the nodes: every fourth entry tells them.
+    steps = 2**LOOKUP.halvings * np.arange(coarse_count(bins, LOOKUP.halvings))
+    places = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1)
+    found = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(places)
+    outside = ~np.isfinite(found[..., 0])
+    found[outside] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(places[outside])
+    entries = refined(as_complex(found), bins, LOOKUP.halvings)
+    return ColourTable(axis, np.where(full, as_complex(mean), entries))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 from tactile_core.algorithms.arrays.gradient import gradient
@@ -18,22 +19,38 @@ from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 class Measured:
     """Slopes and heights of a frame, (H, W) each: one measured, the other derived from it.
 
-    ``integrated`` is True if the heights are derived from the slopes.
+    Attributes
+    ----------
+    gx, gy : (H, W) float32
+    mm_per_px : float
+    measured_mm : (H, W) float32 or None
+        The heights, if they are measured.
     """
 
     gx: Float32
     gy: Float32
-    height_mm: Float32
-    integrated: bool = True
+    mm_per_px: float
+    measured_mm: Float32 | None = None
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the heights are derived from the slopes."""
+        return self.measured_mm is None
+
+    @cached_property
+    def height_mm(self) -> Float32:
+        """(H, W) heights; integrated only where something asks for them."""
+        if self.measured_mm is not None:
+            return self.measured_mm
+        return integrate(self.gx, self.gy, mm_per_px=self.mm_per_px)
 
     @classmethod
     def of(cls, measured: Gradients | HeightMap) -> Self:
-        """Integrate slopes, or differentiate heights."""
+        """Take measured slopes, or differentiate heights."""
         scale = measured.mm_per_px
         if isinstance(measured, HeightMap):
-            return cls(*gradient(measured.mm, scale), measured.mm, integrated=False)
-        gx, gy = measured.x, measured.y
-        return cls(gx, gy, integrate(gx, gy, mm_per_px=scale))
+            return cls(*gradient(measured.mm, scale), scale, measured.mm)
+        return cls(measured.x, measured.y, scale)
 
 
 def measured_frames(

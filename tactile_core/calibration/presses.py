@@ -238,7 +238,9 @@ class FoundPress:
             undeformed &= ~self.frame.marker_mask
         level_rows, level_columns = np.nonzero(undeformed)
         rng = np.random.default_rng(0)
-        pick = rng.permutation(len(level_rows))[: int(PRESS.undeformed_share * len(rows))]
+        wanted = min(len(level_rows), int(PRESS.undeformed_share * len(rows)))
+        # without the shuffling of all of them, which would take longer than everything else here
+        pick = rng.choice(len(level_rows), wanted, replace=False, shuffle=False)
         return Press(
             frame=self.frame,
             rows=np.concatenate([rows, level_rows[pick]]).astype(np.int32),

@@ -66,9 +66,7 @@ def _weights(t: Any, out: Float32) -> None:
 
 
 @njit(**LOOP)
-def at_present(
-    moved: Float32, coefficients: Float32, first: tuple[int, int], out: Float32
-) -> None:
+def at_present(moved: Float32, coefficients: Float32, first: tuple[int, int], out: Float32) -> None:
     """Displacement of the material that is now at each node of a window.
 
     Parameters

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
+# Tests wait for kernels that are not compiled yet; no process compiles them beside the tests.
+os.environ.setdefault("TACTILE_FAST", "1")
+
 # A background job ignores SIGINT, and so would every command that a test interrupts.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -151,9 +151,10 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], li
     parts : list of str
         HTML for the report.
     """
-    stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
+    # a dozen frames do not make up for the time that kernels take to load
+    stage, ball_mm = VirtualStage(profile, compiled=False), _ball_mm(profile)
     bundle, summary = _calibrated(profile, stage, ball_mm, progress)
-    pipeline = Pipeline(profile, bundle)
+    pipeline = Pipeline(profile, bundle, compiled=False)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
     for pressed in _OBJECTS:
         _press(stage, pressed, ball_mm)
@@ -171,7 +172,7 @@ def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> 
     CalibrationError
         Its presses cannot be fitted.
     """
-    stage = VirtualStage(profile)
+    stage = VirtualStage(profile, compiled=False)
     return _calibrated(profile, stage, _ball_mm(profile), progress or Silent())[0]
 
 

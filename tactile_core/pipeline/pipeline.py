@@ -6,7 +6,7 @@ import pickle
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
 from time import perf_counter, thread_time
@@ -14,7 +14,6 @@ from time import perf_counter, thread_time
 import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly, lights_of
-from tactile_core.algorithms import kernels
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
@@ -23,6 +22,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Chain, Step
+from tactile_core.pipeline.compiling import already_compiled
 from tactile_core.pipeline.frame_check import check_channels, check_order, check_size
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.notes import exposure_warnings, left_out_notes
@@ -66,8 +66,9 @@ class Pipeline:
         The unit's serial number; a bundle of another unit is refused.
     compiled : bool, optional
         Whether steps and calibration use compiled loops; results are equal up to rounding.
-        Default: True if the extra ``fast`` is installed. Loading compiled loops takes about as
-        long as they save over hundreds of frames.
+        Default: True if the extra ``fast`` is installed and has compiled them; if it has not, a
+        process of low priority begins to, for the next pipeline. Loading compiled loops takes
+        about as long as they save over hundreds of frames.
 
     Raises
     ------
@@ -93,7 +94,6 @@ class Pipeline:
         serial: str | None = None,
         compiled: bool | None = None,
     ) -> None:
-        self.compiled = kernels.load() is not None if compiled is None else compiled
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
         self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
         self.serial = serial
@@ -102,6 +102,7 @@ class Pipeline:
         if self.bundle is not None:
             notes += self.bundle.check(self.profile, serial)
             reference = reference if reference is not None else self.bundle.reference
+        self.compiled = self._is_compiled() if compiled is None else compiled
         self._calibration = self._prepared_calibration()
         if self._calibration is not None and not self._calibrated:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
@@ -230,8 +231,8 @@ class Pipeline:
         """Load and compile now what the first frame would have to wait for.
 
         A copy of this pipeline measures a few made-up frames, in this thread. That takes about a
-        second, or 16 when the extra ``fast`` compiles its kernels, once per installation. Nothing
-        else changes: not the tare, not what steps remember of earlier frames, and no result.
+        second, or 16 when a pipeline with ``compiled=True`` compiles its kernels. Nothing else
+        changes: not the tare, not what steps remember of earlier frames, and no result.
         """
         # a step may fail in any way; what matters is what it does with real frames
         with suppress(Exception):
@@ -333,6 +334,13 @@ class Pipeline:
         """Subtract the load of the next frame from all later readings, until :meth:`reset`."""
         self._tares = True
 
+    def _is_compiled(self) -> bool:
+        """Whether the loops that this pipeline calls are compiled."""
+        artefacts = {} if self.bundle is None else self.bundle.artefacts
+        named = sorted((name, type(one).__qualname__) for name, one in artefacts.items())
+        given = self.profile, self.bundle, self.given_reference, self.serial
+        return already_compiled(f"{named} {self.profile.model_dump_json()}", partial(_warm, *given))
+
     def _build_chain(self) -> tuple[Chain, list[str]]:
         """Return the chain, and the names of the steps left out because the gel has no markers."""
         image, gel = self.profile.image, self.profile.gel
@@ -426,3 +434,9 @@ class Pipeline:
         check_size(pixels, what, self.profile)
         if self.bundle is not None:
             check_channels(pixels, what, self.bundle)
+
+
+def _warm(
+    profile: Profile, bundle: Bundle | None, reference: Reference | None, serial: str | None
+) -> None:
+    Pipeline(profile, bundle, reference, serial=serial, compiled=True).warm()

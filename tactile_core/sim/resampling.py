@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.sim.window import Window
 
 
 class InversionParameters(NamedTuple):
@@ -24,10 +25,15 @@ class InversionParameters(NamedTuple):
     exact_steps : int, count
         Further iterations in floating point.
         Source: chosen by hand; no script derives it.
+    margin_nodes : int, nodes
+        Nodes beyond the border of the image that the splines use.
+        Source: the influence of a node on a cubic spline falls by 2 − √3 from node to node, so
+        that of the next one is 1e-7.
     """
 
     rough_steps: int = 4
     exact_steps: int = 2
+    margin_nodes: int = 12
 
 
 INVERSION = InversionParameters()
@@ -42,18 +48,26 @@ class ImageSampler:
     grid : Grid
     shape : (height, width) in px
     mm_per_px : float
+
+    Attributes
+    ----------
+    window : Window
+        The nodes that the image needs; (my, mx) is its shape. The grid extends further, so that
+        displacements do not wrap around.
     """
 
     def __init__(self, grid: Grid, shape: tuple[int, int], mm_per_px: float) -> None:
         self.grid, self.shape, self.mm_per_px = grid, shape, mm_per_px
         y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in shape)
-        self._along = (grid.y_mm, y), (grid.x_mm, x)
+        rows, columns = _needed(grid.y_mm, y), _needed(grid.x_mm, x)
+        self.window = Window(rows, columns)
+        self._along = (grid.y_mm[rows], y), (grid.x_mm[columns], x)
         (self._rows, self._row_slopes), (self._columns, self._column_slopes) = (
             spline_matrices(nodes, targets) for nodes, targets in self._along
         )
 
     def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
-        """(2, ny, nx) original row and column of the material that is now at each node.
+        """(2, my, mx) original row and column of the material that is now at each needed node.
 
         Parameters
         ----------
@@ -63,9 +77,9 @@ class ImageSampler:
         import cv2
         from scipy.ndimage import map_coordinates
 
-        row, column = np.indices(self.grid.shape, np.float32)
+        row, column = self.window.of(np.indices(self.grid.shape, np.float32))
         across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
-        x, y = column - across, row - down
+        x, y = column - self.window.of(across), row - self.window.of(down)
         for _ in range(INVERSION.rough_steps):
             here = [
                 cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -84,6 +98,8 @@ class ImageSampler:
         """(N, K) values of fields (K, ny, nx) at material points (N, 2) of the surface."""
         from scipy.ndimage import map_coordinates
 
+        if not len(points_mm):
+            return np.zeros((0, len(fields)))
         first = np.array([self.grid.x_mm[0], self.grid.y_mm[0]])
         column, row = ((points_mm - first) / self.grid.spacing_mm).T
         values = [
@@ -93,13 +109,13 @@ class ImageSampler:
         return np.stack(values, 1)
 
     def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
-        """(ny, nx) current values at the grid's nodes, of a field that moved with the surface."""
+        """(my, mx) current values at the needed nodes, of a field (ny, nx) that moved with them."""
         from scipy.ndimage import map_coordinates
 
         return np.asarray(map_coordinates(field, origins, order=3, mode="nearest"))
 
     def values(self, field: Array) -> Float32:
-        """(H, W) values at the pixels, of a cubic spline through the nodes."""
+        """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         return np.asarray(self._rows @ (np.asarray(field, np.float32) @ self._columns.T))
 
     def slopes(self, field: Array) -> Float32:
@@ -127,10 +143,12 @@ class ImageSampler:
         """
         moved = np.ascontiguousarray(displacement_mm, np.float32)
         rows, columns = self._splines
-        now = np.empty_like(moved)
+        every_row, every_column = self._solutions
+        now = np.empty((3, *self.window.shape), np.float32)
         compiled.at_present(
             moved[:2] / np.float32(self.grid.spacing_mm),
-            rows.solution @ moved @ columns.solution.T,
+            every_row @ moved @ every_column.T,
+            (self.window.rows.start, self.window.columns.start),
             now,
         )
         images = np.empty((3, *self.shape), np.float32)
@@ -144,6 +162,11 @@ class ImageSampler:
     def _splines(self) -> tuple[_BSplines, _BSplines]:
         rows, columns = self._along
         return _BSplines.of(*rows), _BSplines.of(*columns)
+
+    @cached_property
+    def _solutions(self) -> tuple[Float32, Float32]:
+        """Matrices from values at all nodes to coefficients, along y and x."""
+        return _solution(self.grid.ny), _solution(self.grid.nx)
 
     def mask(self, nodes: NDArray[np.bool_], places: Float32) -> NDArray[np.bool_]:
         """(H, W) current mask at the pixels, of a mask (ny, nx) that moved with the surface.
@@ -177,18 +200,31 @@ class _BSplines(NamedTuple):
 
     @classmethod
     def of(cls, nodes: Array, targets: Array) -> _BSplines:
-        from scipy.interpolate import BSpline, make_interp_spline
+        from scipy.interpolate import BSpline
 
         count = len(nodes)
-        spline = make_interp_spline(np.arange(count), np.eye(count), k=3)
-        # the coefficient of a uniform cubic B-spline is the value minus a sixth of the curvature
-        centres = np.arange(-1, count + 1)
-        solution = spline(centres) - spline.derivative(2)(centres) / 6
         position = (targets - nodes[0]) / (nodes[1] - nodes[0])
         weights = BSpline.design_matrix(position, np.arange(-3.0, count + 3), 3, extrapolate=True)
         first = weights.indices.reshape(-1, 4)[:, 0].astype(np.int64)
         four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
-        return cls(solution.astype(np.float32), (first, four))
+        return cls(_solution(count), (first, four))
+
+
+def _solution(count: int) -> Float32:
+    """(n + 2, n) matrix from values at n nodes to the coefficients of uniform cubic B-splines."""
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(np.arange(count), np.eye(count), k=3)
+    # the coefficient of a uniform cubic B-spline is the value minus a sixth of the curvature
+    centres = np.arange(-1, count + 1)
+    return np.asarray(spline(centres) - spline.derivative(2)(centres) / 6, np.float32)
+
+
+def _needed(nodes: Array, targets: Array) -> slice:
+    """Return the nodes that a spline at the targets depends on."""
+    margin = INVERSION.margin_nodes
+    first, last = np.searchsorted(nodes, [targets[0], targets[-1]])
+    return slice(max(0, int(first) - margin), min(len(nodes), int(last) + margin))
 
 
 def spline_matrices(nodes: Array, targets: Array) -> tuple[Float32, Float32]:

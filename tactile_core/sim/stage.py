@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
+from tactile_core.pipeline.compiling import already_compiled
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Pixels
 from tactile_core.sim import kernels
@@ -41,7 +43,8 @@ class VirtualStage(GelSurface):
         Defects of the rig.
     compiled : bool, optional
         Render by compiled loops: faster, and equal up to rounding. Default: if the extra ``fast``
-        is installed. Loading it takes as long as about ten frames.
+        is installed and has compiled them; if it has not, a process of low priority begins to, for
+        the next stage. Loading them takes as long as about ten frames.
 
     Attributes
     ----------
@@ -73,7 +76,7 @@ class VirtualStage(GelSurface):
             raise InputError(f"seed should be 0 or more, not {seed}")
         super().__init__(profile, mode)
         self.profile = profile
-        self._compiled = kernels.load() is not None if compiled is None else compiled
+        self._compiled = _is_compiled(profile) if compiled is None else compiled
         self._optics = RigOptics(
             profile, seed=seed, faults=faults, mode=mode, compiled=self._compiled
         )
@@ -160,3 +163,17 @@ class VirtualStage(GelSurface):
     @property
     def _has_dark(self) -> bool:
         return self._shots < len(self._optics.exposures)
+
+
+def _is_compiled(profile: SensorBuild) -> bool:
+    """Whether the loops that render this sensor are compiled."""
+    parts = profile.name, profile.image, profile.gel, profile.illumination, profile.optics
+    return already_compiled(f"stage {parts}", partial(_play, profile))
+
+
+def _play(profile: SensorBuild) -> None:
+    stage = VirtualStage(profile, compiled=True)
+    stage.frame()
+    stage.indenter("sphere", diameter_mm=0.2 * stage.grid.nx * stage.grid.spacing_mm)
+    stage.press(depth_mm=0.1 * (profile.gel.thickness_mm or 1.0))
+    stage.frame()

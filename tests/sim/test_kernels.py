@@ -97,7 +97,7 @@ def imports_numba(choice: str) -> bool:
         f"VirtualStage('hex_fingertip'{choice}).frame()\n"
         "print('numba' in sys.modules)"
     )
-    environment = {**os.environ, SWITCH: ""}
+    environment = {**os.environ, SWITCH: "1"}
     command = [sys.executable, "-c", code]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     return run.stdout.strip() == "True"

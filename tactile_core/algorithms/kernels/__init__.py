@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 SWITCH = "TACTILE_FAST"
-"""Name of the environment variable that disables the kernels when it is 0."""
+"""Name of the environment variable that disables the kernels when it is 0. When it is 1, they are
+compiled where they are needed first, instead of in another process."""
 
 
 @cache
@@ -35,8 +36,8 @@ def load() -> ModuleType | None:
         return None
     try:
         from tactile_core.algorithms.kernels import compiled
-    except ImportError:
-        # numba refuses to import with a numpy newer than itself
+    except (ImportError, RuntimeError):
+        # numba refuses a numpy newer than itself, and to compile what it can cache nowhere
         return None
     return compiled
 

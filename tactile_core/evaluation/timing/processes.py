@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 from time import perf_counter
 from typing import NamedTuple
@@ -66,6 +66,7 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
     ratio : float or None
         Total throughput of two processes relative to one; None unless ``two``.
     """
+    unit = replace(unit, frames=())  # a stream holds no images but its own
     with FreshProcess(_stream, unit) as first:
         if not two:
             return first.receive(), None

@@ -66,8 +66,8 @@ def _weights(t: Any, out: Float32) -> None:
 
 
 @njit(**LOOP)
-def at_present(moved: Float32, coefficients: Float32, out: Float32) -> None:
-    """Displacement of the material that is now at each node.
+def at_present(moved: Float32, coefficients: Float32, first: tuple[int, int], out: Float32) -> None:
+    """Displacement of the material that is now at each node of a window.
 
     Parameters
     ----------
@@ -75,7 +75,9 @@ def at_present(moved: Float32, coefficients: Float32, out: Float32) -> None:
         x and y displacement of each material node, in node spacings.
     coefficients : (3, ny + 2, nx + 2) float32
         Spline coefficients of x and y displacement and indentation.
-    out : (3, ny, nx) float32
+    first : (int, int)
+        Row and column of the window's first node.
+    out : (3, my, mx) float32
         Overwritten, in the units of the coefficients.
     """
     across, down = moved
@@ -83,31 +85,33 @@ def at_present(moved: Float32, coefficients: Float32, out: Float32) -> None:
     wx, wy = np.empty(4, np.float32), np.empty(4, np.float32)
     zero = np.float32(0)
     last_x, last_y = np.float32(columns - 1), np.float32(rows - 1)
-    for i in range(rows):
-        dx, dy = across[i, 0], down[i, 0]
-        for j in range(columns):
+    for i in range(out.shape[1]):
+        row = i + first[0]
+        dx, dy = across[row, first[1]], down[row, first[1]]
+        for j in range(out.shape[2]):
+            column = j + first[1]
             for _ in range(_MAX_STEPS):
                 # the displacement of the previous column is the first guess
-                x, y = np.float32(j) - dx, np.float32(i) - dy
+                x, y = np.float32(column) - dx, np.float32(row) - dy
                 new_x, new_y = _linear(across, down, x, y)
                 change = max(abs(new_x - dx), abs(new_y - dy))
                 dx, dy = new_x, new_y
                 if change < np.float32(_TOLERANCE):
                     break
-            x = min(max(np.float32(j) - dx, zero), last_x)
-            y = min(max(np.float32(i) - dy, zero), last_y)
+            x = min(max(np.float32(column) - dx, zero), last_x)
+            y = min(max(np.float32(row) - dy, zero), last_y)
             left, top = min(int(x), columns - 2), min(int(y), rows - 2)
             _weights(x - np.float32(left), wx)
             _weights(y - np.float32(top), wy)
             for part in range(3):
                 total = zero
                 for a in range(4):
-                    row = coefficients[part, top + a]
+                    line = coefficients[part, top + a]
                     total += wy[a] * (
-                        wx[0] * row[left]
-                        + wx[1] * row[left + 1]
-                        + wx[2] * row[left + 2]
-                        + wx[3] * row[left + 3]
+                        wx[0] * line[left]
+                        + wx[1] * line[left + 1]
+                        + wx[2] * line[left + 2]
+                        + wx[3] * line[left + 3]
                     )
                 out[part, i, j] = total
 

@@ -210,24 +210,26 @@ def _add_share(row: Float32, share: Any, out: Float32) -> None:
 
 
 @njit(**ROW)
-def _every(values: Float32, first: Any, count: Any, out: Float32) -> None:
-    for j in range(out.size):
-        out[j] = values[j * count + first]
+def _interleave(row: Float32, first: Any, count: Any, out: Float32) -> None:
+    for j in range(row.size):
+        out[j * count + first] = row[j]
 
 
 @njit(**EXACT_ROW)
-def _levels(light: Float32, noise: Float32, well: Any, read: Any, most: Any, out: Any) -> None:
+def _levels(
+    light: Float32, noise: Float32, sign: Any, well: Any, read: Any, most: Any, out: Any
+) -> None:
     zero, half = np.float32(0), np.float32(0.5)
     for j in range(out.size):
         spread = np.sqrt(max(light[j], zero) * well + read)
-        level = (spread * noise[j] + light[j]) * most + half
+        level = (spread * (sign * noise[j]) + light[j]) * most + half
         out[j] = np.int32(min(max(level, zero), most))
 
 
 @njit(**EXACT_ROW)
-def _coded(levels: Any, table: Any, channel: Any, count: Any, out: Any) -> None:
+def _coded(levels: Any, table: Any, out: Any) -> None:
     for j in range(levels.size):
-        out[j * count + channel] = table[levels[j]]
+        out[j] = table[levels[j]]
 
 
 @njit(**LOOP)
@@ -272,8 +274,8 @@ def read_out(
     count, rows, columns = light.shape
     well, read = np.float32(electrons[0]), np.float32(electrons[1])
     most = np.float32(table.size - 1)
-    mixed, here = np.empty(columns, np.float32), np.empty(columns, np.float32)
-    levels = np.empty(columns, np.int32)
+    mixed, every = np.empty(columns, np.float32), np.empty(columns * count, np.float32)
+    levels = np.empty(columns * count, np.int32)
     for i in range(rows):
         row = top + i
         for channel in range(count):
@@ -285,13 +287,7 @@ def read_out(
             mixed[:] = 0
             for other in range(count):
                 _add_share(light[other, i], mixing[channel, other], mixed)
-            _every(numbers[row], channel, count, here)
-            _scale_all(here, np.float32(sign))
-            _levels(mixed, here, well, read, most, levels)
-            _coded(levels, table, channel, count, pixels[row])
-
-
-@njit(**ROW)
-def _scale_all(row: Float32, by: Any) -> None:
-    for j in range(row.size):
-        row[j] *= by
+            _interleave(mixed, channel, count, every)
+        # one long loop over all channels, rather than one with gaps for each
+        _levels(every, numbers[row], np.float32(sign), well, read, most, levels)
+        _coded(levels, table, pixels[row])

@@ -138,10 +138,9 @@ class Chip:
         most = self.table.size - 1
         levels = light * np.float32(most)
         levels += np.float32(0.5)
-        np.clip(levels, 0, most, out=levels)
         if self.gamma == 1:
-            return np.asarray(levels.astype(self.dtype))
-        return np.asarray(self.table.take(levels.astype(np.uint16)))
+            return np.asarray(np.clip(levels, 0, most, out=levels).astype(self.dtype))
+        return np.asarray(self.table.take(levels.astype(np.intp), mode="clip"))
 
     @cached_property
     def table(self) -> NDArray[Any]:

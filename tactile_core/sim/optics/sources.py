@@ -179,7 +179,8 @@ class Shining:
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)
-                light[into] += plane
+                for fed_one in np.flatnonzero(into):
+                    light[fed_one] += plane
             for channel, everywhere in enumerate(ambient):
                 light[channel] += sky * everywhere
             if surface.reflectance is not None:

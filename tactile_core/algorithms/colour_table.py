@@ -60,8 +60,6 @@ class TableParameters(NamedTuple):
 TABLE = TableParameters()
 """The values in use."""
 
-_STRIDE = 256
-"""Padded side of the table, so that one byte per channel addresses an entry."""
 _LARGEST_BYTE = 255
 """Largest entry per channel that fits into a byte."""
 
@@ -144,17 +142,6 @@ class ColourTable:
         first, second, third = self.bins(change).T
         entries = self.normal_xy[first, second, third]
         return np.stack([entries.real, entries.imag], axis=1)
-
-    def flat(self) -> Complex64:
-        """Pad the axes to 256 entries, so that three bytes form an index.
-
-        Memory pages of the padding are never written and cost no memory.
-        """
-        n = self.axis.count
-        padded = np.zeros((n, _STRIDE, _STRIDE), np.complex64)
-        # The first channel is the lowest byte, so it must be the fastest axis.
-        padded[:, :n, :n] = self.normal_xy.transpose(2, 1, 0)
-        return padded.reshape(-1)
 
 
 def as_complex(normal_xy: Float32) -> Complex64:

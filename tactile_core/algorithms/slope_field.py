@@ -90,10 +90,6 @@ class SlopeFieldParameters(NamedTuple):
 SLOPE_FIELD = SlopeFieldParameters()
 """The values in use."""
 
-_NO_ALPHA = np.uint32(0x00FFFFFF)
-"""Keeps the three colour bytes of an RGBA pixel."""
-
-
 def takes_table(shape: tuple[int, int, int]) -> bool:
     """Whether (H, W, K) images have three channels and are large enough for the lookup table."""
     return shape[2] == 3 and shape[0] * shape[1] > SLOPE_FIELD.exact_pixels
@@ -150,7 +146,6 @@ class SlopeField:
         self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
         self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
-        self._flat = self._table.flat()
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
         """Measure the slopes of a frame.
@@ -198,11 +193,13 @@ class SlopeField:
             pairs = table.normal_xy.view(np.int64).reshape(-1)
             loops.normal_xy_of_bytes(*rows, pairs, axis, *normal_xy)
             return
-        with borrowed((h, w, 4), np.uint8) as entries, borrowed((h, w), np.complex64) as found:
-            cv2.cvtColor(self._bins(table, smoothed), cv2.COLOR_RGB2RGBA, dst=entries)
-            entry = entries.view(np.uint32)[..., 0]
-            np.bitwise_and(entry, _NO_ALPHA, out=entry)
-            self._flat.take(entry.view(np.int32), out=found, mode="clip")
+        bins = self._bins(table, smoothed)
+        with borrowed((h, w), np.int32) as entry, borrowed((h, w), np.complex64) as found:
+            np.multiply(bins[..., 0], table.axis.count, out=entry, dtype=np.int32)
+            np.add(entry, bins[..., 1], out=entry)
+            np.multiply(entry, table.axis.count, out=entry)
+            np.add(entry, bins[..., 2], out=entry)
+            table.normal_xy.reshape(-1).take(entry, out=found, mode="clip")
             cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
 
     def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:

@@ -52,11 +52,3 @@ def test_interpolation_between_entries_loses_little_curvature() -> None:
     exact = bent(np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3))
     normal_xy = np.stack([table.normal_xy.real, table.normal_xy.imag], -1).reshape(-1, 2)
     assert np.abs(normal_xy - exact).max() < 0.003
-
-
-def test_three_bytes_index_the_flat_table() -> None:
-    rng = np.random.default_rng(2)
-    slopes = (rng.normal(size=(6, 6, 6)) + 1j * rng.normal(size=(6, 6, 6))).astype(np.complex64)
-    flat = ColourTable(Axis(3, 0, 6), slopes).flat()
-    for r, g, b in ((0, 0, 0), (5, 1, 3), (2, 4, 5)):
-        assert flat[r | g << 8 | b << 16] == slopes[r, g, b]

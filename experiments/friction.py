@@ -24,8 +24,11 @@ SHAPES: tuple[tuple[str, dict[str, float], float], ...] = (
     ("sphere", {"diameter_mm": 30}, 0.4),
     ("cylinder", {"diameter_mm": 20, "length_mm": 10}, 0.3),
     ("flat", {"diameter_mm": 7}, 0.2),
+    ("sphere", {"diameter_mm": 8}, 0.4),
+    ("sphere", {"diameter_mm": 20}, 0.4),
+    ("flat", {"diameter_mm": 12}, 0.2),
 )
-"""Kind, sizes and depth in mm."""
+"""Kind, sizes and greatest depth in mm."""
 
 STEP_MM, MOST_STEPS, AFTER = 0.06, 30, 4
 """Motion per frame, most frames, and frames after the object has begun to slip."""
@@ -49,8 +52,8 @@ def chain(unit: VirtualUnit, rig: str, friction: float) -> Pipeline:
     return Pipeline(load_profile(rig, sim=True, overrides=overrides), unit.pipeline.bundle)
 
 
-def trials(rig: str, seed: int, true: float) -> list[Trial]:
-    """Press and shear every shape on one unit of this friction."""
+def trials(rig: str, seed: int, true: float, share: float) -> list[Trial]:
+    """Press and shear every shape on one unit of this friction, at a share of the depths."""
     unit = VirtualUnit(rig, seed, {})
     stage = VirtualStage(rig, seed, overrides={"gel": {"friction": true}})
     assuming, knowing = chain(unit, rig, ASSUMED), chain(unit, rig, true)
@@ -64,7 +67,7 @@ def trials(rig: str, seed: int, true: float) -> list[Trial]:
             kind, x_mm=float(rng.uniform(-2, 2)), y_mm=float(rng.uniform(-1, 1)), **sizes
         )
         for _ in range(3):
-            stage.press(depth_mm=depth_mm / 3)
+            stage.press(depth_mm=depth_mm * share)
             assuming.process(stage.frame())
             knowing.process(stage.frame())
         way, slipped, errors, measured = rng.uniform(0, 2 * np.pi), 0, [], None
@@ -89,12 +92,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rig", default="hex_fingertip")
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--share", type=float, default=1 / 3, help="of the greatest depths")
     given = parser.parse_args()
     print("object: coefficient, measured, its error; errors of the margin: mean, largest")
     errors, margins = [], []
     for seed in given.seeds:
         for true in (0.3, 0.45, 0.7):
-            for trial in trials(given.rig, seed, true):
+            for trial in trials(given.rig, seed, true, given.share):
                 missed = trial.measured is None
                 error = float("nan") if missed else trial.measured / trial.true - 1
                 errors.append(error)

@@ -43,6 +43,20 @@ def test_thickness_and_poisson_s_ratio_come_back_and_so_does_the_force(
     assert found.loads.resultant[2] == pytest.approx(force, rel=0.08)
 
 
+def test_the_field_corrects_the_height_of_a_light_touch_more_than_of_a_deep_one() -> None:
+    layer, shares, shown = ElasticLayer(GRID, GEL, np.float64), Shares.of(CONTACT, CELL_MM), []
+    for share in (0.25, 1.0):
+        pressure = share * PRESSURE
+        x, y, indentation = layer.displacement(share * TRACTION, pressure)
+        low = np.where(CONTACT, 0.9 * indentation, 0)
+        measured = Deformation(low, np.stack([x, y]), EVERYWHERE, CONTACT)
+        found = fitted_layer(GRID, GEL, measured, shares, 0.001).loads.resultant[2]
+        shown.append(found / (pressure.sum() * CELL_MM**2))
+    light, deep = shown
+    assert light == pytest.approx(1, abs=0.03)
+    assert 0.9 < deep < light
+
+
 def test_the_modulus_is_left_as_it_is() -> None:
     assert fitted(Elastomer(2.0, 0.3, 0.48)).elastomer.shear_modulus_mpa == 0.3
 

@@ -93,6 +93,22 @@ def test_a_contact_of_one_cell_or_one_row_has_a_force(layer: ElasticLayer, colum
     assert found.resultant[0] == pytest.approx(total(sheared)[0], rel=0.01)
 
 
+@pytest.mark.parametrize("factor", [0.85, 1.0, 1.1])
+def test_the_spread_shows_by_which_factor_the_height_is_wrong(
+    layer: ElasticLayer, pressure: np.ndarray, factor: float
+) -> None:
+    sheared = np.stack([0.02 * CONTACT, NOTHING])
+    shift = layer.displacement(sheared, pressure)[:2]
+    measured = Deformation(factor * layer.indentation(pressure), shift, EVERYWHERE, CONTACT)
+    shares = Shares.of(CONTACT, CELL_MM)
+    true = total(sheared, pressure)
+    fitted = surface_loads(layer, measured, shares, CELL_MM, held_mm2=0.0)
+    np.testing.assert_allclose(fitted.resultant[[0, 2]], [true[0], true[2]], rtol=0.03)
+    assert fitted.pressure_mpa.sum() * CELL_MM**2 == pytest.approx(fitted.resultant[2])
+    held = surface_loads(layer, measured, shares, CELL_MM, held_mm2=1e6)
+    assert held.resultant[2] == pytest.approx(factor * true[2], rel=0.03)
+
+
 def test_noise_of_the_displacement_gives_the_force_the_stated_standard_deviation(
     layer: ElasticLayer,
 ) -> None:
@@ -104,5 +120,5 @@ def test_noise_of_the_displacement_gives_the_force_the_stated_standard_deviation
         measured = Deformation(NOTHING, noise, EVERYWHERE, CONTACT)
         found.append(surface_loads(layer, measured, shares, CELL_MM))
     actual = np.std([one.resultant[[0, 1, 3]] for one in found], axis=0)
-    stated = 1e-3 * np.sqrt(np.diag(found[0].covariance))
+    stated = 1e-3 * np.sqrt(np.diag(found[0].covariance))[[0, 1, 3]]
     np.testing.assert_allclose(actual, stated, rtol=0.35)

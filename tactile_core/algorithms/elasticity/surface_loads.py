@@ -110,8 +110,8 @@ class SurfaceLoads(NamedTuple):
         Fx, fy, fz in N and tz in N·mm about the middle of the cells.
     unexplained_mm : (2, h, w)
         Measured displacement less the one that the loads cause; 0 where none is measured.
-    covariance : (3, 3) float64
-        Of fx, fy and tz, if the errors of the displacement of all cells are independent and have a
+    covariance : (4, 4) float64
+        Of the resultant, if the errors of the displacement of all cells are independent and have a
         standard deviation of 1 mm.
     """
 
@@ -127,12 +127,18 @@ class SurfaceLoads(NamedTuple):
 
 
 def surface_loads(
-    response: Response, measured: Deformation, shares: Shares, cell_mm: float
+    response: Response,
+    measured: Deformation,
+    shares: Shares,
+    cell_mm: float,
+    *,
+    held_mm2: float | None = None,
 ) -> SurfaceLoads:
     """Return the loads in the contact that deform the surface as measured.
 
     The shear traction is found by least squares, after the outward spread that the pressure causes
-    has been subtracted. It is zero if no displacement is measured.
+    has been subtracted. It is zero if no displacement is measured. How far the pressure spreads the
+    surface also shows by which factor the height is wrong, if ``held_mm2`` is given.
 
     Parameters
     ----------
@@ -144,22 +150,32 @@ def surface_loads(
         Of this contact.
     cell_mm : float
         Side of a cell.
+    held_mm2 : float, optional
+        Variance of the displacement of a cell over that of a factor on the pressure, which is then
+        fitted. Default: the pressure is that of the height.
     """
     valid = measured.valid
     pressure = pressure_mpa(response, measured.indentation_mm, measured.contact)
-    fz = float(pressure.sum()) * cell_mm**2
-    left = np.where(valid, measured.shift_mm - response.spread(pressure), 0)
+    spread = response.spread(pressure)
+    left = np.where(valid, measured.shift_mm - spread, 0)
     xx, yy, xy = (part[:, valid] for part in response.shifts(shares.planes))
-    moves = np.block([[xx, xy], [xy, yy]])
+    moves = np.block([[xx, xy], [xy, yy], [spread[0][valid], spread[1][valid]]])
     normal = (moves @ moves.T).astype(np.float64)
     normal += SURFACE_LOADS.ridge * np.diag(np.diag(normal))
+    if held_mm2 is None:
+        normal[-1, :] = normal[:, -1] = 0
+    else:
+        normal[-1, -1] += held_mm2
     # a contact of a single cell has no slope: such rows are zero, and their weights too
     inverse = np.linalg.pinv(normal, hermitian=True)
     weights = inverse @ (moves @ left[:, valid].ravel())
     left[:, valid] -= (weights @ moves).reshape(2, -1)
-    fx, fy, tz = shares.arms @ weights
-    covariance = shares.arms @ inverse @ shares.arms.T
-    return SurfaceLoads(pressure, weights, np.array([fx, fy, fz, tz]), left, covariance)
+    arms = np.zeros((4, len(weights)))
+    arms[[0, 1, 3], :-1] = shares.arms
+    arms[2, -1] = fz = float(pressure.sum()) * cell_mm**2
+    resultant = arms @ weights + (0, 0, fz, 0)
+    pressure *= 1 + weights[-1]
+    return SurfaceLoads(pressure, weights[:-1], resultant, left, arms @ inverse @ arms.T)
 
 
 def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Array:

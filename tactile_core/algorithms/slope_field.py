@@ -90,6 +90,7 @@ class SlopeFieldParameters(NamedTuple):
 SLOPE_FIELD = SlopeFieldParameters()
 """The values in use."""
 
+
 def takes_table(shape: tuple[int, int, int]) -> bool:
     """Whether (H, W, K) images have three channels and are large enough for the lookup table."""
     return shape[2] == 3 and shape[0] * shape[1] > SLOPE_FIELD.exact_pixels

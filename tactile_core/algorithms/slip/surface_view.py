@@ -137,7 +137,8 @@ class SurfaceView:
         x, y = (cv2.resize(along, (width, height)) for along in moved)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
         loops = kernels.chosen(self._compiled)
-        if loops is not None and frame.shape[2:] == (3,):
+        # the compiled loop mirrors the view only once at its border
+        if loops is not None and frame.shape[2:] == (3,) and self._side // 2 < min(height, width):
             return self._looped(loops, frame, x, y)
         frame = frame.astype(np.float32)
         warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)

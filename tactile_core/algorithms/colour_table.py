@@ -180,7 +180,8 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
 
 def coarse_count(count: int, halvings: int) -> int:
     """Number of entries per channel, each 2^halvings apart, that span ``count`` entries."""
-    return -(-(count - 1) // 2**halvings) + 1
+    step: int = 2**halvings
+    return -(-(count - 1) // step) + 1
 
 
 def refined(coarse: Complex64, count: int, halvings: int) -> Complex64:

@@ -199,5 +199,5 @@ def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     found = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(places)
     outside = ~np.isfinite(found[..., 0])
     found[outside] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(places[outside])
-    entries = refined(as_complex(found), bins, LOOKUP.halvings)
-    return ColourTable(axis, np.where(full, as_complex(mean), entries))
+    entries = refined(as_complex(found.astype(np.float32)), bins, LOOKUP.halvings)
+    return ColourTable(axis, np.where(full, as_complex(mean.astype(np.float32)), entries))

@@ -201,9 +201,15 @@ class _Pixels:
 
     def every(self, step: int) -> _Pixels:
         """Every so many of the pixels."""
-        per_pixel = (self.r, self.sector, self.seen, self.precision, self.saturated)
-        r, sector, seen, precision, saturated = (values[::step] for values in per_pixel)
-        return _Pixels(r, sector, self.powers[:, ::step], seen, precision, saturated, self.unit)
+        return _Pixels(
+            self.r[::step],
+            self.sector[::step],
+            self.powers[:, ::step],
+            self.seen[::step],
+            self.precision[::step],
+            self.saturated[::step],
+            self.unit,
+        )
 
     def linearised(self, sine: Float64) -> tuple[Float64, Float64, Float64]:
         """Curvature and derivative of the cost of each pixel by its sine, and the cost, (N,)."""

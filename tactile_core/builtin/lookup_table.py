@@ -193,7 +193,7 @@ def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     mean = np.stack(sums, -1) / np.maximum(weight, LOOKUP.least_divisor)[..., None]
     full = weight > LOOKUP.least_weight
     nodes = seen[:: max(1, len(seen) // LOOKUP.most_nodes)]
-    # Interpolated values vary over the distance of the nodes: every fourth entry tells them.
+    # Interpolated values vary over the distance of the nodes, so every fourth entry is enough.
     steps = 2**LOOKUP.halvings * np.arange(coarse_count(bins, LOOKUP.halvings))
     places = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1)
     found = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(places)

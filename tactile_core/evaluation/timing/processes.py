@@ -28,10 +28,14 @@ class StreamingParameters(NamedTuple):
     round_s : float, s
         Duration of one measurement.
         Source: chosen by hand; no script derives it.
+    held_frames : int, count
+        Frames that the process holds and streams over and over.
+        Source: chosen by hand, as many as the buffers of a camera.
     """
 
     rounds: int = 3
     round_s: float = 0.15
+    held_frames: int = 4
 
 
 STREAMING = StreamingParameters()
@@ -66,7 +70,9 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
     ratio : float or None
         Total throughput of two processes relative to one; None unless ``two``.
     """
-    unit = replace(unit, frames=())  # a stream holds no images but its own
+    # a stream holds no images but its own, of which a camera keeps a few
+    few = unit.stroke[:: max(1, len(unit.stroke) // STREAMING.held_frames)]
+    unit = replace(unit, frames=(), stroke=few)
     with FreshProcess(_stream, unit) as first:
         if not two:
             return first.receive(), None

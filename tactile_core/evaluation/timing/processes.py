@@ -28,14 +28,10 @@ class StreamingParameters(NamedTuple):
     round_s : float, s
         Duration of one measurement.
         Source: chosen by hand; no script derives it.
-    held_frames : int, count
-        Frames that the process holds and streams over and over.
-        Source: chosen by hand, as many as the buffers of a camera.
     """
 
     rounds: int = 3
     round_s: float = 0.15
-    held_frames: int = 4
 
 
 STREAMING = StreamingParameters()
@@ -70,9 +66,7 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
     ratio : float or None
         Total throughput of two processes relative to one; None unless ``two``.
     """
-    # a stream holds no images but its own, of which a camera keeps a few
-    few = unit.stroke[:: max(1, len(unit.stroke) // STREAMING.held_frames)]
-    unit = replace(unit, frames=(), stroke=few)
+    unit = replace(unit, frames=())  # a stream holds no images but its own
     with FreshProcess(_stream, unit) as first:
         if not two:
             return first.receive(), None

@@ -48,8 +48,8 @@ class UnitParameters(NamedTuple):
         Calibration presses whose frames are kept.
         Source: chosen by hand; no script derives it.
     stroke_frames : int, count
-        Frames of a ball that moves; they repeat without a jump.
-        Source: chosen by hand, so that no frame is measured often.
+        Frames of a ball that moves, unless others are wanted; they repeat without a jump.
+        Source: chosen by hand, as many as the buffers of a camera.
     stroke_px : (float, float), px
         Least and largest shear displacement of that ball.
         Source: chosen by hand; no script derives it.
@@ -66,7 +66,7 @@ class UnitParameters(NamedTuple):
     depth_balls: float = 0.2
     region: tuple[float, float] = (0.15, 0.85)
     kept_frames: int = 4
-    stroke_frames: int = 36
+    stroke_frames: int = 4
     stroke_px: tuple[float, float] = (1.0, 3.0)
     stroke_depth: float = 0.1
     shear_radii: float = 2.5
@@ -98,7 +98,11 @@ class VirtualUnit:
 
 
 def virtual_unit(
-    profile: Profile, *, size_px: tuple[int, int] | None = None, model: str | None = None
+    profile: Profile,
+    *,
+    size_px: tuple[int, int] | None = None,
+    model: str | None = None,
+    stroke_frames: int = UNIT.stroke_frames,
 ) -> VirtualUnit:
     """Render presses of a ball and fit the profile's calibration on them.
 
@@ -109,6 +113,8 @@ def virtual_unit(
         Image size instead of the profile's; the width of the field of view in mm is the same.
     model : str, optional
         Calibrator to fit, ``plugin.name``. Default: the profile's.
+    stroke_frames : int
+        Number of frames of a ball that moves.
 
     Raises
     ------
@@ -151,7 +157,7 @@ def virtual_unit(
     frames = tuple(replace(press.frame, marker_mask=None) for press in presses[: UNIT.kept_frames])
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
     stroke = []
-    for seed, phase in enumerate(np.linspace(0, 2 * np.pi, UNIT.stroke_frames, endpoint=False)):
+    for seed, phase in enumerate(np.linspace(0, 2 * np.pi, stroke_frames, endpoint=False)):
         depth_balls = UNIT.depth_balls * (1 + UNIT.stroke_depth * np.sin(phase))
         moved_px = np.interp(-np.cos(phase), (-1, 1), UNIT.stroke_px)
         held = BallPress(middle_px, ball_mm, depth_balls * ball_mm)

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.shrinking import interpolated
 from tactile_core.algorithms.arrays.types import Float32
 
-if TYPE_CHECKING:
-    from tactile_core.quantities.quantity import Quantity
-
 ON_DEMAND = "_on_demand"
 """Attribute of a quantity that holds its fields that were given on demand."""
 
 T = TypeVar("T")
-Q = TypeVar("Q", bound="Quantity")
 
 
 class Grid(NamedTuple):
@@ -87,13 +83,13 @@ def on_grid(cells: Float32, step_px: int, shape: tuple[int, int]) -> Float32:
     return on_demand(lambda: interpolated(*grid), grid)
 
 
-def waiting(quantity: Quantity) -> dict[str, OnDemand]:
+def waiting(quantity: Any) -> dict[str, OnDemand]:
     """Return the fields that were given on demand, by name; also those that have been read."""
     found: dict[str, OnDemand] = quantity.__dict__.get(ON_DEMAND, {})
     return found
 
 
-def grid_of(quantity: Quantity, name: str) -> Grid:
+def grid_of(quantity: Any, name: str) -> Grid:
     """Return a quantity's field over ``y`` and ``x`` on the coarsest grid that holds all of it."""
     given = waiting(quantity).get(name)
     if given is not None and given.grid is not None:
@@ -102,7 +98,7 @@ def grid_of(quantity: Quantity, name: str) -> Grid:
     return Grid(pixels, 1, pixels.shape[:2])
 
 
-def replaced(quantity: Q, **values: Any) -> Q:
+def replaced(quantity: T, **values: Any) -> T:
     """Return a copy with other values, as :func:`dataclasses.replace` does.
 
     Fields that are computed on demand stay so.
@@ -111,6 +107,6 @@ def replaced(quantity: Q, **values: Any) -> Q:
         name: OnDemand(partial(getattr, quantity, name), given.grid)
         for name, given in waiting(quantity).items()
     }
-    names = quantity.__dataclass_fields__
+    names = (field.name for field in fields(cast("Any", quantity)))
     kept |= {name: getattr(quantity, name) for name in names if name not in kept}
     return type(quantity)(**(kept | values))

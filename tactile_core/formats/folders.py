@@ -129,7 +129,13 @@ def replace_folder(fresh: Path, place: Path, files_of: FilesOf) -> None:
         with suppress(FileExistsError):
             move_in(fresh, place)
             break
-        files_of(place)
+        seen = _number(place)
+        try:
+            files_of(place)
+        except InputError:
+            if _number(place) == seen:
+                raise
+            continue  # another process has replaced it meanwhile, and was deleting what was seen
         with suppress(FileNotFoundError):  # another process has just moved it
             _replace(fresh, place, files_of)
             break
@@ -138,6 +144,14 @@ def replace_folder(fresh: Path, place: Path, files_of: FilesOf) -> None:
     for former in replaced(place):
         with suppress(InputError, OSError):
             _delete(former, files_of(former))
+
+
+def _number(place: Path) -> int:
+    """Return what identifies a folder whatever its name; 0 if there is none."""
+    try:
+        return place.stat().st_ino
+    except OSError:
+        return 0
 
 
 def _replace(fresh: Path, place: Path, files_of: FilesOf) -> None:

@@ -33,13 +33,9 @@ class TrainingParameters(NamedTuple):
     least_rate_share : float, share of the peak rate
         Added to the cosine schedule, so that the last steps are not zero.
         Source: chosen by hand; no script derives it.
-    beta_1 : float, ratio
-        Decay of the first moment of the gradient.
-        Source: Kingma and Ba, Algorithm 1 (default value).
-    beta_2 : float, ratio
-        Decay of the second moment. The default of Kingma and Ba, 0.999, remembers more steps than
-        a training has.
-        Source: virtual presses, together with the rate (ADR 81).
+    beta_1, beta_2 : float, ratio
+        Decay of the moments of the gradient.
+        Source: Kingma and Ba, Algorithm 1 (default values).
     epsilon : float, root of the second moment
         Lower bound of the divisor.
         Source: Kingma and Ba, Algorithm 1 (default value).
@@ -50,7 +46,7 @@ class TrainingParameters(NamedTuple):
     smallest_batch: int = 32
     least_rate_share: float = 1e-3
     beta_1: float = 0.9
-    beta_2: float = 0.97
+    beta_2: float = 0.999
     epsilon: float = 1e-8
 
 
@@ -94,9 +90,9 @@ def train(
     targets: Float32,
     *,
     hidden: Sequence[int] = (24, 24, 24),
-    epochs: int = 15,
-    rate: float = 4e-2,
-    steps: int = 48,
+    epochs: int = 60,
+    rate: float = 1e-2,
+    steps: int = 24,
     decay: float = 1e-2,
     noise: float = 0.05,
     seed: int = 0,

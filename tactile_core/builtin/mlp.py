@@ -33,7 +33,7 @@ class MlpOptions(SlopeOptions):
     members: int = Field(default=2, ge=1, le=16, description="Number of networks to average.")
     width: int = Field(default=20, ge=2, le=256, description="Units per hidden layer.")
     layers: int = Field(default=3, ge=1, le=6, description="Number of hidden layers.")
-    epochs: int = Field(default=15, ge=1, description="Passes over the samples.")
+    epochs: int = Field(default=60, ge=1, description="Passes over the samples.")
     noise: float = Field(
         default=0.05,
         ge=0,
@@ -135,7 +135,7 @@ class MlpCalibrator(Calibrator):
     options: MlpOptions
 
     def fit(self, presses: Sequence[Press], reference: Reference) -> Mlp:
-        """Fit on presses of a known ball; takes less than a second."""
+        """Fit on presses of a known ball; takes about a second."""
         options, blur_px = self.options, self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         seen = _with_gain_noise(features, options.gain_noise, options.seed)

@@ -238,9 +238,7 @@ class FoundPress:
             undeformed &= ~self.frame.marker_mask
         level_rows, level_columns = np.nonzero(undeformed)
         rng = np.random.default_rng(0)
-        wanted = min(len(level_rows), int(PRESS.undeformed_share * len(rows)))
-        # without the shuffling of all of them, which would take longer than everything else here
-        pick = rng.choice(len(level_rows), wanted, replace=False, shuffle=False)
+        pick = rng.permutation(len(level_rows))[: int(PRESS.undeformed_share * len(rows))]
         return Press(
             frame=self.frame,
             rows=np.concatenate([rows, level_rows[pick]]).astype(np.int32),

@@ -56,3 +56,19 @@ def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> 
         for steps, (why, remedy) in reasons
         if steps
     ]
+
+
+def not_given(step: str, kind: type[Quantity]) -> str:
+    """Return the warning about a step without its external input."""
+    return (
+        f"step {step!r} needs {kind.__name__}, which was not given with this frame; the step is "
+        f"left out"
+    )
+
+
+def without_slopes(step: str) -> str:
+    """Return the warning about a step that integrates slopes where heights come directly."""
+    return (
+        f"step {step!r} needs Gradients, but this calibration provides a HeightMap directly; the "
+        f"step is left out"
+    )

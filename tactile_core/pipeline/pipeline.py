@@ -25,7 +25,12 @@ from tactile_core.pipeline.chain import Chain, Step
 from tactile_core.pipeline.compiling import already_compiled
 from tactile_core.pipeline.frame_check import check_channels, check_order, check_size
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
-from tactile_core.pipeline.notes import exposure_warnings, left_out_notes
+from tactile_core.pipeline.notes import (
+    exposure_warnings,
+    left_out_notes,
+    not_given,
+    without_slopes,
+)
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.profile_steps import chain_of, made_steps
 from tactile_core.pipeline.workers import shared_out
@@ -199,15 +204,9 @@ class Pipeline:
         warnings = [*(self.notes if first else ()), *exposure_warnings(raw)]
         for name, kind in result.left_out.items():
             if kind in self._chain.external:
-                warnings.append(
-                    f"step {name!r} needs {kind.__name__}, which was not given with this frame; "
-                    f"the step is left out"
-                )
+                warnings.append(not_given(name, kind))
             elif first and kind is Gradients and HeightMap in given:
-                warnings.append(
-                    f"step {name!r} needs Gradients, but this calibration provides a HeightMap "
-                    f"directly; the step is left out"
-                )
+                warnings.append(without_slopes(name))
         for quantity in measured_only.values():
             with blame_of(quantity):
                 warnings += quantity.warnings()

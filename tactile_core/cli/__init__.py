@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> None:
         with signals_raised() as received:
             code = _run([word for word in words if word != "--debug"], "--debug" in words)
         if received:  # typer treats every signal as Ctrl-C
-            code = received[-1].exit_code
+            code = received[-1].exit_code or code  # 0: the command went on after Ctrl-C
     except Signalled as signalled:  # raised while the previous one was being reported
         code = signalled.exit_code
     sys.exit(code)

@@ -74,7 +74,7 @@ def record(
         for note in sensor.notes if readings else ():
             print_message(f"note: {note}")
         began_s = monotonic()
-        with interrupt_ends(), sensor.record(out, readings) as recording, Bar() as bar:
+        with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():
             bar.stage("recording", 1.0)
             steps = recorded(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
             for share in steps:
@@ -82,6 +82,8 @@ def record(
     took_s = monotonic() - began_s
     if recording.failure is not None:
         raise OSError(recording.failure)
+    if not recording.images + recording.dropped:
+        raise InputError(f"{out}: nothing was recorded, because it ended before the first image")
     if recording.dropped:
         print_message(
             f"note: {recording.dropped} images were left out, because the disk was too slow; "

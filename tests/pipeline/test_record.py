@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import threading
 import time
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from support.live_sensor import send, stream
 from support.mjpeg_server import Exchange, MjpegServer
 from support.recordings import Arrays, arrays_of, assert_equal
 from support.virtual_lab import BALL_MM, VirtualLab
+from support.watching import until
 
 from tactile_core import open_sensor
 from tactile_core.bundles.bundle import Bundle
@@ -29,6 +31,7 @@ from tactile_core.pipeline.sensor import Sensor
 from tactile_core.recordings.kinds import recording_file
 from tactile_core.recordings.recording import open_recording
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
+from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.sim.analytic_ball import BallPress
 
 FRAMES = 6
@@ -296,17 +299,41 @@ def test_a_sink_that_records_needs_a_sensor(lab: VirtualLab) -> None:
         Sinks(lab.profile, ["record"]).open(Pipeline(lab.profile))
 
 
-def test_ctrl_c_ends_a_recording_properly(live: Path, tmp_path: Path) -> None:
-    import signal
+def images_in(path: Path) -> int:
+    if not path.exists():
+        return 0
+    with recording_file(path) as file:
+        return sum(isinstance(entry, ImageEntry) for entry in file.entries)
 
-    timer = threading.Timer(1.0, signal.raise_signal, (signal.SIGINT,))
-    timer.start()
-    done = tactile("record", live, "--out", tmp_path / "one.mcap", "--json")
-    timer.join()
+
+def test_ctrl_c_ends_a_recording_properly(live: Path, tmp_path: Path) -> None:
+    path = tmp_path / "one.mcap"
+
+    def interrupt_once_images_are_there() -> None:
+        until(lambda: images_in(path) > 10)
+        signal.raise_signal(signal.SIGINT)
+
+    interrupting = threading.Thread(target=interrupt_once_images_are_there)
+    interrupting.start()
+    done = tactile("record", live, "--out", path, "--json")
+    interrupting.join()
     assert done.returncode == 0, done.stderr
-    with recording_file(tmp_path / "one.mcap") as file:
+    with recording_file(path) as file:
         assert file.finished
         assert len(file.entries) == json.loads(done.stdout)["images"] > 10
+
+
+def test_ctrl_c_before_the_first_image_says_that_nothing_was_recorded(
+    live: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> Iterator[float]:
+        signal.raise_signal(signal.SIGINT)
+        yield 0.0
+
+    monkeypatch.setattr("tactile_core.pipeline.recording_session.recorded", interrupted)
+    monkeypatch.setattr(RunningRecording, "add_image", lambda *_, **__: None)
+    message = refused("record", live, "--out", tmp_path / "one.mcap")
+    assert "ended before the first image" in message
 
 
 def test_frames_ends_a_recording_of_a_stream_exactly(live: Path, tmp_path: Path) -> None:

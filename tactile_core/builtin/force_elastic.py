@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.layer_fit import FittedLayer, fitted_layer
+from tactile_core.algorithms.elasticity.layer_fit import FittedLayer, LayerFit
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
 from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Memory, TimeStep
 from tactile_core.errors import InputError
@@ -25,6 +25,8 @@ from tactile_core.quantities import (
     HeightMap,
     Wrench,
 )
+from tactile_core.quantities.on_demand import Grid as CoarseGrid
+from tactile_core.quantities.on_demand import grid_of
 
 
 class ElasticForceParameters(NamedTuple):
@@ -39,6 +41,9 @@ class ElasticForceParameters(NamedTuple):
     margin : float, ratio
         Size of the periodic grid over that of the view, so that no load meets its own image.
         Source: virtual rigs: the response of a bonded layer ends within two thicknesses.
+    samples_per_cell : float, count
+        Samples of a mask along the side of a cell, at least.
+        Source: chosen by hand: a border is then right by a hundredth of the cell.
     error : float, share
         Standard deviation of a component, relative to its size, for a gel that is known exactly:
         errors of height, contact and traction.
@@ -56,6 +61,7 @@ class ElasticForceParameters(NamedTuple):
 
     cells_per_thickness: float = 4.5
     margin: float = 1.6
+    samples_per_cell: float = 6.0
     error: float = 0.05
     alike: float = 0.8
     least_n: float = 0.001
@@ -103,7 +109,7 @@ class ElasticForce(Estimator):
                 f"core.force_elastic needs the gel's stiffness: give gel.{missing} in the profile, "
                 f"or leave this step out"
             )
-        self._gel = Elastomer(
+        nominal = Elastomer(
             gel.thickness_mm,
             gel.shear_modulus_mpa,
             POISSON_RATIO if gel.poisson_ratio is None else gel.poisson_ratio,
@@ -116,7 +122,8 @@ class ElasticForce(Estimator):
         self._size = _cells((image.width_px, image.height_px), per_cell_px)
         self._cell_mm = image.width_px * image.mm_per_px / self._size[0]
         width_mm, height_mm = (ELASTIC_FORCE.margin * count * self._cell_mm for count in self._size)
-        self._grid = Grid.covering(width_mm, height_mm, self._cell_mm)
+        grid = Grid.covering(width_mm, height_mm, self._cell_mm)
+        self._layer_fit = LayerFit(grid, nominal, self._tolerance)
         self._zero, self._last = np.zeros(4), np.zeros(4)
         self._memory: Memory | None = None
         self._time_s = 0.0
@@ -152,7 +159,7 @@ class ElasticForce(Estimator):
         self._last, variance = np.zeros(4), self._squared(ELASTIC_FORCE.unnoticed_n)
         if measured.contact.any():
             shares = Shares.of(measured.contact, self._cell_mm)
-            fit = fitted_layer(self._grid, self._gel, measured, shares, self._tolerance)
+            fit = self._layer_fit.fit(measured, shares)
             self._last, variance = fit.loads.resultant, self._variance(fit, measured)
             pressure[:] = fit.loads.pressure_mpa
             shear[:] = np.moveaxis(fit.loads.traction_mpa(shares), 0, 2)
@@ -169,13 +176,10 @@ class ElasticForce(Estimator):
         follows: bool,
     ) -> Deformation:
         moved = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
-        moved = np.concatenate([moved, shrunk(height.mm, self._size)[None]])
+        moved = np.concatenate([moved, _means(grid_of(height, "mm"), self._size)[None]])
         if follows:
             moved = self._relaxed(moved, height.timestamp_s)
-        valid, touching = (
-            shrunk(mask.view(np.uint8) * np.uint8(255), self._size) > 127
-            for mask in (displacement.valid, contact.mask)
-        )
+        valid, touching = (_mostly(mask, self._size) for mask in (displacement.valid, contact.mask))
         return Deformation(moved[2], moved[:2], valid, touching)
 
     def _relaxed(self, moved: np.ndarray, time_s: float) -> np.ndarray:
@@ -204,6 +208,21 @@ class ElasticForce(Estimator):
         """Return the variance of a resultant whose forces have this standard deviation."""
         arm_mm = self._size[0] * self._cell_mm / 4
         return np.array([force_n, force_n, force_n, force_n * arm_mm]) ** 2
+
+
+def _means(grid: CoarseGrid, size: tuple[int, int]) -> np.ndarray:
+    """Return the means over cells, (rows, columns), from the grid if it ends with the image."""
+    cells, step_px, shape = grid
+    exact = tuple(step_px * count for count in cells.shape) == shape
+    return shrunk(cells if exact else interpolated(cells, step_px, shape), size)
+
+
+def _mostly(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Return the cells, (rows, columns), of which more than half is in a mask of the image."""
+    per_cell_px = min(whole / part for whole, part in zip(mask.shape[::-1], size, strict=True))
+    step_px = max(1, int(per_cell_px / ELASTIC_FORCE.samples_per_cell))
+    samples = mask[step_px // 2 :: step_px, step_px // 2 :: step_px].astype(np.uint8)
+    return np.asarray(shrunk(samples * np.uint8(255), size) > 127)
 
 
 def _cells(size_px: tuple[int, int], per_cell_px: float) -> tuple[int, int]:

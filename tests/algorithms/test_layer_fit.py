@@ -9,7 +9,7 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.layer_fit import LAYER_FIT, FittedLayer, fitted_layer
+from tactile_core.algorithms.elasticity.layer_fit import LAYER_FIT, FittedLayer, LayerFit
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
 
 CELL_MM, SHAPE = 0.44, (30, 40)
@@ -28,7 +28,7 @@ def fitted(
     x, y, indentation = ElasticLayer(GRID, GEL, np.float64).displacement(TRACTION, PRESSURE)
     # the height of what touches is free of the bulge that shear causes beside it
     measured = Deformation(np.where(CONTACT, indentation, 0), np.stack([x, y]), valid, CONTACT)
-    return fitted_layer(GRID, nominal, measured, Shares.of(CONTACT, CELL_MM), tolerance)
+    return LayerFit(GRID, nominal, tolerance).fit(measured, Shares.of(CONTACT, CELL_MM))
 
 
 @pytest.mark.parametrize("thickness_mm", [1.8, 2.0, 2.2])
@@ -50,7 +50,7 @@ def test_the_field_corrects_the_height_of_a_light_touch_more_than_of_a_deep_one(
         x, y, indentation = layer.displacement(share * TRACTION, pressure)
         low = np.where(CONTACT, 0.9 * indentation, 0)
         measured = Deformation(low, np.stack([x, y]), EVERYWHERE, CONTACT)
-        found = fitted_layer(GRID, GEL, measured, shares, 0.001).loads.resultant[2]
+        found = LayerFit(GRID, GEL, 0.001).fit(measured, shares).loads.resultant[2]
         shown.append(found / (pressure.sum() * CELL_MM**2))
     light, deep = shown
     assert light == pytest.approx(1, abs=0.03)

@@ -93,10 +93,8 @@ class _Trial(NamedTuple):
     residual_mm: Array
 
 
-def fitted_layer(
-    grid: Grid, nominal: Elastomer, measured: Deformation, shares: Shares, tolerance: float
-) -> FittedLayer:
-    """Fit thickness and Poisson's ratio to the displacement beside the contact.
+class LayerFit:
+    """Fits thickness and Poisson's ratio to the displacement beside the contact.
 
     Least squares by two chords [1]_, with the nominal values as a normal prior.
 
@@ -106,10 +104,6 @@ def fitted_layer(
         With the spacing of the cells, larger than the view.
     nominal : Elastomer
         Its modulus scales all loads and changes no displacement, so that it cannot be fitted.
-    measured : Deformation
-        With contact.
-    shares : Shares
-        Of the contact.
     tolerance : float
         Relative standard deviation of the nominal values.
 
@@ -118,59 +112,75 @@ def fitted_layer(
     .. [1] J. E. Dennis and R. B. Schnabel, "Numerical Methods for Unconstrained Optimization and
        Nonlinear Equations", SIAM, 1996, chapter 10.
     """
-    beside = measured.valid & ~_grown(measured.contact)
-    start = _softness(nominal.poisson_ratio)
-    reach = np.log(LAYER_FIT.greatest)
-    bounds = np.array(
-        [[-reach, reach], [_softness(ratio) - start for ratio in reversed(LAYER_FIT.ratios)]]
-    )
 
-    weight = _weight(measured.shift_mm[:, beside], beside, grid.spacing_mm, nominal.thickness_mm)
+    def __init__(self, grid: Grid, nominal: Elastomer, tolerance: float) -> None:
+        self._grid, self._nominal = grid, nominal
+        self._start = start = _softness(nominal.poisson_ratio)
+        reach = np.log(LAYER_FIT.greatest)
+        softest, hardest = (_softness(ratio) - start for ratio in LAYER_FIT.ratios)
+        self._bounds = np.array([-reach, hardest]), np.array([reach, softest])
+        spread = np.array([tolerance, tolerance * nominal.poisson_ratio * 2 / np.exp(start)])
+        self._prior = np.diag(spread**-2)
+        self._layers = [self._layer(way) for way in (np.zeros(2), *np.diag(_STEPS))]
 
-    def tried(way: Float64, held_mm2: float | None = None) -> _Trial:
-        elastomer = Elastomer(
-            nominal.thickness_mm * float(np.exp(way[0])),
-            nominal.shear_modulus_mpa,
-            _ratio(start + float(way[1])),
+    def fit(self, measured: Deformation, shares: Shares) -> FittedLayer:
+        """Return the layer that explains a deformation best, and the loads on it.
+
+        Parameters
+        ----------
+        measured : Deformation
+            With contact.
+        shares : Shares
+            Of the contact.
+        """
+        beside = measured.valid & ~_grown(measured.contact)
+
+        def tried(layer: ElasticLayer, held_mm2: float | None = None) -> _Trial:
+            cell_mm = self._grid.spacing_mm
+            loads = surface_loads(layer, measured, shares, cell_mm, held_mm2=held_mm2)
+            return _Trial(layer.elastomer, loads, loads.unexplained_mm[:, beside].ravel())
+
+        last, *others = (tried(layer) for layer in self._layers)
+        slopes, forces = (
+            np.stack([(one - former) / by for one, by in zip(stepped, _STEPS, strict=True)])
+            for former, stepped in (
+                (last.residual_mm, [one.residual_mm for one in others]),
+                (last.loads.resultant, [one.loads.resultant for one in others]),
+            )
         )
-        layer = ElasticLayer(grid, elastomer)
-        loads = surface_loads(layer, measured, shares, grid.spacing_mm, held_mm2=held_mm2)
-        return _Trial(elastomer, loads, loads.unexplained_mm[:, beside].ravel())
+        weight = _weight(
+            measured.shift_mm[:, beside], self._grid.spacing_mm, self._nominal.thickness_mm
+        )
+        precision = weight * slopes @ slopes.T + self._prior
+        held_mm2 = _held_mm2(measured, weight)
+        way = np.zeros(2)
+        for step in range(LAYER_FIT.steps):
+            down = weight * slopes @ last.residual_mm + self._prior @ way
+            way = np.clip(way - np.linalg.solve(precision, down), *self._bounds)
+            ends = step + 1 == LAYER_FIT.steps
+            last = tried(self._layer(way), held_mm2 if ends else None)
+        covariance = forces.T @ np.linalg.inv(precision) @ forces
+        return FittedLayer(last.elastomer, last.loads, covariance)
 
-    way = np.zeros(2)
-    last = tried(way)
-    others = [tried(step) for step in np.diag(_STEPS)]
-    slopes = np.stack(
-        [(one.residual_mm - last.residual_mm) / by for one, by in zip(others, _STEPS, strict=True)]
-    )
-    forces = np.stack(
-        [
-            (one.loads.resultant - last.loads.resultant) / by
-            for one, by in zip(others, _STEPS, strict=True)
-        ]
-    )
-    spread = np.array([tolerance, tolerance * nominal.poisson_ratio * 2 / np.exp(start)])
-    prior = np.diag(spread**-2)
-    precision = weight * slopes @ slopes.T + prior
-    held_mm2 = _held_mm2(measured, weight)
-    for step in range(LAYER_FIT.steps):
-        down = weight * slopes @ last.residual_mm + prior @ way
-        way = np.clip(way - np.linalg.solve(precision, down), *bounds.T)
-        last = tried(way, held_mm2 if step + 1 == LAYER_FIT.steps else None)
-    covariance = forces.T @ np.linalg.inv(precision) @ forces
-    return FittedLayer(last.elastomer, last.loads, covariance)
+    def _layer(self, way: Float64) -> ElasticLayer:
+        """Return the layer at logarithms of the thickness and of the softness, from the start."""
+        elastomer = Elastomer(
+            self._nominal.thickness_mm * float(np.exp(way[0])),
+            self._nominal.shear_modulus_mpa,
+            _ratio(self._start + float(way[1])),
+        )
+        return ElasticLayer(self._grid, elastomer)
 
 
-def _weight(shift_mm: Array, beside: Bool, cell_mm: float, thickness_mm: float) -> float:
+def _weight(shift_mm: Array, cell_mm: float, thickness_mm: float) -> float:
     """Return one over the variance of a residual, in units of independent ones.
 
     What the layer does not explain is alike within a thickness.
     """
-    if not beside.any():
+    if not shift_mm.size:
         return 0.0
-    variance = LAYER_FIT.least_noise_mm**2 + (LAYER_FIT.model_error**2) * float(
-        (shift_mm**2).mean()
-    )
+    moved_mm2 = float((shift_mm**2).mean())
+    variance = LAYER_FIT.least_noise_mm**2 + LAYER_FIT.model_error**2 * moved_mm2
     independent = min(1.0, (cell_mm / thickness_mm) ** 2)
     return independent / variance
 

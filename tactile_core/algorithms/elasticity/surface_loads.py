@@ -154,28 +154,32 @@ def surface_loads(
         Variance of the displacement of a cell over that of a factor on the pressure, which is then
         fitted. Default: the pressure is that of the height.
     """
-    valid = measured.valid
     pressure = pressure_mpa(response, measured.indentation_mm, measured.contact)
     spread = response.spread(pressure)
-    left = np.where(valid, measured.shift_mm - spread, 0)
-    xx, yy, xy = (part[:, valid] for part in response.shifts(shares.planes))
-    moves = np.block([[xx, xy], [xy, yy], [spread[0][valid], spread[1][valid]]])
+    count, columns = len(shares.planes), np.flatnonzero(measured.valid)
+    left = np.where(measured.valid, measured.shift_mm - spread, 0)
+    xx, yy, xy = (part.reshape(count, -1)[:, columns] for part in response.shifts(shares.planes))
+    rows = [np.hstack([xx, xy]), np.hstack([xy, yy])]
+    if held_mm2 is not None:
+        rows.append(spread.reshape(2, -1)[:, columns].reshape(1, -1))
+    moves = np.concatenate(rows)
     normal = (moves @ moves.T).astype(np.float64)
-    normal += SURFACE_LOADS.ridge * np.diag(np.diag(normal))
-    if held_mm2 is None:
-        normal[-1, :] = normal[:, -1] = 0
-    else:
-        normal[-1, -1] += held_mm2
+    diagonal = np.diag(normal).copy()
     # a contact of a single cell has no slope: such rows are zero, and their weights too
-    inverse = np.linalg.pinv(normal, hermitian=True)
-    weights = inverse @ (moves @ left[:, valid].ravel())
-    left[:, valid] -= (weights @ moves).reshape(2, -1)
+    added = np.where(diagonal > 0, SURFACE_LOADS.ridge * diagonal, 1)
+    if held_mm2 is not None:
+        added[-1] += held_mm2
+    inverse = np.linalg.inv(normal + np.diag(added))
+    weights = inverse @ (moves @ left.reshape(2, -1)[:, columns].ravel())
+    left.reshape(2, -1)[:, columns] -= (weights @ moves).reshape(2, -1)
     arms = np.zeros((4, len(weights)))
-    arms[[0, 1, 3], :-1] = shares.arms
-    arms[2, -1] = fz = float(pressure.sum()) * cell_mm**2
+    arms[[0, 1, 3], : 2 * count] = shares.arms
+    fz = float(pressure.sum()) * cell_mm**2
+    if held_mm2 is not None:
+        arms[2, -1] = fz
+        pressure *= 1 + weights[-1]
     resultant = arms @ weights + (0, 0, fz, 0)
-    pressure *= 1 + weights[-1]
-    return SurfaceLoads(pressure, weights[:-1], resultant, left, arms @ inverse @ arms.T)
+    return SurfaceLoads(pressure, weights[: 2 * count], resultant, left, arms @ inverse @ arms.T)
 
 
 def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Array:

@@ -68,6 +68,7 @@ def contact_mask(
     height_mm: Array,
     *,
     mm_per_px: float,
+    step_px: int = 1,
     min_indentation_mm: float = 0.03,
     border_fraction: float | None = None,
     min_slope: float = 0.1,
@@ -96,10 +97,12 @@ def contact_mask(
 
     Parameters
     ----------
-    height_mm : (H, W) float32
+    height_mm : (h, w) float32
         Height above the rest surface, positive where pressed.
     mm_per_px : float
         Scale of the image.
+    step_px : int
+        Side of a cell of the height map; 1 for pixels.
     min_indentation_mm : float
         Least depth of a contact, in mm.
     border_fraction : float, optional
@@ -111,8 +114,9 @@ def contact_mask(
 
     Returns
     -------
-    (H, W) bool
-        All False when nothing touches.
+    (h · step_px, w · step_px) bool
+        All False when nothing touches. The border lies where the interpolated height has the depth
+        of the border.
 
     Raises
     ------
@@ -127,9 +131,10 @@ def contact_mask(
     if height_mm.ndim != 2 or 0 in height_mm.shape:
         raise InputError(f"a height map is (H, W); this one is {height_mm.shape}")
     height_mm = np.asarray(height_mm, np.float32)
-    mask = np.zeros(height_mm.shape, np.uint8)
-    shrink = max(1, round(np.sqrt(height_mm.size / CONTACT.coarse_px)))
-    size = max(1, height_mm.shape[1] // shrink), max(1, height_mm.shape[0] // shrink)
+    rows, columns = (side * step_px for side in height_mm.shape)
+    mask = np.zeros((rows, columns), np.uint8)
+    shrink = max(step_px, round(np.sqrt(mask.size / CONTACT.coarse_px)))
+    size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrunk(height_mm, size)
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
@@ -156,7 +161,7 @@ def contact_mask(
                 share = _border(heights_mm / peak_mm, slope[window][region])
             border_mm = max(low_mm, share * peak_mm)
             touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
-            _draw(mask, height_mm, touched, (x, y), size, border_mm)
+            _draw(mask, height_mm, step_px, touched, (x, y), size, border_mm)
     return mask.view(bool)
 
 
@@ -203,12 +208,13 @@ def _without_specks(touched: Bool, min_area_px: float) -> Bool:
 def _draw(
     mask: Array,
     height_mm: Array,
+    step_px: int,
     touched: Bool,
     corner: tuple[int, int],
     coarse_size: tuple[int, ...],
     border_mm: float,
 ) -> None:
-    """Set ``mask`` where the full map is above ``border_mm``, at and next to touched pixels."""
+    """Set ``mask`` where the height is above ``border_mm``, at and next to touched pixels."""
     x, y = corner
     near = cv2.dilate(cv2.copyMakeBorder(touched.view(np.uint8), 1, 1, 1, 1, 0), _SQUARE)
     rows, columns = mask.shape
@@ -217,5 +223,20 @@ def _draw(
     top, bottom = (round(down * i) for i in (y - 1, y + 1 + touched.shape[0]))
     near = repeated(np.asarray(near, np.uint8), (bottom - top, right - left))
     near = near[max(0, -top) : rows - top, max(0, -left) : columns - left]
-    window = np.s_[max(0, top) : bottom, max(0, left) : right]
-    mask[window] |= (height_mm[window] > border_mm).view(np.uint8) & near
+    window = slice(max(0, top), min(rows, bottom)), slice(max(0, left), min(columns, right))
+    mask[window] |= (_pixels(height_mm, step_px, window) > border_mm).view(np.uint8) & near
+
+
+def _pixels(cells: Array, step_px: int, window: tuple[slice, slice]) -> Array:
+    """Return the pixels of a window (rows, columns), interpolated from the cells around it."""
+    if step_px == 1:
+        return cells[window]
+    around = [slice(max(0, s.start // step_px - 1), s.stop // step_px + 2) for s in window]
+    part = cells[tuple(around)]
+    size = part.shape[1] * step_px, part.shape[0] * step_px
+    pixels = np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_LINEAR))
+    rows, columns = (
+        slice(s.start - a.start * step_px, s.stop - a.start * step_px)
+        for s, a in zip(window, around, strict=True)
+    )
+    return pixels[rows, columns]

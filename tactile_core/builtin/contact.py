@@ -8,6 +8,7 @@ from tactile_core.algorithms.contact import contact_mask
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactMask, HeightMap
+from tactile_core.quantities.on_demand import grid_of
 
 
 class Contact(Estimator):
@@ -41,5 +42,8 @@ class Contact(Estimator):
 
     def estimate(self, height: HeightMap) -> ContactMask:
         """Return the contact mask; all False when nothing touches."""
-        mask = contact_mask(height.mm, mm_per_px=height.mm_per_px, **self._thresholds)
+        grid = grid_of(height, "mm").of_image()
+        mask = contact_mask(
+            grid.cells, step_px=grid.step_px, mm_per_px=height.mm_per_px, **self._thresholds
+        )
         return ContactMask(mask, height.mm_per_px, height.timestamp_s)

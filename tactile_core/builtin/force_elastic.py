@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
+from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.layer_fit import FittedLayer, LayerFit
@@ -25,7 +25,6 @@ from tactile_core.quantities import (
     HeightMap,
     Wrench,
 )
-from tactile_core.quantities.on_demand import Grid as CoarseGrid
 from tactile_core.quantities.on_demand import grid_of
 
 
@@ -175,8 +174,9 @@ class ElasticForce(Estimator):
         *,
         follows: bool,
     ) -> Deformation:
+        cells_mm = grid_of(height, "mm").of_image().cells
         moved = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
-        moved = np.concatenate([moved, _means(grid_of(height, "mm"), self._size)[None]])
+        moved = np.concatenate([moved, shrunk(cells_mm, self._size)[None]])
         if follows:
             moved = self._relaxed(moved, height.timestamp_s)
         valid, touching = (_mostly(mask, self._size) for mask in (displacement.valid, contact.mask))
@@ -208,13 +208,6 @@ class ElasticForce(Estimator):
         """Return the variance of a resultant whose forces have this standard deviation."""
         arm_mm = self._size[0] * self._cell_mm / 4
         return np.array([force_n, force_n, force_n, force_n * arm_mm]) ** 2
-
-
-def _means(grid: CoarseGrid, size: tuple[int, int]) -> np.ndarray:
-    """Return the means over cells, (rows, columns), from the grid if it ends with the image."""
-    cells, step_px, shape = grid
-    exact = tuple(step_px * count for count in cells.shape) == shape
-    return shrunk(cells if exact else interpolated(cells, step_px, shape), size)
 
 
 def _mostly(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:

@@ -36,6 +36,12 @@ class Grid(NamedTuple):
     step_px: int
     shape: tuple[int, int]
 
+    def of_image(self) -> Grid:
+        """Return a grid that ends where the image does: itself, or else the image's pixels."""
+        if tuple(side * self.step_px for side in self.cells.shape[:2]) == self.shape:
+            return self
+        return Grid(interpolated(*self), 1, self.shape)
+
 
 @dataclass(frozen=True, eq=False)
 class OnDemand:

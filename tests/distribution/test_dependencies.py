@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import tomllib
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -22,6 +23,7 @@ def declared() -> list[str]:
     return [re.split(r"[^A-Za-z0-9._-]", wanted)[0] for wanted in table["dependencies"]]
 
 
+@cache
 def imported() -> set[str]:
     """Names of the distributions whose packages some module imports."""
     modules = set[str]()

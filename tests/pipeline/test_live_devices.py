@@ -74,7 +74,9 @@ COMMANDS: dict[str, Callable[[VirtualLab, Path, Path], list[object]]] = {
         *("calibrate", profile, "--presses", lab.presses, "--reference", lab.reference),
         *("--ball-diameter-mm", BALL_MM, "--model", "core.polynomial", "--out", out),
     ],
-    "bench": lambda lab, profile, out: ["bench", profile, "--size", "160x120", "--json"],
+    "bench": lambda lab, profile, out: [
+        *("bench", profile, "--size", "160x120", "--calibration", "core.polynomial", "--json"),
+    ],
     "validate": lambda lab, profile, out: ["validate", profile],
     "doctor": lambda lab, profile, out: ["doctor", profile, "--sim"],
 }

@@ -9,7 +9,7 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
 from tactile_core.algorithms.arrays.types import Array
 
 
@@ -163,15 +163,15 @@ def rest_plane(
     )
     y, x = (from_middle(side)[step // 2 :: step] * mm_per_px for side in (rows, columns))
     x, y = np.tile(x, len(y)), np.repeat(y, len(x))
-    tilt = float(np.median(p)), float(np.median(q))
+    tilt = quantile(p, 0.5), quantile(q, 0.5)
     deviation = np.hypot(p - tilt[0], q - tilt[1])
     calm = deviation < drift_slope
     if calm.sum() < REST.least_calm_share * len(calm) or np.hypot(*tilt) > drift_slope:
         slope = np.hypot(p, q)
-        return RestPlane(_mode(z[slope <= np.median(slope)])[0], 0.0, 0.0)
+        return RestPlane(_mode(z[slope <= quantile(slope, 0.5)])[0], 0.0, 0.0)
     levelled = z - tilt[0] * x - tilt[1] * y
     apart = REST.bulge_ratio * (levelled.max() - levelled.min())
-    flat = levelled[deviation <= np.median(deviation)]
+    flat = levelled[deviation <= quantile(deviation, 0.5)]
     level, spread = _lower_level(flat, levelled[calm], apart)
     terms = np.stack([np.ones_like(x), x, y])[:, calm]
     plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)

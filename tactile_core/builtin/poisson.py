@@ -16,6 +16,7 @@ from tactile_core.algorithms.poisson.propagation import height_std
 from tactile_core.algorithms.slope_field import SlopeCells
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.slope_models.for_reference import ForReference
 from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
 from tactile_core.quantities.on_demand import grid_of, on_demand, on_grid
 
@@ -76,12 +77,13 @@ class Poisson(Estimator):
         self._boundary = options.boundary
         self._drift_slope = options.drift_slope
         self._levelled = options.levelled
+        self._levels = ForReference(_levels)
 
     def estimate(
         self, gradients: Gradients, reference: ReferenceGradients | None = None
     ) -> HeightMap:
         """Return the height, 0 where undeformed and positive where pressed."""
-        slopes = relative_to(gradients, reference)
+        slopes = self._relative_to(gradients, reference)
         mm_per_cell = gradients.mm_per_px * slopes.step_px
         solver = PoissonSolver(
             slopes.gx.shape,
@@ -91,7 +93,9 @@ class Poisson(Estimator):
         )
         gx, gy, step_px = slopes.gx, slopes.gy, slopes.step_px
         # cells are wide enough for the curvature of the surface to matter between their centres
-        height_mm = solver.solve(*(between_cells(gx, gy) if step_px > 1 else (gx, gy)))
+        averaged = step_px > grid_of(gradients, "x").step_px
+        sharp = between_cells(gx, gy, averaged=averaged) if step_px > 1 else (gx, gy)
+        height_mm = solver.solve(*sharp)
         if self._boundary == "neumann":
             set_to_rest(
                 height_mm,
@@ -105,18 +109,37 @@ class Poisson(Estimator):
             )
         return height_map(height_mm, gradients, self.context, step_px)
 
+    def _relative_to(
+        self, gradients: Gradients, reference: ReferenceGradients | None
+    ) -> SlopeCells:
+        """Return the slopes above those of the reference, on the grid to integrate them on."""
+        slopes = _cells(gradients).for_heights()
+        if reference is None:
+            return slopes
+        levels = self._levels(reference)
+        if levels.step_px != slopes.step_px:
+            return relative_to(gradients, reference)
+        return SlopeCells(slopes.gx - levels.gx, slopes.gy - levels.gy, slopes.step_px)
+
 
 def relative_to(gradients: Gradients, reference: ReferenceGradients | None) -> SlopeCells:
     """Subtract the slopes that the calibration measures on the reference, if there are any."""
-    x, y = grid_of(gradients, "x"), grid_of(gradients, "y")
+    slopes = _cells(gradients)
     if reference is None:
-        return SlopeCells(x.cells, y.cells, x.step_px)
-    levels = grid_of(reference, "x"), grid_of(reference, "y")
-    if levels[0].step_px != x.step_px:
-        gx, gy = gradients.x - reference.x, gradients.y - reference.y
-        return SlopeCells(gx, gy, step_px=1)
-    gx, gy = (own.cells - level.cells for own, level in zip((x, y), levels, strict=True))
-    return SlopeCells(gx, gy, x.step_px)
+        return slopes
+    levels = _cells(reference)
+    if levels.step_px != slopes.step_px:
+        return SlopeCells(gradients.x - reference.x, gradients.y - reference.y, step_px=1)
+    return SlopeCells(slopes.gx - levels.gx, slopes.gy - levels.gy, slopes.step_px)
+
+
+def _cells(slopes: Gradients | ReferenceGradients) -> SlopeCells:
+    x, y = grid_of(slopes, "x"), grid_of(slopes, "y")
+    return SlopeCells(x.cells, y.cells, x.step_px)
+
+
+def _levels(reference: ReferenceGradients) -> SlopeCells:
+    return _cells(reference).for_heights()
 
 
 def height_map(

@@ -31,4 +31,4 @@ def sigma_of(residuals: NDArray[Any]) -> float:
     .. [1] F. R. Hampel, "The influence curve and its role in robust estimation", Journal of the
        American Statistical Association 69(346), 1974.
     """
-    return SIGMA_PER_MEDIAN * float(np.median(np.abs(residuals)))
+    return SIGMA_PER_MEDIAN * quantile(np.abs(residuals), 0.5)

@@ -53,24 +53,36 @@ def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:
     return first + second, -(penultimate + last)
 
 
-def between_cells(gx: Float32, gy: Float32) -> tuple[Float32, Float32]:
+ALONG = np.array([-1, 14, -1], np.float32) / 12
+"""Filter along a slope. Its mean over two neighbours is then the mean slope between them."""
+
+ALONG_MEANS = np.array([0.0213, -0.1998, 1.357, -0.1998, 0.0213], np.float32)
+ACROSS_MEANS = np.array([-1, 34, -1], np.float32) / 32
+"""Filters along and across slopes that are means over 2 × 2 smaller cells."""
+
+
+def between_cells(gx: Float32, gy: Float32, *, averaged: bool = False) -> tuple[Float32, Float32]:
     """Return slopes whose means over neighbours are the mean slopes between these neighbours.
 
     :func:`double_divergence` takes the mean of two slopes for the mean slope between them, which
     is exact to the second order. That of g − δ²g / 12 is exact to the fourth [1]_: a wave with a
-    period of eight cells then loses 0.6 % of its height instead of 5 %.
+    period of eight cells then loses 0.6 % of its height instead of 5 %. Means over 2 × 2 smaller
+    cells are sharpened, too, and by two differences, exact to the sixth order: a wave with a period
+    of six cells loses 0.5 %, and one of four 5 %.
 
     Parameters
     ----------
     gx, gy : (h, w) float32
         Slopes at the centres of cells.
+    averaged : bool
+        Whether they are means of the slopes at the centres of four smaller cells.
 
     References
     ----------
     .. [1] P. J. Davis and P. Rabinowitz, "Methods of Numerical Integration", Academic Press, 1984,
        section 2.9 (end corrections of the trapezoidal rule).
     """
-    across = np.array([[-1, 14, -1]], np.float32) / 12
-    gx = np.asarray(cv2.filter2D(gx, -1, across, borderType=cv2.BORDER_REPLICATE))
-    gy = np.asarray(cv2.filter2D(gy, -1, across.T, borderType=cv2.BORDER_REPLICATE))
-    return gx, gy
+    along, across = (ALONG_MEANS, ACROSS_MEANS) if averaged else (ALONG, np.ones(1, np.float32))
+    gx = cv2.sepFilter2D(gx, -1, along, across, borderType=cv2.BORDER_REPLICATE)
+    gy = cv2.sepFilter2D(gy, -1, across, along, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(gx, np.float32), np.asarray(gy, np.float32)

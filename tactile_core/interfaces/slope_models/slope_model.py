@@ -80,7 +80,7 @@ class SlopeModel(Generic[F]):
     blur_px: float
     table: ColourTable | None = None
     compiled: bool = False
-    _field: ForReference[SlopeField] = field(init=False, repr=False)
+    _field: ForReference[Reference, SlopeField] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_field", ForReference(self.field))

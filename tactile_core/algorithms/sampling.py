@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
 from tactile_core.algorithms.arrays.types import Bool
@@ -63,22 +64,33 @@ class Sampling:
     around_px : int
         Side of the neighbourhood that markers are filled from, in coarse pixels; 0 for a gel
         without markers.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     step: int
     shape: tuple[int, int]
     blur: float
     around_px: int
+    compiled: bool = False
 
     @classmethod
-    def of(cls, shape: tuple[int, int], marker_mask: Bool | None, blur_px: float) -> Self:
+    def of(
+        cls,
+        shape: tuple[int, int],
+        marker_mask: Bool | None,
+        blur_px: float,
+        *,
+        compiled: bool = False,
+    ) -> Self:
         """Choose the grid for images of (rows, columns) and about this standard deviation."""
         step = max(1, int(blur_px / SAMPLING.sigma_per_step))
         # An average of n pixels has the variance (n² − 1) / 12, linear interpolation n² / 6.
         variance = blur_px**2 - (step**2 - 1) / 12 - (step**2 / 6 if step > 1 else 0)
         remaining = max(0.0, variance) ** 0.5 / step
         rows, columns = (-(-side // step) for side in shape)
-        return cls(step, (rows, columns), remaining, -(-around_markers(marker_mask) // step))
+        around_px = -(-around_markers(marker_mask) // step)
+        return cls(step, (rows, columns), remaining, around_px, compiled)
 
     def smooth(self, pixels: NDArray[Any], marker_mask: Bool | None) -> NDArray[Any]:
         """Smooth (H, W, K) intensities to (h, w, K), same dtype, with the markers filled."""
@@ -100,12 +112,31 @@ class Sampling:
     def _processed(self, parts: list[NDArray[Any]], marker_mask: Bool | None) -> list[NDArray[Any]]:
         if marker_mask is None or not self.around_px:
             return [self._smooth(self._coarse(part)) for part in parts]
-        surface = bare_mask(marker_mask)
-        share = self._coarse(surface)
+        halved = self._halved(parts, marker_mask)
+        if halved is None:
+            surface = bare_mask(marker_mask)
+            share = self._coarse(surface)
+            small = [self._of_surface(part, surface, share) for part in parts]
+        else:
+            share, small = halved
         mostly_bare = np.asarray(cv2.compare(share, _BARE, cv2.CMP_GE), np.uint8)
         around = AroundMarkers(mostly_bare, self.around_px)
-        small = [self._of_surface(part, surface, share) for part in parts]
         return [self._smooth(around.filled(part)) for part in small]
+
+    def _halved(
+        self, parts: list[NDArray[Any]], marker_mask: Bool
+    ) -> tuple[NDArray[np.uint8], list[NDArray[Any]]] | None:
+        """Average each coarse pixel over its bare part, by a kernel; None where there is none."""
+        loops = kernels.chosen(self.compiled)
+        rows, columns = self.shape
+        shape = 2 * rows, 2 * columns, 3
+        if loops is None or parts[0].shape != shape or parts[0].dtype != np.uint8:
+            return None
+        share = np.empty((rows, columns), np.uint8)
+        small = np.empty((rows, columns, 3), np.uint8)
+        wide = parts[0].reshape(2 * rows, -1), small.reshape(rows, -1)
+        loops.halved_where_bare(wide[0], marker_mask.view(np.uint8), share, wide[1])
+        return share, [small]
 
     def _of_surface(
         self, part: NDArray[Any], surface: NDArray[np.uint8], share: NDArray[np.uint8]

@@ -9,7 +9,7 @@ numbers of channels the model is evaluated at every pixel.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import cv2
@@ -22,7 +22,7 @@ from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.algorithms.normal_xy import planes_to_gradient, to_gradient, to_normal_xy
+from tactile_core.algorithms.normal_xy import NORMALS, planes_to_gradient, to_gradient, to_normal_xy
 from tactile_core.algorithms.photometric import (
     Smoothing,
     place,
@@ -53,9 +53,9 @@ class SlopeCells(NamedTuple):
     as_normals: bool = True
 
     def for_heights(self) -> SlopeCells:
-        """Return the slopes on the grid to integrate them on: means over 2 × 2 cells if they are small.
+        """Return the slopes on the grid to integrate them on.
 
-        Heights are smoother than slopes, so they need fewer cells.
+        Heights are smoother than slopes, so means over 2 × 2 cells suffice where these are small.
         """
         rows, columns = self.gx.shape
         small = rows * columns >= 4 * SLOPE_FIELD.height_cells
@@ -157,7 +157,7 @@ class SlopeField:
                 reference, reference_markers, full_scale=full_scale, blur_px=blur_px
             )
             return
-        self._sampling = Sampling.of((h, w), reference_markers, blur_px)
+        self._sampling = Sampling.of((h, w), reference_markers, blur_px, compiled=compiled)
         self._coarse = coarse_size(*self._sampling.shape, self._table.points)
         base = np.asarray(self._sampling.smooth(reference, reference_markers), np.float32)
         self._base = self._averaged(base)
@@ -183,13 +183,10 @@ class SlopeField:
             return SlopeCells(gx, gy, step_px=1)
         smoothed = self._sampling.smooth(pixels, marker_mask)
         normal_xy = np.empty((2, *self._sampling.shape), np.float32)
-        self._look_up(self._table, smoothed, normal_xy)
-        coarse = self._from_model(self._averaged(smoothed)).reshape(*self._coarse[::-1], 2)
-        missing = [coarse[..., k] - self._averaged(plane) for k, plane in enumerate(normal_xy)]
-        self._correct(normal_xy, missing)
-        with borrowed(self._sampling.shape, np.float32) as spare:
-            gx, gy = normal_xy
-            planes_to_gradient(gx, gy, spare)
+        colours, normals = self._looked_up(self._table, smoothed, normal_xy)
+        coarse = self._from_model(colours).reshape(*self._coarse[::-1], 2)
+        self._to_slopes(normal_xy, [coarse[..., k] - plane for k, plane in enumerate(normals)])
+        gx, gy = normal_xy
         return SlopeCells(gx, gy, self._sampling.step)
 
     def _averaged(self, image: NDArray[Any]) -> Float32:
@@ -201,16 +198,31 @@ class SlopeField:
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
 
-    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
-        """Write the table's entry for each pixel into ``normal_xy`` (2, h, w)."""
+    def _looked_up(
+        self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
+    ) -> tuple[Float32, Sequence[Float32]]:
+        """Write the table's entry for each pixel into ``normal_xy`` (2, h, w).
+
+        Returns the means of the colours and of both components over the cells of the coarse grid.
+        """
         h, w = smoothed.shape[:2]
+        columns, rows = self._coarse
         loops = kernels.chosen(self._compiled)
-        if loops is not None and smoothed.dtype == np.uint8:
-            rows = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
+        tiled = h % rows == w % columns == 0
+        if loops is not None and smoothed.dtype == np.uint8 and tiled:
+            wide = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
             axis = table.axis.per_unit, table.axis.first, table.axis.count
             pairs = table.normal_xy.view(np.int64).reshape(-1)
-            loops.normal_xy_of_bytes(*rows, pairs, axis, *normal_xy)
-            return
+            colours = np.empty((rows, columns, 3), np.float32)
+            normals = np.empty((2, rows, columns), np.float32)
+            means = colours.reshape(rows, -1), normals
+            loops.normal_xy_of_bytes(*wide, pairs, axis, *normal_xy, *means)
+            return colours, normals
+        self._look_up(table, smoothed, normal_xy)
+        return self._averaged(smoothed), [self._averaged(plane) for plane in normal_xy]
+
+    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
+        h, w = smoothed.shape[:2]
         bins = self._bins(table, smoothed)
         with borrowed((h, w), np.int32) as entry, borrowed((h, w), np.complex64) as found:
             np.multiply(bins[..., 0], table.axis.count, out=entry, dtype=np.int32)
@@ -232,12 +244,23 @@ class SlopeField:
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
         return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
-    def _correct(self, normal_xy: Float32, missing: list[Float32]) -> None:
+    def _to_slopes(self, normal_xy: Float32, missing: list[Float32]) -> None:
         """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
-        with borrowed(normal_xy.shape[1:], np.float32) as spare:
+        shape = normal_xy.shape[1:]
+        loops = kernels.chosen(self._compiled)
+        if loops is not None:
+            # the kernel interpolates between rows
+            both = np.concatenate(missing).astype(np.float32, copy=False)
+            wide = cv2.resize(both, (shape[1], len(both)), interpolation=cv2.INTER_LINEAR)
+            bands = np.asarray(wide, np.float32).reshape(2, -1, shape[1])
+            loops.corrected_slopes(*normal_xy, bands, NORMALS.steepest_sine)
+            return
+        with borrowed(shape, np.float32) as spare:
             for plane, coarse in zip(normal_xy, missing, strict=True):
                 cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
                 cv2.add(plane, spare, dst=plane)
+            gx, gy = normal_xy
+            planes_to_gradient(gx, gy, spare)
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

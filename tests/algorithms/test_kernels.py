@@ -97,7 +97,8 @@ def test_every_pair_of_bytes_finds_the_same_entry(per_unit: float) -> None:
 @needs_kernels
 @pytest.mark.parametrize("shape", [(240, 320), (241, 318)])
 @pytest.mark.parametrize("gain", [0.5, 4.0], ids=["gentle", "too steep"])
-def test_slopes_agree(shape: tuple[int, int], gain: float) -> None:
+@pytest.mark.parametrize("pitch", [17, 1000], ids=["markers", "no markers"])
+def test_slopes_agree(shape: tuple[int, int], gain: float, pitch: int) -> None:
     rng = np.random.default_rng(0)
     reference = rng.uniform(90, 140, (*shape, 3)).astype(np.float32)
     y, x = np.mgrid[: shape[0], : shape[1]]
@@ -108,12 +109,16 @@ def test_slopes_agree(shape: tuple[int, int], gain: float) -> None:
     normal_xy = gain * (values[:, None, None] + 1j * values[None, :, None] + 0 * values)
     table = ColourTable(axis, np.asarray(normal_xy, np.complex64))
 
+    hidden = np.hypot(x % pitch - 8, y % pitch - 8) < 4
+
     def model(features: np.ndarray) -> np.ndarray:
         return np.asarray(gain * features[:, :2] * (1 + 0.2 * features[:, 3:4]), np.float32)
 
     fast, plain = both_ways(
         lambda compiled: np.stack(
-            SlopeField(model, table, reference, compiled=compiled).measure(pixels)[:2]
+            SlopeField(model, table, reference, hidden, compiled=compiled).measure(
+                pixels, hidden
+            )[:2]
         )
     )
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)

@@ -19,18 +19,24 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes
+from tactile_core.algorithms.kernels.slopes import (
+    corrected_slopes,
+    halved_where_bare,
+    normal_xy_of_bytes,
+)
 from tactile_core.algorithms.kernels.spots import measured_spots
 
 __all__ = [
     "backward_columns",
     "contrast_of_bytes",
+    "corrected_slopes",
     "double_divergence",
     "doubled_mask",
     "energy_moments",
     "fit_sums",
     "forward_columns",
     "mean_of_channels",
+    "halved_where_bare",
     "measured_spots",
     "mutual_nearest",
     "neighbours_plane",

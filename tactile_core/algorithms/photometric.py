@@ -39,7 +39,7 @@ class MarkerFillParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     """
 
-    fewest_cells: int = 6
+    fewest_cells: int = 4
     diameters: int = 2
     least_surface_px: float = 1e-3
 
@@ -167,12 +167,18 @@ class AroundMarkers:
         least = np.float32(MARKER_FILL.least_surface_px)
         self._count = np.maximum(self._total(surface) / np.float32(255), least)
 
-    def filled(self, part: NDArray[Any]) -> NDArray[Any]:
-        """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
-        with borrowed(part.shape, part.dtype) as without:
-            without.fill(0)
-            cv2.copyTo(part, self._surface, without)
-            total = self._total(without)
+    def filled(self, part: NDArray[Any], *, zero: bool = False) -> NDArray[Any]:
+        """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype.
+
+        ``zero`` says that the markers are 0 already.
+        """
+        if zero:
+            total = self._total(part)
+        else:
+            with borrowed(part.shape, part.dtype) as without:
+                without.fill(0)
+                cv2.copyTo(part, self._surface, without)
+                total = self._total(without)
         count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
         around = np.asarray(cv2.divide(total, count))
         if part.dtype.kind == "u":

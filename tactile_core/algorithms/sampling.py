@@ -121,12 +121,16 @@ class Sampling:
             share, small = halved
         mostly_bare = np.asarray(cv2.compare(share, _BARE, cv2.CMP_GE), np.uint8)
         around = AroundMarkers(mostly_bare, self.around_px)
-        return [self._smooth(around.filled(part)) for part in small]
+        zero = halved is not None
+        return [self._smooth(around.filled(part, zero=zero)) for part in small]
 
     def _halved(
         self, parts: list[NDArray[Any]], marker_mask: Bool
     ) -> tuple[NDArray[np.uint8], list[NDArray[Any]]] | None:
-        """Average each coarse pixel over its bare part, by a kernel; None where there is none."""
+        """Average each coarse pixel over its bare part, by a kernel; None where there is none.
+
+        Coarse pixels that markers mostly hide are 0.
+        """
         loops = kernels.chosen(self.compiled)
         rows, columns = self.shape
         shape = 2 * rows, 2 * columns, 3
@@ -135,7 +139,8 @@ class Sampling:
         share = np.empty((rows, columns), np.uint8)
         small = np.empty((rows, columns, 3), np.uint8)
         wide = parts[0].reshape(2 * rows, -1), small.reshape(rows, -1)
-        loops.halved_where_bare(wide[0], marker_mask.view(np.uint8), share, wide[1])
+        hidden = marker_mask.view(np.uint8)
+        loops.halved_where_bare(wide[0], hidden, SAMPLING.bare_level, share, wide[1])
         return share, [small]
 
     def _of_surface(

@@ -9,7 +9,7 @@ numbers of channels the model is evaluated at every pixel.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import cv2
@@ -92,6 +92,12 @@ class SlopeFieldParameters(NamedTuple):
         Range of the step of the coarse grid, over the step that gives the wanted number of points,
         in which a step that divides both sides is preferred.
         Source: chosen by hand; no script derives it.
+    small_change : float, relative change
+        Where the light changed by less, the model is replaced by its first derivatives.
+        Source: chosen by hand: normals differ by less than 0.1° (ADR 86).
+    derivative_change : float, relative change
+        Distance of the central differences that estimate them.
+        Source: half of ``small_change``.
     height_cells : int, count
         Slopes on a coarse grid are averaged over 2 × 2 cells before they are integrated, if so many
         are left.
@@ -101,6 +107,8 @@ class SlopeFieldParameters(NamedTuple):
     exact_pixels: int = 20_000
     least_step_ratio: float = 0.6
     largest_step_ratio: float = 1.6
+    small_change: float = 0.02
+    derivative_change: float = 0.01
     height_cells: int = 160 * 120
 
 
@@ -162,6 +170,7 @@ class SlopeField:
         base = np.asarray(self._sampling.smooth(reference, reference_markers), np.float32)
         self._base = self._averaged(base)
         self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
+        self._still = _Still.of(model, self._place, k)
         self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
 
@@ -184,8 +193,7 @@ class SlopeField:
         smoothed = self._sampling.smooth(pixels, marker_mask)
         normal_xy = np.empty((2, *self._sampling.shape), np.float32)
         colours, normals = self._looked_up(self._table, smoothed, normal_xy)
-        coarse = self._from_model(colours).reshape(*self._coarse[::-1], 2)
-        self._to_slopes(normal_xy, [coarse[..., k] - plane for k, plane in enumerate(normals)])
+        self._to_slopes(normal_xy, self._from_model(colours).reshape(normals.shape) - normals)
         gx, gy = normal_xy
         return SlopeCells(gx, gy, self._sampling.step)
 
@@ -194,13 +202,19 @@ class SlopeField:
         return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
 
     def _from_model(self, smoothed: NDArray[Any]) -> Float32:
-        """Evaluate the model on the coarse grid, (N, 2)."""
+        """Evaluate the model on the coarse grid, (2, N)."""
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
-        return self._model(np.concatenate([change.reshape(len(self._place), -1), self._place], 1))
+        change = change.reshape(len(self._place), -1)
+        found = self._still.extrapolated(change)
+        changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_FIELD.small_change)
+        if changed.size:
+            features = np.concatenate([change[changed], self._place[changed]], axis=1)
+            found[:, changed] = self._model(features).T
+        return found
 
     def _looked_up(
         self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
-    ) -> tuple[Float32, Sequence[Float32]]:
+    ) -> tuple[Float32, Float32]:
         """Write the table's entry for each pixel into ``normal_xy`` (2, h, w).
 
         Returns the means of the colours and of both components over the cells of the coarse grid.
@@ -219,7 +233,7 @@ class SlopeField:
             loops.normal_xy_of_bytes(*wide, pairs, axis, *normal_xy, *means)
             return colours, normals
         self._look_up(table, smoothed, normal_xy)
-        return self._averaged(smoothed), [self._averaged(plane) for plane in normal_xy]
+        return self._averaged(smoothed), np.stack([self._averaged(plane) for plane in normal_xy])
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
         h, w = smoothed.shape[:2]
@@ -244,15 +258,15 @@ class SlopeField:
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
         return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
 
-    def _to_slopes(self, normal_xy: Float32, missing: list[Float32]) -> None:
+    def _to_slopes(self, normal_xy: Float32, missing: Float32) -> None:
         """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
         shape = normal_xy.shape[1:]
         loops = kernels.chosen(self._compiled)
         if loops is not None:
             # the kernel interpolates between rows
-            both = np.concatenate(missing).astype(np.float32, copy=False)
-            wide = cv2.resize(both, (shape[1], len(both)), interpolation=cv2.INTER_LINEAR)
-            bands = np.asarray(wide, np.float32).reshape(2, -1, shape[1])
+            across = shape[1], len(missing[0])
+            wide = [cv2.resize(m, across, interpolation=cv2.INTER_LINEAR) for m in missing]
+            bands = np.hstack(wide).astype(np.float32, copy=False)
             loops.corrected_slopes(*normal_xy, bands, NORMALS.steepest_sine)
             return
         with borrowed(shape, np.float32) as spare:
@@ -261,6 +275,37 @@ class SlopeField:
                 cv2.add(plane, spare, dst=plane)
             gx, gy = normal_xy
             planes_to_gradient(gx, gy, spare)
+
+
+class _Still(NamedTuple):
+    """A model at N places that show the reference, and how it responds to small changes there.
+
+    Attributes
+    ----------
+    normal_xy : (2, N) float32
+    response : (2, N, K) float32
+        Its derivatives by the relative change of each channel.
+    """
+
+    normal_xy: Float32
+    response: Float32
+
+    @classmethod
+    def of(cls, model: Model, places: Float32, channels: int) -> _Still:
+        """Evaluate a model around the reference at (N, 2) places."""
+        nothing = np.zeros((len(places), channels), np.float32)
+        step = np.float32(SLOPE_FIELD.derivative_change)
+        response = np.empty((2, *nothing.shape), np.float32)
+        for k in range(channels):
+            more, less = nothing.copy(), nothing.copy()
+            more[:, k], less[:, k] = step, -step
+            change = model(np.hstack([more, places])) - model(np.hstack([less, places]))
+            response[..., k] = change.T / (2 * step)
+        return cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
+
+    def extrapolated(self, change: Float32) -> Float32:
+        """Return (2, N) components of the normal for small relative changes (N, K)."""
+        return np.asarray(self.normal_xy + (self.response * change).sum(axis=2), np.float32)
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

@@ -45,32 +45,56 @@ def _split(pairs: Float32, nx: Float32, ny: Float32) -> None:
         ny[j] = pairs[2 * j + 1]
 
 
-@njit(**EXACT_ROW)
-def _bare_row(upper: UInt8, lower: UInt8, hidden: UInt8, below: UInt8, sums: Any) -> None:
-    for j in range(hidden.size // 2):
-        a, b = np.uint16(1) - hidden[2 * j], np.uint16(1) - hidden[2 * j + 1]
-        c, d = np.uint16(1) - below[2 * j], np.uint16(1) - below[2 * j + 1]
-        k = 6 * j
-        sums[0, j] = a + b + c + d
-        sums[1, j] = a * upper[k] + b * upper[k + 3] + c * lower[k] + d * lower[k + 3]
-        sums[2, j] = a * upper[k + 1] + b * upper[k + 4] + c * lower[k + 1] + d * lower[k + 4]
-        sums[3, j] = a * upper[k + 2] + b * upper[k + 5] + c * lower[k + 2] + d * lower[k + 5]
+# The compiler checks at run time that no two arrays overlap, and only vectorises a loop if this
+# takes few checks. So a loop has few arrays.
 
 
 @njit(**EXACT_ROW)
-def _bare_mean(sums: Any, share: UInt8, small: UInt8) -> None:
+def _bare_share(hidden: UInt8, below: UInt8, share: UInt8) -> None:
     for j in range(share.size):
-        bare = (sums[0, j] * np.uint16(255) + np.uint16(2)) // np.uint16(4)
-        share[j] = bare
-        most = np.float32(max(bare, np.uint16(1)))
-        for k in range(3):
-            mean = np.float32((sums[k + 1, j] + np.uint16(2)) // np.uint16(4))
-            whole = np.rint(mean * np.float32(255) / most)
-            small[3 * j + k] = np.uint8(min(whole, np.float32(255)))
+        count = hidden[2 * j] + hidden[2 * j + 1] + below[2 * j] + below[2 * j + 1]
+        share[j] = ((np.uint16(4) - np.uint16(count)) * np.uint16(255) + np.uint16(2)) // np.uint16(4)
+
+
+@njit(inline="always")
+def _sum(a: Any, b: Any, c: Any, d: Any) -> Any:
+    return np.uint16(a) + np.uint16(b) + np.uint16(c) + np.uint16(d)
+
+
+@njit(**EXACT_ROW)
+def _bare_sums(upper: UInt8, lower: UInt8, hidden: UInt8, below: UInt8, sums: Any) -> None:
+    for j in range(hidden.size // 2):
+        # all bits of a bare pixel, and none of a hidden one
+        a, b = np.uint8(hidden[2 * j] - 1), np.uint8(hidden[2 * j + 1] - 1)
+        c, d = np.uint8(below[2 * j] - 1), np.uint8(below[2 * j + 1] - 1)
+        k = 6 * j
+        sums[3 * j] = _sum(upper[k] & a, upper[k + 3] & b, lower[k] & c, lower[k + 3] & d)
+        k += 1
+        sums[3 * j + 1] = _sum(upper[k] & a, upper[k + 3] & b, lower[k] & c, lower[k + 3] & d)
+        k += 1
+        sums[3 * j + 2] = _sum(upper[k] & a, upper[k + 3] & b, lower[k] & c, lower[k + 3] & d)
+
+
+@njit(inline="always")
+def _of_bare(total: Any, bare: Any) -> Any:
+    quarter = np.float32((total + np.uint16(2)) // np.uint16(4))
+    return np.uint8(np.int32(np.rint(quarter * np.float32(255) / bare)))
+
+
+@njit(**EXACT_ROW)
+def _bare_means(sums: Any, share: UInt8, least: Any, small: UInt8) -> None:
+    for j in range(share.size):
+        # the mean of a cell that is mostly hidden rounds to 0
+        bare = np.float32(share[j]) if share[j] >= least else np.float32(np.inf)
+        small[3 * j] = _of_bare(sums[3 * j], bare)
+        small[3 * j + 1] = _of_bare(sums[3 * j + 1], bare)
+        small[3 * j + 2] = _of_bare(sums[3 * j + 2], bare)
 
 
 @njit(**LOOP)
-def halved_where_bare(pixels: UInt8, hidden: UInt8, share: UInt8, small: UInt8) -> None:
+def halved_where_bare(
+    pixels: UInt8, hidden: UInt8, least: int, share: UInt8, small: UInt8
+) -> None:
     """Halve an image, averaging each cell over the pixels that no marker hides.
 
     Parameters
@@ -79,30 +103,36 @@ def halved_where_bare(pixels: UInt8, hidden: UInt8, share: UInt8, small: UInt8) 
         Interleaved channels.
     hidden : (2 h, 2 w) uint8
         1 where a marker hides the gel surface.
+    least : int
+        Share from which a cell counts as bare, of 255.
     share : (h, w) uint8
         Overwritten by the share of each cell that is bare, 255 for all of it.
     small : (h, 3 w) uint8
-        Overwritten by the means; 0 where all is hidden.
+        Overwritten by the means; 0 in cells that are not bare.
     """
-    sums = np.empty((4, share.shape[1]), np.uint16)
+    sums = np.empty(small.shape[1], np.uint16)
     for i in range(len(share)):
-        _bare_row(pixels[2 * i], pixels[2 * i + 1], hidden[2 * i], hidden[2 * i + 1], sums)
-        _bare_mean(sums, share[i], small[i])
+        upper, lower = 2 * i, 2 * i + 1
+        _bare_share(hidden[upper], hidden[lower], share[i])
+        _bare_sums(pixels[upper], pixels[lower], hidden[upper], hidden[lower], sums)
+        _bare_means(sums, share[i], np.uint8(least), small[i])
 
 
 @njit(**ROW)
-def _corrected_row(
-    nx: Float32, ny: Float32, above: Float32, below: Float32, share: Any, steepest: Any
-) -> None:
-    bound = steepest * steepest
+def _between(above: Float32, below: Float32, share: Any, out: Float32) -> None:
+    for j in range(out.size):
+        out[j] = above[j] + share * (below[j] - above[j])
+
+
+@njit(**ROW)
+def _corrected(nx: Float32, ny: Float32, correction: Float32, bound: Any) -> None:
     for j in range(nx.size):
-        x = nx[j] + above[0, j] + share * (below[0, j] - above[0, j])
-        y = ny[j] + above[1, j] + share * (below[1, j] - above[1, j])
+        x, y = nx[j] + correction[j], ny[j] + correction[nx.size + j]
         square = x * x + y * y
         excess = max(square, bound) / bound
-        per_cosine = 1 / np.sqrt(excess * (np.float32(1) - min(square, bound)))
-        nx[j] = x * per_cosine
-        ny[j] = y * per_cosine
+        scale = np.float32(1) / np.sqrt(excess * (np.float32(1) - min(square, bound)))
+        nx[j] = x * scale
+        ny[j] = y * scale
 
 
 @njit(**LOOP)
@@ -113,17 +143,20 @@ def corrected_slopes(nx: Float32, ny: Float32, missing: Float32, steepest: float
     ----------
     nx, ny : (H, W) float32
         Components of unit normals; overwritten by the slopes.
-    missing : (2, h, W) float32
-        Their corrections, at the centres of h bands that tile the rows.
+    missing : (h, 2 W) float32
+        Their corrections, side by side, at the centres of h bands that tile the rows.
     steepest : float
         Longer ``normal_xy`` are shortened to it.
     """
-    count = missing.shape[1]
+    count = len(missing)
+    correction = np.empty(missing.shape[1], np.float32)
+    bound = np.float32(steepest * steepest)
     for i in range(len(nx)):
         at = min(max((i + 0.5) * count / len(nx) - 0.5, 0.0), float(count - 1))
         upper = int(at)
-        above, below = missing[:, upper], missing[:, min(upper + 1, count - 1)]
-        _corrected_row(nx[i], ny[i], above, below, np.float32(at - upper), np.float32(steepest))
+        lower = min(upper + 1, count - 1)
+        _between(missing[upper], missing[lower], np.float32(at - upper), correction)
+        _corrected(nx[i], ny[i], correction, bound)
 
 
 @njit(**ROW)

@@ -7,11 +7,13 @@ frames, so a contact that is held for long is not absorbed into the reference.
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array
@@ -108,9 +110,11 @@ class ReferenceLevels:
         Image of the undeformed sensor.
     full_scale : float
         The intensity at which a channel saturates.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
-    def __init__(self, reference: Array, full_scale: float) -> None:
+    def __init__(self, reference: Array, full_scale: float, *, compiled: bool = False) -> None:
         rows, columns, _ = reference.shape
         self._cells = min(DRIFT.columns, columns), min(DRIFT.rows, rows)
         across, down = (
@@ -122,6 +126,11 @@ class ReferenceLevels:
         self._full_scale = full_scale
         self._undeformed = self._cell_means(reference)
         self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
+        self._compiled = compiled
+        self._readable = np.where(self._bright, self._undeformed, np.float32(0))
+        # read-only, as masks of frames are, so that one compiled kernel takes both
+        self._nothing_hidden = np.zeros((rows, columns), np.uint8)
+        self._nothing_hidden.setflags(write=False)
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
@@ -130,15 +139,35 @@ class ReferenceLevels:
 
     def change(self, pixels: Array, marker_mask: Array | None = None) -> LightChange | None:
         """Estimate the change of the light in a frame; None if too little of it is readable."""
+        loops = kernels.chosen(self._compiled)
+        quotients = self._quotients(pixels, marker_mask, loops)
+        if quotients.shape[1] < DRIFT.fewest_samples:
+            return None
+        logs = np.log(quotients)
+        if loops is None:
+            return LightChange(*_undeformed_gain(logs))
+        parameters = DRIFT.rounds, DRIFT.noise_log, DRIFT.least_weight
+        gain, share = loops.undeformed_gain(logs, *parameters)
+        return LightChange(gain.astype(np.float32), share)
+
+    def _quotients(
+        self, pixels: Array, marker_mask: Array | None, loops: ModuleType | None
+    ) -> Array:
+        """Means of the readable cells over those of the reference, (K, N) float32."""
+        bounds = DRIFT.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
+        halved = len(self._down) == 2 * self._cells[1] and len(self._across) == 2 * self._cells[0]
+        if loops is not None and halved and pixels.dtype == np.uint8:
+            hidden = self._nothing_hidden if marker_mask is None else marker_mask.view(np.uint8)
+            quotients = np.empty(self._undeformed.shape, np.float32)
+            cells = (self._down, self._across), self._readable
+            count = loops.readable_quotients(pixels, hidden, *cells, bounds, quotients)
+            return quotients[:, :count].copy()
         means = self._cell_means(pixels)
-        readable = (means.min(axis=0) > DRIFT.dark_share * self._full_scale) & self._bright
-        readable &= means.max(axis=0) < LEVELS.saturation_share * self._full_scale
+        readable = (means.min(axis=0) > bounds[0]) & self._bright
+        readable &= means.max(axis=0) < bounds[1]
         if marker_mask is not None:
             readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
-        if np.count_nonzero(readable) < DRIFT.fewest_samples:
-            return None
-        quotients = means[:, readable] / self._undeformed[:, readable]
-        return LightChange(*_undeformed_gain(np.log(quotients)))
+        return np.asarray(means[:, readable] / self._undeformed[:, readable])
 
     def _cell_means(self, pixels: Array) -> Array:
         """Means of neighbouring samples on a coarse grid, (K, N) float32."""

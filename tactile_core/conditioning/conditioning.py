@@ -33,12 +33,15 @@ class Conditioning:
     known : Reference or None
         Trusted reference whose exposures are in the correct order, such as that of the bundle.
         ``reference`` is verified against it.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     reference: Reference | None
     finder: MarkerFinder | None = None
     compensates: bool = True
     known: Reference | None = None
+    compiled: bool = False
 
     @classmethod
     def of(
@@ -58,7 +61,7 @@ class Conditioning:
             The profile has ``markers: auto``, and there is no reference to detect them in.
         """
         finder = MarkerFinder.of(build, reference, compiled=compiled)
-        return cls(None, finder, compensates, known).against(reference)
+        return cls(None, finder, compensates, known, compiled).against(reference)
 
     def against(self, reference: Reference | None) -> Self:
         """Return a copy with another reference."""
@@ -131,4 +134,6 @@ class Conditioning:
     def _drift(self) -> DriftCompensator | None:
         if self.reference is None:
             return None
-        return DriftCompensator(self.reference, divides=self.compensates)
+        return DriftCompensator(
+            self.reference, divides=self.compensates, compiled=self.compiled
+        )

@@ -39,11 +39,15 @@ class DriftCompensator:
     reference : Reference
     divides : bool
         False only measures the change of the light, as ``Frame.light_ratio``.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
-    def __init__(self, reference: Reference, *, divides: bool = True) -> None:
+    def __init__(
+        self, reference: Reference, *, divides: bool = True, compiled: bool = False
+    ) -> None:
         self._reference, self._divides = reference, divides
-        self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
+        self._levels = ReferenceLevels(reference.pixels, reference.full_scale, compiled=compiled)
 
     def compensated(self, frame: Frame) -> Frame:
         """Return the frame as it would look under the illumination of the reference."""

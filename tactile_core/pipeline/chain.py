@@ -75,7 +75,10 @@ class Step:
 
     def missing(self, available: Collection[QuantityType]) -> QuantityType | None:
         """Return the first required input that is not available."""
-        return next((kind for kind in self.needs if kind not in available), None)
+        for kind in self.needs:
+            if kind not in available:
+                return kind
+        return None
 
 
 class Chain:
@@ -291,9 +294,9 @@ def _checked(
     step: Step, results: tuple[Any, ...], size: tuple[int, ...] | None
 ) -> tuple[Quantity, ...]:
     """Raise an error if results differ from the step's declaration in type or form."""
-    declared = " and ".join(kind.__name__ for kind in step.gives)
     wrong = ""
     if len(results) != len(step.gives):
+        declared = " and ".join(kind.__name__ for kind in step.gives)
         wrong = f"{len(results)} results instead of the {declared} that it declares"
     for result, kind in zip(results, step.gives, strict=False):
         if not isinstance(result, kind):

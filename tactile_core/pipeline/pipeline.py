@@ -182,7 +182,7 @@ class Pipeline:
         """
         first, self._used = not self._used, True
         tare, self._tares = tare or self._tares, False
-        start, start_of_thread_s = perf_counter(), thread_time()
+        start, start_of_thread_s = perf_counter(), thread_time() if first else 0.0
         self._check(frame.pixels, "frame")
         if is_sequential(frame) and self.bundle is not None:
             check_order(frame, self.bundle)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
+from types import TracebackType
 
 from tactile_core.errors import PluginFault, TactileError, words_of
 
@@ -12,8 +12,39 @@ _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.
 """Error codes of a full disk or file table, which are not the component's fault."""
 
 
-@contextmanager
-def blame(part: str, component: object) -> Iterator[None]:
+class _Blame:
+    """The context manager of :func:`blame`, entered for every step of every frame."""
+
+    __slots__ = ("_component", "_part")
+
+    def __init__(self, part: str, component: object) -> None:
+        self._part, self._component = part, component
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if error is None or isinstance(error, GeneratorExit):
+            return
+        from tactile_core.plugins.registry import origin_of
+
+        part, component = self._part, self._component
+        cls = component if isinstance(component, type) else type(component)
+        passes = isinstance(error, TactileError | KeyboardInterrupt) or (
+            isinstance(error, OSError) and error.errno in _OF_THE_MACHINE
+        )
+        if passes or (isinstance(error, Exception) and origin_of(cls).is_core):
+            error.add_note(f"raised by {part} ({origin_of(cls)})")
+            return
+        raise fault(part, cls, f"failed: {words_of(error)}") from error
+
+
+def blame(part: str, component: object) -> AbstractContextManager[None]:
     """Convert exceptions of a component's code inside the block to an error that names it.
 
     Errors raised on purpose (:class:`~tactile_core.errors.TactileError`), the user's interrupt, a
@@ -33,21 +64,7 @@ def blame(part: str, component: object) -> Iterator[None]:
     PluginFault
         The plugin's code raised an exception.
     """
-    try:
-        yield
-    except GeneratorExit:
-        raise
-    except BaseException as error:
-        from tactile_core.plugins.registry import origin_of
-
-        cls = component if isinstance(component, type) else type(component)
-        passes = isinstance(error, TactileError | KeyboardInterrupt) or (
-            isinstance(error, OSError) and error.errno in _OF_THE_MACHINE
-        )
-        if passes or (isinstance(error, Exception) and origin_of(cls).is_core):
-            error.add_note(f"raised by {part} ({origin_of(cls)})")
-            raise
-        raise fault(part, cls, f"failed: {words_of(error)}") from error
+    return _Blame(part, component)
 
 
 def fault(part: str, component: object, what: str) -> PluginFault:

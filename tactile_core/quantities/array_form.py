@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import isfinite
 from numbers import Real
 from typing import Any
@@ -37,21 +38,36 @@ def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:
     PluginError
         The annotations of its class cannot be read.
     """
-    lengths = dict(_COMPONENTS) if image is None else {**_COMPONENTS, "y": image[0], "x": image[1]}
+    lengths = dict(_COMPONENTS)
+    if image is not None:
+        lengths["y"], lengths["x"] = image[:2]
+    kind = type(quantity)
     on_demand = waiting(quantity)
-    for field in fields_of(type(quantity)):
-        given = on_demand.get(field.name)
-        value = getattr(quantity, field.name) if given is None else given.grid and given.grid.cells
+    for field, is_array in _checked_fields(kind):
+        name = field.name
+        given = on_demand.get(name) if on_demand else None
+        value = getattr(quantity, name) if given is None else given.grid and given.grid.cells
         if value is None and (field.optional or given):
             continue
-        if field.is_array:
+        if is_array:
             coarse = field.spec.coarse or given is not None
             wrong = _array_fault(field, value, lengths, coarse=coarse)
         else:
-            wrong = _number_fault(field, value)
+            wrong = _number_fault(value)
         if wrong:
-            return f"{type(quantity).__name__}.{field.name} {wrong}"
+            return f"{kind.__name__}.{name} {wrong}"
     return ""
+
+
+def _checked_fields(kind: type[Quantity]) -> tuple[tuple[Field, bool], ...]:
+    """Return the fields of a class that are arrays or numbers, and whether each is an array."""
+    hashable: Any = kind  # a class is, even if its instances are not
+    return _kept_fields(hashable)
+
+
+@cache
+def _kept_fields(kind: type[Quantity]) -> tuple[tuple[Field, bool], ...]:
+    return tuple((f, f.is_array) for f in fields_of(kind) if f.is_array or f.form is float)
 
 
 def _array_fault(field: Field, value: Any, lengths: dict[str, int], *, coarse: bool) -> str:
@@ -80,8 +96,9 @@ def _tiles(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int
     return all(0 < n <= lengths.get(a, n) for a, n in zip(axes[:2], shape[:2], strict=True))
 
 
-def _number_fault(field: Field, value: Any) -> str:
-    if field.form is not float or (isinstance(value, Real) and isfinite(value)):
+def _number_fault(value: Any) -> str:
+    # asking for the abstract class takes much longer, and nearly all numbers are floats
+    if (type(value) is float or isinstance(value, Real)) and isfinite(value):
         return ""
     return f"is {value!r} where it must be a number"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil, floor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,12 +115,14 @@ class Frame(Quantity):
     @cached_property
     def saturated_share(self) -> float:
         """Share of saturated intensities, estimated from some rows."""
-        return _share(_some(self.pixels) >= LEVELS.saturation_share * self.full_scale)
+        level = LEVELS.saturation_share * self.full_scale
+        return _share(_some(self.pixels) >= _whole(ceil(level), level, self.pixels))
 
     @cached_property
     def too_dark_share(self) -> float:
         """Share of intensities too dark to measure, estimated from some rows."""
-        return _share(_some(self.pixels) <= LEVELS.dark_share * self.full_scale)
+        level = LEVELS.dark_share * self.full_scale
+        return _share(_some(self.pixels) <= _whole(floor(level), level, self.pixels))
 
     def pictures(self) -> dict[str, Image]:
         """Return the images of the observation by name.
@@ -191,6 +194,12 @@ class Reference(Quantity):
 def _some(pixels: Pixels) -> Pixels:
     """Return some complete rows, which are read many times faster than scattered pixels."""
     return pixels[:: max(1, len(pixels) // _SHARE_ROWS)]
+
+
+def _whole(whole: int, level: float, pixels: Pixels) -> float:
+    """Return the level to compare with: integers are compared much faster with an integer."""
+    largest = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 0
+    return whole if whole <= largest else level
 
 
 def _share(of: NDArray[np.bool_]) -> float:

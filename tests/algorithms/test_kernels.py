@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.drift import ReferenceLevels
 from tactile_core.algorithms.marker_tracking import MarkerTracker
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import paired
@@ -275,3 +276,21 @@ def test_imprints_agree(seed: int, moved_px: float) -> None:
     for name in ("changed", "unexplained", "energy", "values", "variance"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=10 * AGREES)
     assert one.motion == pytest.approx(other.motion, abs=10 * AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize("shape", [(48, 64, 3), (97, 131, 6), (480, 640, 1)])
+@pytest.mark.parametrize("marked", [True, False])
+def test_light_changes_agree(shape: tuple[int, int, int], marked: bool) -> None:
+    rng = np.random.default_rng(0)
+    reference = rng.uniform(5, 240, shape).astype(np.float32)
+    gains = rng.normal(1, 0.03, shape[2]) * rng.normal(1, 0.01, shape)
+    pixels = np.rint(np.clip(reference * gains, 0, 255)).astype(np.uint8)
+    hidden = rng.random(shape[:2]) < 0.1 if marked else None
+    fast, plain = both_ways(
+        lambda compiled: np.hstack(
+            ReferenceLevels(reference, 255.0, compiled=compiled).change(pixels, hidden) or ()
+        )
+    )
+    assert plain.size == shape[2] + 1
+    assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)

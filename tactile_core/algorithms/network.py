@@ -85,6 +85,45 @@ class Network:
         return out
 
 
+class Committee:
+    """Sum of the outputs of networks of equal shape, evaluated together.
+
+    Parameters
+    ----------
+    members : sequence of Network
+        At least one, with the same scale of the inputs.
+    """
+
+    def __init__(self, members: Sequence[Network]) -> None:
+        first = members[0]
+        layers = [
+            (np.stack([weight.T for weight, _ in same]), np.stack([bias for _, bias in same]))
+            for same in zip(*(member.layers for member in members), strict=True)
+        ]
+        # the first layer scales the features, too
+        weight, bias = layers[0]
+        weight = weight / first.std
+        bias = bias - weight @ first.mean
+        scaled = [(weight, bias), *layers[1:]]
+        *self._hidden, (weight, bias) = [(w, b[..., None]) for w, b in scaled]
+        # the last layers of all members add up
+        self._last = np.concatenate(list(weight), axis=1), bias.sum(axis=0)
+
+    def __call__(self, features: Float32) -> Float32:
+        """Map (N, D) features to (N, M) outputs, in blocks that stay in the cache."""
+        block = TRAINING.block
+        weight, bias = self._last
+        out = np.empty((len(features), len(weight)), np.float32)
+        for start in range(0, len(features), block):
+            z = np.ascontiguousarray(features[start : start + block].T)
+            for layer, shift in self._hidden:
+                z = layer @ z
+                z += shift
+                np.tanh(z, out=z)
+            out[start : start + block] = (weight @ z.reshape(-1, z.shape[-1]) + bias).T
+        return out
+
+
 def train(
     features: Float32,
     targets: Float32,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit
-from tactile_core.algorithms.network import Network, train
+from tactile_core.algorithms.network import Committee, Network, train
 from tactile_core.builtin.polynomial import fit_curve
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.slope_models.image_shape import shape_of
@@ -73,14 +74,16 @@ class Ensemble:
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, K + 2) features to the (N, 2) components of unit normals."""
-        total = self.members[0](features)
-        for member in self.members[1:]:
-            total += member(features)
+        total = self._committee(features)
         if self.polynomial is None:
             return total / np.float32(len(self.members))
         total *= np.float32((1 - self.share) / len(self.members))
         total += np.float32(self.share) * self.polynomial(features)
         return total
+
+    @cached_property
+    def _committee(self) -> Committee:
+        return Committee(self.members)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return all weights and biases, and the scale of the features."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations_with_replacement
 from math import comb
 from typing import Any, Self, TypeVar
@@ -87,17 +88,26 @@ def terms(scaled: NDArray[T], order: int) -> NDArray[T]:
     count = len(features)
     found = np.empty((comb(count + order, count), len(scaled)), scaled.dtype)
     found[0] = 1
+    end = 1
+    for last, product in _factors(count, order):
+        np.multiply(features[last], found[product], out=found[end : end + len(last)])
+        end += len(last)
+    return found.T
+
+
+@cache
+def _factors(count: int, order: int) -> tuple[tuple[NDArray[np.intp], NDArray[np.intp]], ...]:
+    """Factors of the terms of each degree: a feature, and a term of one degree less."""
+    found = []
     products, end = [(0, 0)], 1
     for _ in range(order):
-        longer = []
-        for last, product in products:
-            # continuing from the last feature of a product yields each combination once
-            more = found[end : end + count - last]
-            np.multiply(features[last:], found[product], out=more)
-            longer += [(feature, end + feature - last) for feature in range(last, count)]
-            end += len(more)
-        products = longer
-    return found.T
+        # continuing from the last feature of a product yields each combination once
+        pairs = [(feature, term) for last, term in products for feature in range(last, count)]
+        products = [(feature, end + number) for number, (feature, _) in enumerate(pairs)]
+        end += len(pairs)
+        features, terms_ = np.array(pairs, np.intp).reshape(-1, 2).T
+        found.append((features, terms_))
+    return tuple(found)
 
 
 def degrees(features: int, order: int) -> NDArray[np.intp]:

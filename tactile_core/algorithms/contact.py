@@ -7,6 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
@@ -73,6 +74,7 @@ def contact_mask(
     border_fraction: float | None = None,
     min_slope: float = 0.1,
     min_area_mm2: float = 0.05,
+    compiled: bool = False,
 ) -> Bool:
     """Segment the contact area.
 
@@ -111,6 +113,8 @@ def contact_mask(
         Least slope of the flank of a contact, dimensionless.
     min_area_mm2 : float
         Least area of a contact, in mm².
+    compiled : bool
+        Whether to use compiled loops if they are available.
 
     Returns
     -------
@@ -136,6 +140,19 @@ def contact_mask(
     shrink = max(step_px, round(np.sqrt(mask.size / CONTACT.coarse_px)))
     size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrunk(height_mm, size)
+    loops = kernels.chosen(compiled)
+    # the loops need whole cells, also of the height
+    exact = (size[0] * shrink, size[1] * shrink) == (columns, rows) and shrink % step_px == 0
+    if loops is not None and exact and min(size) > 1:
+        border_mm, spacing_mm = np.empty(coarse.shape, np.float32), shrink * mm_per_px
+        share = -1.0 if border_fraction is None else float(border_fraction)
+        area = min_area_mm2 / spacing_mm**2
+        options = float(min_indentation_mm), share, float(min_slope), area
+        if loops.touched_regions(
+            coarse, spacing_mm, _sample_step(coarse), options, _OF_NOISE, _OF_BORDER, border_mm
+        ):
+            loops.drawn_contact(np.ascontiguousarray(height_mm), border_mm, step_px, mask)
+        return mask.view(bool)
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
     detectable_mm = max(min_indentation_mm, CONTACT.detection_sigmas * noise_mm)
@@ -165,6 +182,16 @@ def contact_mask(
     return mask.view(bool)
 
 
+_OF_NOISE = (
+    SIGMA_PER_MEDIAN,
+    CONTACT.region_sigmas,
+    CONTACT.detection_sigmas,
+    CONTACT.largest_noise_share,
+    CONTACT.rayleigh_quartile,
+)
+_OF_BORDER = (CONTACT.bands, CONTACT.highest_band, CONTACT.border_ratio)
+"""Parameters of the compiled loops."""
+
 _SQUARE = np.ones((3, 3), np.uint8)
 """Neighbourhood of a pixel."""
 
@@ -191,8 +218,12 @@ def _border(depth: Array, slope: Array) -> float:
     return CONTACT.border_ratio * (steepest + 0.5) / bands
 
 
+def _sample_step(image: Array) -> int:
+    return max(1, int(np.sqrt(image.size / CONTACT.noise_samples)))
+
+
 def _sample(image: Array) -> Array:
-    step = max(1, int(np.sqrt(image.size / CONTACT.noise_samples)))
+    step = _sample_step(image)
     return np.asarray(image[::step, ::step].ravel())
 
 

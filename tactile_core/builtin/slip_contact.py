@@ -16,6 +16,7 @@ from tactile_core.algorithms.slip.plane import (
     as_complex,
     coarse,
     picked,
+    sampled,
     stride_of,
 )
 from tactile_core.algorithms.slip.sheared_contact import Load
@@ -40,6 +41,7 @@ from tactile_core.quantities import (
     Reference,
     SlipContact,
 )
+from tactile_core.quantities.on_demand import Grid, grid_of, on_demand
 
 
 class TouchParameters(NamedTuple):
@@ -131,8 +133,11 @@ class SlipContactFinder(Estimator):
             self._release()
         # a first frame as reference may show a contact: then the load is not known
         absolute = reference is not None and not reference.relative
-        shape = displacement.valid.shape
-        full = repeated(mask.view(np.uint8), shape).view(np.bool_)
+        shape = displacement.valid.shape[0], displacement.valid.shape[1]
+        full = on_demand(
+            lambda: repeated(mask.view(np.uint8), shape).view(np.bool_),
+            Grid(mask, self._stride, shape),
+        )
         return SlipContact(full, *load, source, absolute, displacement.timestamp_s)
 
     def _release(self) -> None:
@@ -179,7 +184,8 @@ class SlipContactFinder(Estimator):
         mask = picked(contact.mask, self._stride)
         touched = bool(mask.any())
         if height is not None:
-            steep = steepness(picked(height.mm, self._stride), self._spacing_mm, smooth=True)
+            small_mm = sampled(*grid_of(height, "mm"), self._stride)
+            steep = steepness(small_mm, self._spacing_mm, smooth=True)
             slope = peak(steep)
             if touched or slope > TOUCH.clear_slope:
                 self._slope = slope

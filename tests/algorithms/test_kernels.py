@@ -15,7 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.marker_tracking import MarkerTracker
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import paired
@@ -270,3 +272,36 @@ def test_imprints_agree(seed: int, moved_px: float) -> None:
     for name in ("changed", "unexplained", "energy", "values", "variance"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=10 * AGREES)
     assert one.motion == pytest.approx(other.motion, abs=10 * AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize(("shape", "step_px"), [((120, 160), 1), ((240, 320), 2), ((96, 88), 3)])
+@given(seed=seeds, noise_mm=st.sampled_from([0.0, 0.01]))
+@settings(max_examples=6)
+def test_contacts_agree(shape: tuple[int, int], step_px: int, seed: int, noise_mm: float) -> None:
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    height = noise_mm * cv2.GaussianBlur(rng.normal(0, 3, shape), (0, 0), 2)
+    for _ in range(3):  # they may overlap each other, or leave the view
+        centre, radius = rng.uniform(0, shape), rng.uniform(5, 30)
+        cap = 1 - (np.square(y - centre[0]) + np.square(x - centre[1])) / radius**2
+        height = np.maximum(height, rng.uniform(0.1, 0.5) * cap)
+
+    def mask(compiled: bool) -> np.ndarray:
+        return contact_mask(
+            height.astype(np.float32), mm_per_px=0.05 / step_px, step_px=step_px, compiled=compiled
+        )
+
+    fast, plain = both_ways(mask)
+    np.testing.assert_array_equal(fast, plain)
+
+
+@needs_kernels
+@given(seed=seeds, count=st.integers(1, 600), share=st.floats(0, 1), even=st.booleans())
+@several
+def test_quantiles_agree(seed: int, count: int, share: float, even: bool) -> None:
+    from tactile_core.algorithms.kernels.selection import quantile_of
+
+    values = np.random.default_rng(seed).exponential(1.0, count).astype(np.float32)
+    values = np.floor(3 * values) if even else values
+    assert quantile_of(values, share) == pytest.approx(quantile(values, share), rel=1e-6)

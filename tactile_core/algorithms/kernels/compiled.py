@@ -1,6 +1,7 @@
 """Every kernel, by name; importing this module imports numba."""
 
-from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, pattern_of
+from tactile_core.algorithms.kernels.contact import drawn_contact, touched_regions
+from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
     doubled_mask,
@@ -27,9 +28,11 @@ __all__ = [
     "contrast_of_bytes",
     "double_divergence",
     "doubled_mask",
+    "drawn_contact",
     "energy_moments",
     "fit_sums",
     "forward_columns",
+    "halved",
     "mean_of_channels",
     "measured_spots",
     "mutual_nearest",
@@ -40,4 +43,5 @@ __all__ = [
     "small_step",
     "solve_low",
     "spacing",
+    "touched_regions",
 ]

@@ -50,21 +50,46 @@ def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32
     (h, w, …) float32
         At the pixels that :func:`picked` samples.
     """
-    x, y = _places(cells.shape[:2], image_shape[:2], stride)
+    per_px = tuple(n / side for n, side in zip(cells.shape[:2], image_shape[:2], strict=True))
+    x, y = _places(per_px, image_shape[:2], stride)
     how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
     # one by one, because OpenCV rounds the places of two channels to 1/32 of a cell
     planes = [cv2.remap(each, x, y, how, borderMode=border) for each in cv2.split(cells)]
     return np.asarray(cv2.merge(planes), np.float32)
 
 
-@lru_cache(maxsize=4)
+def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:
+    """Interpolate (rows, columns) cells of ``step_px`` pixels in each block of pixels.
+
+    Parameters
+    ----------
+    cells : (rows, columns) float32
+        From the first row and column of the image on; the last may reach beyond it.
+    step_px : int
+        Side of a cell; 1 for an image.
+    image_shape : (H, W)
+    stride : int
+
+    Returns
+    -------
+    (h, w) float32
+        At the pixels that :func:`picked` samples.
+    """
+    if step_px == 1:
+        return picked(cells, stride)
+    x, y = _places((1 / step_px, 1 / step_px), image_shape, stride)
+    how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+    return np.asarray(cv2.remap(cells, x, y, how, borderMode=border), np.float32)
+
+
+@lru_cache(maxsize=8)
 def _places(
-    cells: tuple[int, ...], image_shape: tuple[int, ...], stride: int
+    per_px: tuple[float, ...], image_shape: tuple[int, ...], stride: int
 ) -> tuple[Float32, Float32]:
-    """Column and row (h, w) of each grid point, in cells."""
+    """Column and row (h, w) of each grid point in cells, of which so many are in a pixel."""
     rows, columns = (
-        (np.arange(stride // 2, side, stride) + 0.5) * count / side - 0.5
-        for count, side in zip(cells, image_shape, strict=True)
+        (np.arange(stride // 2, side, stride) + 0.5) * share - 0.5
+        for share, side in zip(per_px, image_shape, strict=True)
     )
     x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
     return x, y

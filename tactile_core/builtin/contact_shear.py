@@ -91,6 +91,7 @@ class ShearOfContact(Estimator):
             window_mm=chosen.window_mm,
             tolerance=chosen.tolerance,
             noise_mm=chosen.noise_mm,
+            compiled=context.compiled,
         )
         self.reset()
 

@@ -8,15 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.plane import (
     as_complex,
+    blocks,
     coarse,
     picked,
-    sampled,
     stride_of,
 )
 from tactile_core.algorithms.slip.sheared_contact import Load
@@ -25,8 +24,8 @@ from tactile_core.algorithms.slip.touched import (
     contact_within_ring,
     covered,
     light_change,
-    peak,
     small_image,
+    steepness_of,
 )
 from tactile_core.algorithms.slip.wide_contact import rim_share
 from tactile_core.conditioning.marker_mask import MarkerFinder
@@ -154,16 +153,17 @@ class SlipContactFinder(Estimator):
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> _Touch:
+        image_shape = displacement.valid.shape[0], displacement.valid.shape[1]
         if contact is not None:
             found = self._measured(contact, height)
             if self._measured_once:  # a displacement is what remains of a measured contact
                 return found
         elif frame is not None and reference is not None and self._sheared is None:
-            shape = picked(displacement.valid, self._stride).shape
+            shape = blocks(image_shape, self._stride)
             found = self._in_image(frame, reference, markers, shape)
             if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
                 return found
-        cells_mm, image_shape = displacement.cells_mm, displacement.valid.shape
+        cells_mm = displacement.cells_mm
         moved_mm = np.abs(as_complex(coarse(cells_mm, image_shape, self._stride)))
         if contact is not None and not _fills_view(moved_mm):
             return found
@@ -184,9 +184,12 @@ class SlipContactFinder(Estimator):
         mask = picked(contact.mask, self._stride)
         touched = bool(mask.any())
         if height is not None:
-            small_mm = sampled(*grid_of(height, "mm"), self._stride)
-            steep = steepness(small_mm, self._spacing_mm, smooth=True)
-            slope = peak(steep)
+            steep, slope = steepness_of(
+                *grid_of(height, "mm"),
+                self._stride,
+                spacing_mm=self._spacing_mm,
+                compiled=self.context.compiled,
+            )
             if touched or slope > TOUCH.clear_slope:
                 self._slope = slope
             if self._slope and slope >= TOUCH.slope_drop * self._slope:

@@ -25,8 +25,12 @@ from tactile_core.algorithms.markers import contrast_of, mask_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_surface import rest_plane
+from tactile_core.algorithms.slip.contact_motion import contact_motion
 from tactile_core.algorithms.slip.imprint import Imprint, step_between
+from tactile_core.algorithms.slip.plane import positions_mm
+from tactile_core.algorithms.slip.stick_region import stick_region
 from tactile_core.algorithms.slip.surface_view import SurfaceView
+from tactile_core.algorithms.slip.touched import steepness_of
 from tactile_core.algorithms.slope_field import SlopeField
 
 MM_PER_PX = 0.05
@@ -305,3 +309,45 @@ def test_quantiles_agree(seed: int, count: int, share: float, even: bool) -> Non
     values = np.random.default_rng(seed).exponential(1.0, count).astype(np.float32)
     values = np.floor(3 * values) if even else values
     assert quantile_of(values, share) == pytest.approx(quantile(values, share), rel=1e-6)
+
+
+@needs_kernels
+@pytest.mark.parametrize("at_mm", [0.0, 6.0], ids=["inside", "at the border"])
+@given(seed=seeds, every=st.integers(1, 3))
+@settings(max_examples=6)
+def test_the_motion_of_a_contact_agrees(at_mm: float, seed: int, every: int) -> None:
+    spacing_mm, noise = 0.22, np.random.default_rng(seed).normal(0, 0.02, (2, 60, 80, 2))
+    place = positions_mm((60, 80), spacing_mm)
+    mask = np.abs(place - at_mm * (1 + 1j)) < 3.0
+    before, now = (
+        (0.05 * k + cv2.GaussianBlur(each, (0, 0), 2).view(np.complex128)[..., 0] + 0.02j * place)
+        for k, each in enumerate(noise)
+    )
+    fields = now.astype(np.complex64), before.astype(np.complex64)
+    fast, plain = both_ways(
+        lambda compiled: contact_motion(*fields, spacing_mm, mask, every, compiled=compiled)
+    )
+    for name in ("displacement", "weight", "entropy_bits"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=0, atol=AGREES)
+    position = place[mask][::every]
+    fast, plain = both_ways(
+        lambda compiled: stick_region(plain.displacement, position, plain.weight, compiled=compiled)
+    )
+    for name in ("shift_mm", "rotation_rad", "motion_mm", "rotation_mm", "sheared_mm"):
+        assert getattr(fast, name) == pytest.approx(getattr(plain, name), abs=AGREES)
+    for name in ("lag_mm", "weight"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=0, atol=AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize(("shape", "step_px"), [((120, 160), 4), ((240, 320), 2), ((121, 161), 4)])
+def test_the_steepness_on_the_grid_of_slip_agrees(shape: tuple[int, int], step_px: int) -> None:
+    noise = np.random.default_rng(0).normal(0, 1, shape).astype(np.float32)
+    cells = cv2.GaussianBlur(noise, (0, 0), 2)
+    fast, plain = both_ways(
+        lambda compiled: steepness_of(
+            cells, step_px, (480, 640), 8, spacing_mm=0.22, compiled=compiled
+        )
+    )
+    np.testing.assert_allclose(fast[0], plain[0], rtol=0, atol=AGREES)
+    assert fast[1] == pytest.approx(plain[1], abs=AGREES)

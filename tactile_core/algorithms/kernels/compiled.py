@@ -20,17 +20,21 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
+from tactile_core.algorithms.kernels.shear import calm_and_entropy, fitted_motion
 from tactile_core.algorithms.kernels.slopes import normal_xy_of_bytes
 from tactile_core.algorithms.kernels.spots import measured_spots
+from tactile_core.algorithms.kernels.steepness import steepness_of
 
 __all__ = [
     "backward_columns",
+    "calm_and_entropy",
     "contrast_of_bytes",
     "double_divergence",
     "doubled_mask",
     "drawn_contact",
     "energy_moments",
     "fit_sums",
+    "fitted_motion",
     "forward_columns",
     "halved",
     "mean_of_channels",
@@ -43,5 +47,6 @@ __all__ = [
     "small_step",
     "solve_low",
     "spacing",
+    "steepness_of",
     "touched_regions",
 ]

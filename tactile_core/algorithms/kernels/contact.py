@@ -99,7 +99,7 @@ def touched_regions(
     bool
         Whether any cell touches.
     """
-    height, width = coarse.shape
+    height = len(coarse)
     min_indentation_mm, border_fraction, min_slope, min_area = options
     sigma_per_median, region_sigmas, detection_sigmas, largest_noise_share, quartile = noise
     border_mm[:] = _NONE

@@ -225,7 +225,7 @@ def pattern_of(
                 _mirror_ends(out, grain)
             _box_row(relative.reshape(-1), 2 * grain + 1, spare, near[i % kept_near])
         i -= grain
-        if 0 <= i:
+        if i >= 0:
             _slide_down(near, i, height, grain, total_near)
             for k in range(3):
                 _scaled_product(total_near[k * m :], seen[i], per_pixel, pattern[i, k])

@@ -108,6 +108,18 @@ def _add(row: Any, out: Any) -> None:
 
 
 @njit(**ROW)
+def _sum_of_two(a: Any, b: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = a[j] + b[j]
+
+
+@njit(**ROW)
+def _sum_of_three(a: Any, b: Any, c: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = a[j] + b[j] + c[j]
+
+
+@njit(**ROW)
 def _sum_of_four(a: Any, b: Any, c: Any, d: Any, out: Any) -> None:
     for j in range(out.size):
         out[j] = a[j] + b[j] + c[j] + d[j]
@@ -115,22 +127,28 @@ def _sum_of_four(a: Any, b: Any, c: Any, d: Any, out: Any) -> None:
 
 @njit(**LOOP)
 def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
-    """Sum each value and the ``side`` - 1 after it.
+    """Sum each value and the ``side`` - 1 after it; ``side`` is odd. The last sums are undefined.
 
     Sums of 1, 4, 16 … values are each made of four of the former, and joined.
     """
+    count = row.size - side + 1
     of, first, second = row, spare[0], spare[1]
-    out[:] = _ZERO
-    step, joined = 1, 0
+    if side % 4 == 3:
+        _sum_of_three(row, row[1:], row[2:], out[:count])
+    elif side == 1:
+        out[:] = row
+    step, joined = 4, side % 4
     while step <= side:
+        end, part = row.size - step + 1, step // 4
+        _sum_of_four(of, of[part:], of[2 * part :], of[3 * part :], first[:end])
+        of, first, second = first, second, first
         for _ in range(side // step % 4):
-            _add(of[joined:], out[: out.size - joined])
+            if joined == 1:
+                _sum_of_two(row, of[1:], out[:count])
+            else:
+                _add(of[joined:], out[:count])
             joined += step
         step *= 4
-        if step <= side:
-            last, part = out.size - step + 1, step // 4
-            _sum_of_four(of, of[part:], of[2 * part :], of[3 * part :], first[:last])
-            of, first, second = first, second, first
 
 
 @njit(**ROW)
